@@ -1,0 +1,36 @@
+# The front door: each target fetches its own uv into .tools and makes the locked environment in .venv.
+.DEFAULT_GOAL := help
+UV := .tools/bin/uv
+RUN := .venv/bin
+export UV_PYTHON_DOWNLOADS := never
+
+.PHONY: help setup figures test validate lint clean
+help:  ## list the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(UV):
+	python3 -m pip install --quiet --disable-pip-version-check --target .tools uv
+
+.venv/.made: $(UV) pyproject.toml uv.lock
+	$(UV) sync --quiet --locked --compile-bytecode
+	@touch $@
+
+setup: .venv/.made  ## make the environment
+
+figures: setup  ## reproduce the paper into figures/
+	$(RUN)/springpot reproduce all --out figures
+
+lint: setup  ## style, types, spelling
+	$(RUN)/ruff check .
+	$(RUN)/mypy
+	$(RUN)/codespell
+
+test: setup  ## the checks and the everyday tests
+	$(MAKE) lint
+	$(RUN)/pytest -m "not validation"
+
+validate: setup  ## the physics that takes longer
+	$(RUN)/pytest -m validation
+
+clean:  ## forget the environment and the tools
+	rm -rf .venv .tools

@@ -1,0 +1,246 @@
+"""What is asked: an oscillator, its springpot, the wall it strikes and the noise that drives it.
+
+The equation of motion (paper's Eq. 1, per unit mass) is
+
+    x'' + C D^alpha x + Omega^2 x = zeta(t)      away from the wall,
+    x'(+) = -r x'(-)                             at the wall, x = b,
+
+with zeta a Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).  Every number is checked here, once, when the
+object is made; nothing else in the package checks an oscillator again.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "finite_number"]
+
+
+def finite_number(
+    value: object, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False, hint: str = ""
+) -> float:
+    """Return ``value`` as a float, or raise one sentence that names the argument and its allowed range.
+
+    Parameters
+    ----------
+    value : object
+        What the caller gave.
+    name : str
+        The argument's name, for the message.
+    low, high : float
+        Allowed range, ends included; with ``open_low`` the lower end is excluded.
+    hint : str
+        What the argument means, appended to the message.
+
+    Raises
+    ------
+    TypeError
+        If ``value`` is not a real number (strings and booleans are not).
+    ValueError
+        If it is NaN, infinite or outside the range.
+
+    Examples
+    --------
+    >>> finite_number(2, "duration", low=0.0)
+    2.0
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a real number, not {value!r} ({type(value).__name__}).{_sentence(hint)}")
+    number = float(value)
+    inside = (number > low if open_low else number >= low) and number <= high
+    if not math.isfinite(number) or not inside:
+        raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
+    return number
+
+
+def _sentence(hint: str) -> str:
+    return f" {hint}" if hint else ""
+
+
+def _range(low: float, high: float, open_low: bool) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return "a finite number"
+    if math.isinf(high):
+        return f"a finite number {'greater than' if open_low else 'at least'} {low:g}"
+    return f"in {'(' if open_low else '['}{low:g}, {high:g}]"
+
+
+def _set(instance: object, name: str, value: object) -> None:
+    object.__setattr__(instance, name, value)
+
+
+@dataclass(frozen=True)
+class Springpot:
+    """The element with power-law memory: a force C D^alpha x per unit mass.
+
+    Parameters
+    ----------
+    order : float
+        Order alpha of the derivative, in [0, 1]: a spring at 0, a dashpot at 1.
+    coefficient : float
+        C >= 0 per unit mass, unit s^(alpha - 2).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+
+    Examples
+    --------
+    >>> Springpot(order=0.5, coefficient=1.0)
+    Springpot(order=0.5, coefficient=1.0)
+    """
+
+    order: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        _set(self, "order", finite_number(
+            self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."))
+        _set(self, "coefficient", finite_number(
+            self.coefficient, "coefficient", low=0.0, hint="It is the springpot's force per unit of D^alpha x."))
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
+
+    Parameters
+    ----------
+    position : float
+        Place b of the wall, in m, measured from the spring's equilibrium.
+    restitution : float
+        Coefficient r in (0, 1]: 1 for an elastic wall.
+    side : {"above", "below"}
+        The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
+        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range, or ``side`` is another word.
+
+    Examples
+    --------
+    >>> Barrier(position=-0.5, restitution=0.9)
+    Barrier(position=-0.5, restitution=0.9, side='above')
+    """
+
+    position: float = 0.0
+    restitution: float = 1.0
+    side: Literal["above", "below"] = "above"
+
+    def __post_init__(self) -> None:
+        _set(self, "position", finite_number(self.position, "position", hint="It is the place of the wall."))
+        _set(self, "restitution", finite_number(
+            self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."))
+        if self.side not in ("above", "below"):
+            raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {self.side!r}.")
+
+
+@dataclass(frozen=True)
+class WhiteNoise:
+    """Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
+
+    Parameters
+    ----------
+    intensity : float
+        q >= 0 in m^2 s^-3; its two-sided spectral density is q / (2 pi) per rad/s.  0 gives the free response.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a number, not finite or negative.
+
+    Examples
+    --------
+    >>> WhiteNoise(intensity=2).intensity
+    2.0
+    """
+
+    intensity: float = 1.0
+
+    def __post_init__(self) -> None:
+        _set(self, "intensity", finite_number(
+            self.intensity, "intensity", low=0.0, hint="It is q = sigma^2 of the white noise."))
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """The whole question: x'' + C D^alpha x + Omega^2 x = zeta(t) with an optional wall.
+
+    Parameters
+    ----------
+    natural_frequency : float
+        Omega > 0 in rad/s.
+    springpot : Springpot
+    barrier : Barrier or None
+        None for an oscillator without a wall.
+    excitation : WhiteNoise
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a part is of another type or the frequency is not a positive finite number.
+
+    Examples
+    --------
+    >>> oscillator = Oscillator(natural_frequency=3.0, springpot=Springpot(0.7, 0.2))
+    >>> round(oscillator.dimensionless_coefficient, 4)
+    0.0479
+    """
+
+    natural_frequency: float = 1.0
+    springpot: Springpot = field(default_factory=lambda: Springpot(order=0.5, coefficient=1.0))
+    barrier: Barrier | None = field(default_factory=Barrier)
+    excitation: WhiteNoise = field(default_factory=WhiteNoise)
+
+    def __post_init__(self) -> None:
+        _set(self, "natural_frequency", finite_number(
+            self.natural_frequency, "natural_frequency", low=0.0, open_low=True, hint="It is Omega in rad/s."))
+        for name, value, kind in (
+            ("springpot", self.springpot, Springpot),
+            ("barrier", self.barrier, Barrier | None),
+            ("excitation", self.excitation, WhiteNoise),
+        ):
+            if not isinstance(value, kind):
+                wanted = "a Barrier or None" if name == "barrier" else f"a {kind.__name__}"
+                raise TypeError(f"{name} must be {wanted}, not {value!r}.")
+
+    @property
+    def time_scale(self) -> float:
+        """1 / Omega, in s."""
+        return 1.0 / self.natural_frequency
+
+    @property
+    def length_scale(self) -> float:
+        """sqrt(q / Omega^3), in m; 0 without noise."""
+        return math.sqrt(self.excitation.intensity / self.natural_frequency) / self.natural_frequency
+
+    @property
+    def speed_scale(self) -> float:
+        """sqrt(q / Omega), in m/s; 0 without noise."""
+        return math.sqrt(self.excitation.intensity / self.natural_frequency)
+
+    @property
+    def dimensionless_coefficient(self) -> float:
+        """c = C Omega^(alpha - 2): the springpot's force over the spring's at frequency Omega."""
+        return self.springpot.coefficient * self.natural_frequency ** (self.springpot.order - 2.0)
+
+    @property
+    def dimensionless_position(self) -> float:
+        """b sqrt(Omega^3 / q), positive for a preload on either side; NaN without a wall, +-inf (or 0) without noise."""
+        if self.barrier is None:
+            return math.nan
+        gap = self.barrier.position if self.barrier.side == "above" else -self.barrier.position
+        if self.length_scale == 0.0:
+            return math.copysign(math.inf, gap) if gap else 0.0
+        return gap / self.length_scale
+
+    @property
+    def restitution(self) -> float:
+        """r of the wall; NaN without one."""
+        return math.nan if self.barrier is None else self.barrier.restitution
