@@ -1,0 +1,159 @@
+"""What every method of the theory answers with: one common result."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from springpot.oscillator import Oscillator
+
+__all__ = ["MOMENTS", "Moments", "NoStationaryState", "NotCovered", "Result", "no_answer"]
+
+MOMENTS = (
+    "amplitude_mean_square",
+    "x_mean",
+    "x_mean_square",
+    "v_mean_square",
+    "impact_rate",
+    "impact_speed_mean",
+    "impact_speed_mean_square",
+)
+"""Names of the stationary numbers, the same in every method, in the simulation and in files."""
+
+
+class NoStationaryState(ValueError):
+    """A stationary number was asked of an oscillator whose motion never becomes stationary."""
+
+
+class NotCovered(ValueError):
+    """The method does not cover this oscillator; the message says what it covers."""
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Stationary moments.
+
+    Parameters
+    ----------
+    x_mean, x_mean_square, v_mean_square : float
+        In m, m^2 and m^2 s^-2.
+    amplitude_mean_square : float
+        <A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2.
+    impact_rate : float
+        Impacts per second; 0 where nothing is struck.
+    impact_speed_mean, impact_speed_mean_square : float
+        Of the speed just before an impact, in m/s and m^2 s^-2; NaN where there are no impacts.
+    """
+
+    amplitude_mean_square: float
+    x_mean: float
+    x_mean_square: float
+    v_mean_square: float
+    impact_rate: float
+    impact_speed_mean: float
+    impact_speed_mean_square: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """The answer of one method to one oscillator.
+
+    Parameters
+    ----------
+    method : str
+        Name of the method.
+    oscillator : Oscillator
+        What was asked.
+    stationary : Moments or str
+        The stationary moments, or the sentence that says why there are none.
+    assumptions : tuple of str
+        What the method assumes, one sentence each.
+    warnings : tuple of str
+        Where this oscillator strains the assumptions, one sentence each.
+
+    Notes
+    -----
+    The moments are read as attributes of the result (``result.x_mean`` ...).  Reading one where there is no stationary
+    state raises `NoStationaryState`; it is never an infinity.
+    """
+
+    method: str
+    oscillator: Oscillator
+    stationary: Moments | str
+    assumptions: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def moments(self) -> Moments:
+        """The stationary moments, all together.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        """
+        if isinstance(self.stationary, str):
+            raise NoStationaryState(self.stationary)
+        return self.stationary
+
+    @property
+    def amplitude_mean_square(self) -> float:
+        """<A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2."""
+        return self.moments.amplitude_mean_square
+
+    @property
+    def x_mean(self) -> float:
+        """Mean displacement, in m."""
+        return self.moments.x_mean
+
+    @property
+    def x_mean_square(self) -> float:
+        """Mean square displacement, in m^2."""
+        return self.moments.x_mean_square
+
+    @property
+    def v_mean_square(self) -> float:
+        """Mean square velocity, in m^2 s^-2."""
+        return self.moments.v_mean_square
+
+    @property
+    def impact_rate(self) -> float:
+        """Impacts per second."""
+        return self.moments.impact_rate
+
+    @property
+    def impact_speed_mean(self) -> float:
+        """Mean speed just before an impact, in m/s; NaN without impacts."""
+        return self.moments.impact_speed_mean
+
+    @property
+    def impact_speed_mean_square(self) -> float:
+        """Mean square of the speed just before an impact, in m^2 s^-2; NaN without impacts."""
+        return self.moments.impact_speed_mean_square
+
+    def to_dict(self) -> dict[str, object]:
+        """The result as plain numbers, strings and lists, ready for JSON.
+
+        Returns
+        -------
+        dict
+            The `MOMENTS`, ``assumptions`` and ``warnings``; a number that does not exist is None.  Where there is no
+            stationary state every moment is None and ``statement`` says why.
+        """
+        if isinstance(self.stationary, str):
+            numbers = no_answer(self.stationary)
+        else:
+            values = {name: getattr(self.stationary, name) for name in MOMENTS}
+            numbers = {name: None if math.isnan(value) else value for name, value in values.items()}
+        return {**numbers, "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
+
+
+def no_answer(statement: str) -> dict[str, object]:
+    """Every moment as None, and the sentence that says why.
+
+    Examples
+    --------
+    >>> no_answer("Nothing to say.")["statement"]
+    'Nothing to say.'
+    """
+    return {**dict.fromkeys(MOMENTS, None), "statement": statement}
