@@ -1,0 +1,173 @@
+"""What this machine gives to a run, and a check of about a second that a run here can be trusted."""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import sys
+import tempfile
+import time
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from springpot.oscillator import Oscillator, Springpot
+
+__all__ = ["available_threads", "cache_folder", "diagnose", "processor", "self_check"]
+
+_PACKAGES = ("springpot", "numpy", "numba", "llvmlite", "scipy", "xarray")
+# The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
+_VECTOR_FEATURES = ("sse2", "avx", "fma", "avx2", "avx512f", "neon", "sve")
+_TOLERANCE = 0.01
+
+
+def diagnose() -> dict[str, Any]:
+    """Everything ``springpot doctor`` prints, by name.
+
+    Returns
+    -------
+    dict
+        ``versions``, ``processor``, ``threads``, ``cache`` and ``self_check``; JSON can hold all of it.
+
+    Examples
+    --------
+    >>> diagnose()["self_check"]["passed"]  # doctest: +SKIP
+    True
+    """
+    return {
+        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "processor": processor(),
+        "threads": available_threads(),
+        "cache": cache_folder(),
+        "self_check": self_check(),
+    }
+
+
+def processor() -> dict[str, Any]:
+    """The processor that Numba compiles for: ``NUMBA_CPU_NAME`` where it is set, otherwise this machine's.
+
+    Returns
+    -------
+    dict
+        ``machine`` and ``name`` of the target, ``host`` of this machine, and the ``vector`` extensions that it may use.
+
+    Examples
+    --------
+    >>> sorted(processor())
+    ['host', 'machine', 'name', 'vector']
+    """
+    from llvmlite import binding
+    from numba.core import codegen
+    from numba.core.config import CPU_FEATURES, CPU_NAME  # type: ignore[attr-defined]  # set while Numba starts
+
+    host = binding.get_host_cpu_name()
+    name = CPU_NAME or host
+    # NUMBA_CPU_NAME alone leaves the host's extensions switched on; only NUMBA_CPU_FEATURES replaces them.
+    features = codegen.get_host_cpu_features() if CPU_FEATURES is None else CPU_FEATURES
+    switched_on = features.split(",")
+    vector = [feature for feature in _VECTOR_FEATURES if f"+{feature}" in switched_on]
+    return {"machine": platform.machine(), "name": name, "host": host, "vector": vector or [f"those of {name}"]}
+
+
+def available_threads() -> int:
+    """Threads that this process may use: its processor affinity, cut by the quota of its control group.
+
+    Examples
+    --------
+    >>> available_threads() >= 1
+    True
+    """
+    # os.sched_getaffinity exists on Linux only.
+    allowed = len(os.sched_getaffinity(0)) if sys.platform == "linux" else (os.cpu_count() or 1)
+    return max(1, int(min(allowed, _quota())))
+
+
+def _quota(root: Path = Path("/sys/fs/cgroup")) -> float:
+    """Processors granted by the control group (version 2, then version 1); infinite without a limit."""
+    for quota_file, period_file in (("cpu.max", None), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):
+        try:
+            words = (root / quota_file).read_text().split()
+            if period_file is not None:
+                words += (root / period_file).read_text().split()
+            quota, period = float(words[0]), float(words[1])
+        except (OSError, ValueError, IndexError):  # no such file, or the word "max"
+            continue
+        if quota > 0 and period > 0:
+            return quota / period
+    return math.inf
+
+
+def cache_folder() -> dict[str, Any]:
+    """Where compiled kernels are kept between runs, and whether that folder can be written.
+
+    Returns
+    -------
+    dict
+        ``folder`` (None if Numba finds no place at all: every run then compiles anew) and ``writable``.
+
+    Examples
+    --------
+    >>> cache_folder()["writable"]  # doctest: +SKIP
+    True
+    """
+    from numba.core.caching import CompileResultCacheImpl
+
+    from springpot import simulation
+
+    try:
+        folder = Path(CompileResultCacheImpl(simulation.run).locator.get_cache_path())
+    except RuntimeError:  # "cannot cache function ...: no locator available"
+        return {"folder": None, "writable": False}
+    return {"folder": str(folder), "writable": _writable(folder)}
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def self_check() -> dict[str, Any]:
+    """Run a case with an exact answer: a linear damper at an elastic wall at 0.
+
+    With order 1 and C = Omega = q = r = 1 the mean square of the amplitude is exactly 1 and the impact rate 1 / pi.
+    Enough paths are taken for a standard error of about 0.25 %, and 1 % is allowed.
+
+    Returns
+    -------
+    dict
+        For each quantity its ``value``, ``standard_error`` and ``exact`` value; ``seconds``, compilation included;
+        ``passed``, and a ``statement`` that says all this.
+
+    Examples
+    --------
+    >>> self_check()["passed"]  # doctest: +SKIP
+    True
+    """
+    from springpot.simulation import run
+
+    began = time.perf_counter()
+    answer = run(
+        Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)),
+        paths=4096,
+        duration=100.0,
+        step=5e-3,
+        window=(20.0, 100.0),
+        seed=1,
+    ).to_dict()
+    seconds = time.perf_counter() - began
+    checked = {
+        name: {"value": answer[name], "standard_error": answer[name + "_se"], "exact": exact}
+        for name, exact in (("amplitude_mean_square", 1.0), ("impact_rate", 1.0 / math.pi))
+    }
+    passed = all(abs(found["value"] / found["exact"] - 1.0) <= _TOLERANCE for found in checked.values())
+    numbers = "; ".join(
+        f"{name} {found['value']:.4f} +- {found['standard_error']:.4f}, exact {found['exact']:.4f}"
+        for name, found in checked.items()
+    )
+    statement = f"self-check {'passed' if passed else 'failed'} in {seconds:.1f} s (within 1 %): {numbers}"
+    return {**checked, "seconds": seconds, "passed": passed, "statement": statement}
