@@ -290,11 +290,12 @@ def _impact_decay(oscillator: Oscillator) -> float:
 
 def _stationary(oscillator: Oscillator, beta: float) -> Moments | str:
     omega, q = oscillator.natural_frequency, oscillator.excitation.intensity
-    if beta == 0.0:
+    if not _dissipates(oscillator):
         cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
         fate = "<A^2> grows as q t / Omega^2" if q > 0.0 else "the amplitude stays what it was at the start"
         return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
-    mu = q / (2.0 * beta * omega**2)
+    v_mean_square = q / (4.0 * beta) if beta > 0.0 else math.inf
+    mu = 2.0 * v_mean_square / omega / omega
     if not math.isfinite(mu):
         return f"There is no stationary state in floating point: the decay rate {beta:g} 1/s is too small for <A^2>."
     side = _side(oscillator)
@@ -303,11 +304,17 @@ def _stationary(oscillator: Oscillator, beta: float) -> Moments | str:
         amplitude_mean_square=mu,
         x_mean=side * math.sqrt(mu / math.pi) + 0.0,
         x_mean_square=mu / 2.0,
-        v_mean_square=omega**2 * mu / 2.0,
+        v_mean_square=v_mean_square,
         impact_rate=omega / math.pi if strikes else 0.0,
         impact_speed_mean=omega * math.sqrt(math.pi * mu) / 2.0 if strikes else math.nan,
-        impact_speed_mean_square=omega**2 * mu if strikes else math.nan,
+        impact_speed_mean_square=2.0 * v_mean_square if strikes else math.nan,
     )
+
+
+def _dissipates(oscillator: Oscillator) -> bool:
+    element = oscillator.springpot
+    lossy_wall = oscillator.barrier is not None and oscillator.barrier.restitution < 1.0
+    return lossy_wall or (element.coefficient > 0.0 and element.order > 0.0)
 
 
 def _side(oscillator: Oscillator) -> float:

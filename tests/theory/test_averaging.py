@@ -1,0 +1,254 @@
+"""Stochastic averaging: the closed form, what follows from it, and where it refuses."""
+
+import json
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.theory import Averaging, NoStationaryState, NotCovered, all_methods, averaging
+from springpot.theory.averaging import harmonic_sum
+from springpot.theory.result import MOMENTS
+
+
+def oscillator(alpha=0.5, coefficient=1.0, omega=1.0, q=1.0, barrier=Barrier()) -> Oscillator:  # noqa: B008
+    return Oscillator(omega, Springpot(alpha, coefficient), barrier, WhiteNoise(q))
+
+
+orders = st.floats(0.01, 1.0)
+positive = st.floats(0.05, 20.0)
+oscillators = st.builds(oscillator, orders, positive, positive, positive)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.1, 0.5, 0.9, 1.0])
+def test_harmonic_sum_against_mpmath(alpha):
+    with mpmath.workdps(25):
+        a = mpmath.mpf(alpha)
+        direct = mpmath.nsum(lambda m: m**2 * (2 * m) ** (a - 1) / (4 * m**2 - 1) ** 2, [1, mpmath.inf],
+                             method="euler-maclaurin")
+    assert harmonic_sum(alpha) == pytest.approx(float(direct), rel=1e-14)
+
+
+def test_harmonic_sum_of_a_dashpot():
+    assert harmonic_sum(1.0) == pytest.approx(math.pi**2 / 64, rel=1e-15)
+
+
+def test_both_forms_at_another_frequency():
+    asked = oscillator(0.7, 0.2, omega=3.0)
+    assert averaging(asked).amplitude_mean_square == pytest.approx(1.173, abs=5e-4)
+    assert averaging(asked, form="printed").amplitude_mean_square == pytest.approx(3.519, abs=5e-4)
+
+
+@pytest.mark.parametrize(("alpha", "mu"), [(0.7, 1.519), (0.5, 2.296), (0.3, 4.250), (0.1, 14.55)])
+def test_values_at_unit_coefficients(alpha, mu):
+    for form in ("corrected", "printed"):
+        assert averaging(oscillator(alpha), form=form).amplitude_mean_square == pytest.approx(mu, rel=5e-4)
+
+
+@given(positive, positive, positive)
+def test_dashpot_is_exact(c, omega, q):
+    result = averaging(oscillator(1.0, c, omega, q))
+    assert result.amplitude_mean_square == pytest.approx(q / (c * omega**2), rel=1e-13)
+    assert result.x_mean_square == pytest.approx(q / (2 * c * omega**2), rel=1e-13)
+    assert result.v_mean_square == pytest.approx(q / (2 * c), rel=1e-13)
+    assert result.impact_rate == omega / math.pi
+
+
+@given(oscillators)
+def test_dimensionless_law(asked):
+    """Only alpha and c = C Omega^(alpha-2) matter once lengths and times are scaled."""
+    unit = oscillator(asked.springpot.order, asked.dimensionless_coefficient)
+    mu = averaging(asked).amplitude_mean_square
+    assert mu / asked.length_scale**2 == pytest.approx(averaging(unit).amplitude_mean_square, rel=1e-10)
+
+
+@given(oscillators)
+def test_energy_balance_and_amplitude(asked):
+    """q/2 goes in; the free amplitude's energy loss beta v^2 * 2 goes out."""
+    result = averaging(asked)
+    q, omega = asked.excitation.intensity, asked.natural_frequency
+    assert 2 * result.decay_rate * result.v_mean_square == pytest.approx(q / 2, rel=1e-12)
+    assert result.x_mean_square + result.v_mean_square / omega**2 == pytest.approx(result.amplitude_mean_square)
+
+
+@given(oscillators, st.floats(0.5, 0.999))
+def test_impact_loss_adds_to_the_decay(asked, r):
+    lossy = oscillator(asked.springpot.order, asked.springpot.coefficient, asked.natural_frequency, 1.0,
+                       Barrier(restitution=r))
+    added = averaging(lossy).decay_rate - averaging(asked).decay_rate
+    assert added == pytest.approx(-asked.natural_frequency / math.pi * math.log(r), rel=1e-6)
+
+
+def test_impact_loss_value_and_warning():
+    result = averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.9)))
+    assert result.amplitude_mean_square == pytest.approx(9.04, abs=0.01)
+    assert any("small losses" in warning for warning in result.warnings)
+    assert averaging(oscillator(0.0, barrier=Barrier(restitution=0.9))).amplitude_mean_square > 0
+
+
+def test_no_wall():
+    result = averaging(oscillator(0.5, 0.1, omega=2.0, barrier=None))
+    assert result.decay_rate == pytest.approx(0.05 * 2**-0.5 * math.sin(math.pi / 4), rel=1e-14)
+    assert (result.x_mean, result.impact_rate) == (0.0, 0.0)
+    assert math.isnan(result.impact_speed_mean)
+    assert result.to_dict()["impact_speed_mean_square"] is None
+    with pytest.raises(NotCovered, match="no wall"):
+        result.impact_speed_density(1.0)
+    with pytest.raises(NotCovered, match="without a wall"):
+        averaging(oscillator(barrier=None), form="printed")
+
+
+def test_no_wall_against_the_exact_spectrum():
+    """The number in the warning: 2 % too low at c = 1, alpha = 0.5."""
+    def power(w: float) -> float:
+        return (1 + w**2) / abs(1 - w**2 + (1j * w) ** 0.5) ** 2 / math.pi
+
+    exact = quad(power, 0, 2, limit=200)[0] + quad(power, 2, math.inf, limit=200)[0]
+    result = averaging(oscillator(barrier=None))
+    assert result.amplitude_mean_square / exact - 1 == pytest.approx(-0.02, abs=0.003)
+    assert "2 % too low" in result.warnings[0]
+
+
+@pytest.mark.parametrize("form", ["corrected", "printed"])
+def test_mirrored_wall(form):
+    above = averaging(oscillator(), form=form)
+    below = averaging(oscillator(barrier=Barrier(side="below")), form=form)
+    assert below.x_mean == -above.x_mean < 0
+    assert {n: v for n, v in below.to_dict().items() if n != "x_mean"} == {
+        n: v for n, v in above.to_dict().items() if n != "x_mean"}
+    x = np.linspace(-3, 3, 13)
+    np.testing.assert_array_equal(below.x_density(x), above.x_density(-x))
+
+
+@pytest.mark.parametrize("position", [0.5, -0.5])
+@pytest.mark.parametrize("form", ["corrected", "printed"])
+def test_wall_elsewhere_is_not_covered(position, form):
+    with pytest.raises(NotCovered, match="covers a wall at position 0 or no wall"):
+        averaging(oscillator(barrier=Barrier(position=position)), form=form)
+
+
+def test_printed_form_is_for_an_elastic_wall():
+    with pytest.raises(NotCovered, match=r"restitution 1\), not restitution 0.9"):
+        averaging(oscillator(barrier=Barrier(restitution=0.9)), form="printed")
+
+
+def test_unknown_form():
+    with pytest.raises(ValueError, match="'corrected' or 'printed', not 'exact'"):
+        averaging(oscillator(), form="exact")
+
+
+@pytest.mark.parametrize(("alpha", "coefficient", "cause"), [(0.0, 1.0, "alpha is 0"), (0.5, 0.0, "C is 0")])
+@pytest.mark.parametrize("form", ["corrected", "printed"])
+def test_no_stationary_state(alpha, coefficient, cause, form):
+    result = averaging(oscillator(alpha, coefficient, omega=2.0, q=3.0), form=form)
+    assert result.decay_rate == 0.0
+    np.testing.assert_allclose(result.mean_square([0.0, 4.0], initial=1.0), [1.0, 1.0 + 3.0 * 4.0 / 4.0])
+    for name in MOMENTS:
+        with pytest.raises(NoStationaryState, match=cause):
+            getattr(result, name)
+    with pytest.raises(NoStationaryState):
+        result.amplitude_density(1.0)
+    assert float(result.amplitude_density(1.0, time=2.0)) > 0
+    answer = result.to_dict()
+    assert all(answer[name] is None for name in MOMENTS)
+    assert cause in str(answer["statement"])
+    assert "inf" not in json.dumps(answer).lower()
+
+
+def test_decay_too_small_for_floating_point():
+    with pytest.raises(NoStationaryState, match="floating point"):
+        _ = averaging(oscillator(5e-324)).x_mean
+
+
+def test_no_noise_is_rest():
+    result = averaging(oscillator(q=0.0))
+    assert (result.amplitude_mean_square, result.x_mean, result.impact_rate) == (0.0, 0.0, 0.0)
+    assert float(result.mean_square(1.0, initial=2.0)) == pytest.approx(2 * math.exp(-2 * result.decay_rate))
+    with pytest.raises(ValueError, match="no density"):
+        result.x_density(0.0)
+
+
+@given(oscillators, st.floats(0.0, 5.0), st.floats(0.0, 10.0))
+def test_transient_obeys_its_equation(asked, initial, time):
+    result = averaging(asked)
+    stationary, beta = result.amplitude_mean_square, result.decay_rate
+    expected = stationary + (initial - stationary) * math.exp(-2 * beta * time)
+    assert float(result.mean_square(time, initial=initial)) == pytest.approx(expected, rel=1e-9, abs=1e-9 * stationary)
+
+
+@pytest.mark.parametrize("arguments", [(-1.0,), (1.0, -1.0), (math.nan,)])
+def test_transient_refuses(arguments):
+    with pytest.raises(ValueError, match="at least 0"):
+        averaging(oscillator()).mean_square(*arguments)
+
+
+@pytest.mark.parametrize("time", [None, 0.3])
+@pytest.mark.parametrize("wall", [Barrier(), Barrier(side="below"), None])
+def test_densities_have_the_moments(time, wall):
+    result = averaging(oscillator(0.6, 0.4, omega=1.7, q=2.0, barrier=wall))
+    omega = result.oscillator.natural_frequency
+    mu = result.amplitude_mean_square if time is None else float(result.mean_square(time))
+
+    def moment(density, power, low=-60.0, high=60.0):
+        parts = [quad(lambda u: u**power * float(density(u, time)), *ends)[0] for ends in ((low, 0.0), (0.0, high))]
+        return sum(parts)
+
+    assert moment(result.amplitude_density, 0) == pytest.approx(1)
+    assert moment(result.amplitude_density, 2) == pytest.approx(mu)
+    assert moment(result.x_density, 0) == pytest.approx(1)
+    assert moment(result.x_density, 2) == pytest.approx(mu / 2)
+    assert moment(result.v_density, 2) == pytest.approx(omega**2 * mu / 2)
+    if time is None:
+        assert moment(result.x_density, 1) == pytest.approx(result.x_mean, abs=1e-9)
+    if wall is not None:
+        assert moment(result.impact_speed_density, 0) == pytest.approx(1)
+        assert moment(result.impact_speed_density, 2) == pytest.approx(omega**2 * mu)
+        if time is None:
+            assert moment(result.impact_speed_density, 1) == pytest.approx(result.impact_speed_mean)
+
+
+@given(oscillators)
+def test_ito_equation_gives_the_mean_square(asked):
+    """E[2 A drift] + diffusion vanishes for the stationary Rayleigh amplitude, and so does the probability flux."""
+    result = averaging(asked)
+    mu = result.amplitude_mean_square
+    a = math.sqrt(mu) * np.array([0.3, 1.0, 2.0])
+    step = 1e-5 * a
+    slope = (np.log(result.amplitude_density(a + step)) - np.log(result.amplitude_density(a - step))) / (2 * step)
+    np.testing.assert_allclose(result.drift(a), result.diffusion / 2 * slope, rtol=1e-6,
+                               atol=1e-6 * result.diffusion / math.sqrt(mu))
+
+
+def test_warning_where_the_springpot_is_not_light():
+    assert "c = C Omega^(alpha-2) = 1" in averaging(oscillator()).warnings[0]
+    assert averaging(oscillator(0.5, 0.05)).warnings == ()
+    assert averaging(oscillator(1.0)).warnings == ()
+    assert "factor Omega = 3" in averaging(oscillator(0.7, 0.2, omega=3.0), form="printed").warnings[0]
+
+
+def test_dictionary_is_what_the_command_prints():
+    answer = averaging(oscillator()).to_dict()
+    assert list(answer) == [*MOMENTS, "decay_rate", "assumptions", "warnings"]
+    assert json.loads(json.dumps(answer)) == answer
+
+
+def test_all_methods():
+    both = all_methods(oscillator(0.7, 0.2, omega=3.0))
+    assert list(both)[:2] == ["averaging_printed", "averaging"]
+    assert both["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
+    assert both["averaging"]["amplitude_mean_square"] == pytest.approx(1.173, abs=5e-4)
+    away = all_methods(oscillator(barrier=Barrier(position=1.0)))
+    assert away["averaging"]["x_mean"] is None
+    assert "covers a wall at position 0" in str(away["averaging"]["statement"])
+
+
+def test_result_is_frozen():
+    result = averaging(oscillator())
+    assert isinstance(result, Averaging)
+    with pytest.raises(AttributeError):
+        result.decay_rate = 1.0
