@@ -4,14 +4,16 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures test validate lint clean
+.PHONY: help setup figures lint test validate clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
+# --target leaves the system's Python alone, so pip allows it where that Python is "externally managed";
+# --upgrade replaces what an interrupted attempt may have left there.
 $(UV):
-	python3 -m pip install --quiet --disable-pip-version-check --target .tools uv
+	python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .tools "uv>=0.8"
 
-.venv/.made: $(UV) pyproject.toml uv.lock
+.venv/.made: pyproject.toml uv.lock | $(UV)
 	$(UV) sync --quiet --locked --compile-bytecode
 	@touch $@
 
@@ -25,8 +27,7 @@ lint: setup  ## style, types, spelling
 	$(RUN)/mypy
 	$(RUN)/codespell
 
-test: setup  ## the checks and the everyday tests
-	$(MAKE) lint
+test: lint  ## style, types, spelling and the everyday tests
 	$(RUN)/pytest -m "not validation"
 
 validate: setup  ## the physics that takes longer
