@@ -12,11 +12,11 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from inspect import signature
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -329,8 +329,10 @@ def _one_sentence(error: BaseException) -> str:
 
 
 def _as_flag(sentence: str) -> str:
-    """The library names its arguments; whoever typed a command knows them as flags."""
-    return re.sub(r"^[a-z]+(_[a-z]+)* must ", lambda found: "--" + found[0].replace("_", "-"), sentence)
+    """The library's sentences begin with an argument's name; whoever typed a command knows it as a flag."""
+    name, _, rest = sentence.partition(" ")
+    flags = {field.name for field in fields(_OscillatorFlags)} | set(signature(simulate).parameters)
+    return f"--{name.replace('_', '-')} {rest}" if name in flags else sentence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

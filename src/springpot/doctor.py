@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import platform
-import sys
 import tempfile
 import time
 from importlib.metadata import version
@@ -14,7 +12,7 @@ from typing import Any
 
 from springpot.oscillator import Oscillator, Springpot
 
-__all__ = ["available_threads", "cache_folder", "diagnose", "processor", "self_check"]
+__all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
 
 _PACKAGES = ("springpot", "numpy", "numba", "llvmlite", "scipy", "xarray")
 # The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
@@ -32,13 +30,13 @@ def diagnose() -> dict[str, Any]:
 
     Examples
     --------
-    >>> diagnose()["self_check"]["passed"]  # doctest: +SKIP
+    >>> diagnose()["self_check", "threads"]["passed"]  # doctest: +SKIP
     True
     """
     return {
         "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
         "processor": processor(),
-        "threads": available_threads(),
+        "threads": threads(),
         "cache": cache_folder(),
         "self_check": self_check(),
     }
@@ -70,17 +68,18 @@ def processor() -> dict[str, Any]:
     return {"machine": platform.machine(), "name": name, "host": host, "vector": vector or [f"those of {name}"]}
 
 
-def available_threads() -> int:
-    """Threads that this process may use: its processor affinity, cut by the quota of its control group.
+def threads() -> dict[str, Any]:
+    """Threads that a run takes unless told otherwise, and what the control group grants (None without a limit).
 
     Examples
     --------
-    >>> available_threads() >= 1
+    >>> threads()["available"] >= 1
     True
     """
-    # os.sched_getaffinity exists on Linux only.
-    allowed = len(os.sched_getaffinity(0)) if sys.platform == "linux" else (os.cpu_count() or 1)
-    return max(1, int(min(allowed, _quota())))
+    from springpot.simulation.settings import threads_available
+
+    quota = _quota()
+    return {"available": threads_available(), "control_group_limit": quota if math.isfinite(quota) else None}
 
 
 def _quota(root: Path = Path("/sys/fs/cgroup")) -> float:

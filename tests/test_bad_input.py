@@ -1,0 +1,244 @@
+"""Bad input: one clear sentence that names the argument, from Python and from the command, and exit code 2."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli
+from springpot.simulation import run
+
+PARTS: dict[str, Any] = {
+    "order": lambda value: Springpot(order=value, coefficient=1.0),
+    "coefficient": lambda value: Springpot(order=0.5, coefficient=value),
+    "natural_frequency": lambda value: Oscillator(natural_frequency=value),
+    "intensity": lambda value: WhiteNoise(intensity=value),
+    "position": lambda value: Barrier(position=value),
+    "restitution": lambda value: Barrier(restitution=value),
+    "side": lambda value: Barrier(side=value),
+    "springpot": lambda value: Oscillator(springpot=value),
+    "barrier": lambda value: Oscillator(barrier=value),
+    "excitation": lambda value: Oscillator(excitation=value),
+}
+
+OUT_OF_RANGE = [
+    ("order", -0.1),
+    ("order", 1.1),
+    ("coefficient", -1.0),
+    ("natural_frequency", 0.0),
+    ("natural_frequency", -2.0),
+    ("intensity", -1e-9),
+    ("restitution", 0.0),
+    ("restitution", -0.5),
+    ("restitution", 1.1),
+    ("side", "left"),
+    *[
+        (name, value)
+        for name in ("order", "coefficient", "natural_frequency", "intensity", "position", "restitution")
+        for value in (math.nan, math.inf, -math.inf)
+    ],
+]
+
+WRONG_KIND = [
+    *[
+        (name, value)
+        for name in ("order", "coefficient", "natural_frequency", "intensity", "position", "restitution")
+        for value in (True, "1", None, 1j, [0.5], np.array([0.5, 0.5]))
+    ],
+    ("springpot", 0.5),
+    ("springpot", None),
+    ("barrier", 0.0),
+    ("barrier", "none"),
+    ("excitation", 1.0),
+]
+
+# What is asked of a run, the argument that its sentence must name, and the same as the words of a command (None: the
+# command has no such flag, or the words would mean something else).
+RUNS: list[tuple[dict[str, Any], str, str | None]] = [
+    ({"paths": 0}, "paths", "--paths 0"),
+    ({"paths": -5}, "paths", "--paths -5"),
+    ({"paths": 2.5}, "paths", "--paths 2.5"),
+    ({"paths": 100.0}, "paths", "--paths 100.0"),
+    ({"paths": True}, "paths", None),
+    ({"paths": "many"}, "paths", "--paths many"),
+    ({"paths": 2**40}, "paths", f"--paths {2**40}"),
+    ({"duration": 0.0}, "duration", "--duration 0"),
+    ({"duration": -1.0}, "duration", "--duration -1"),
+    ({"duration": math.nan}, "duration", "--duration nan"),
+    ({"duration": math.inf}, "duration", "--duration inf"),
+    ({"duration": "long"}, "duration", "--duration long"),
+    ({"step": 0.0}, "step", "--step 0"),
+    ({"step": -0.01}, "step", "--step -0.01"),
+    ({"step": math.nan}, "step", "--step nan"),
+    ({"step": 2.0, "duration": 10.0}, "step", "--step 2 --duration 10"),
+    ({"step": 0.3, "duration": 0.2}, "step", "--step 0.3 --duration 0.2"),
+    ({"step": 1e-12, "duration": 100.0}, "step", "--step 1e-12 --duration 100"),
+    ({"step": [0.01]}, "step", None),
+    ({"window": (8.0, 2.0), "duration": 10.0}, "window", "--window 8 2 --duration 10"),
+    ({"window": (2.0, 2.0), "duration": 10.0}, "window", "--window 2 2 --duration 10"),
+    ({"window": (2.0, 11.0), "duration": 10.0}, "window", "--window 2 11 --duration 10"),
+    ({"window": (-1.0, 5.0), "duration": 10.0}, "window", "--window -1 5 --duration 10"),
+    ({"window": (math.nan, 5.0), "duration": 10.0}, "window", "--window nan 5 --duration 10"),
+    ({"window": (1.0, math.inf), "duration": 10.0}, "window", "--window 1 inf --duration 10"),
+    ({"window": (1.0,), "duration": 10.0}, "window", "--window 1 --duration 10"),
+    ({"window": (1.0, 2.0, 3.0), "duration": 10.0}, "window", None),
+    ({"window": 5.0, "duration": 10.0}, "window", None),
+    ({"window": "ab", "duration": 10.0}, "window", None),
+    ({"window": ("a", "b"), "duration": 10.0}, "window", "--window a b --duration 10"),
+    ({"seed": -1}, "seed", "--seed -1"),
+    ({"seed": 2**64}, "seed", f"--seed {2**64}"),
+    ({"seed": 1.5}, "seed", "--seed 1.5"),
+    ({"seed": None}, "seed", None),
+    ({"threads": 0}, "threads", "--threads 0"),
+    ({"threads": -2}, "threads", "--threads -2"),
+    ({"threads": 1.5}, "threads", "--threads 1.5"),
+    ({"scheme": "euler"}, "scheme", "--scheme euler"),
+    ({"scheme": None}, "scheme", None),
+    ({"start": "running"}, "start", "--start running"),
+    ({"derivative": "grunwald"}, "derivative", "--derivative grunwald"),
+    ({"initial_position": -0.1}, "initial_position", "--initial-position -0.1"),
+    ({"initial_position": math.nan}, "initial_position", "--initial-position nan"),
+    ({"initial_position": "here"}, "initial_position", "--initial-position here"),
+    ({"initial_position": 1.0, "start": "stationary"}, "initial_position", "--initial-position 1 --start stationary"),
+    ({"initial_velocity": math.nan}, "initial_velocity", "--initial-velocity nan"),
+    ({"initial_velocity": math.inf}, "initial_velocity", "--initial-velocity inf"),
+    ({"initial_velocity": "fast"}, "initial_velocity", "--initial-velocity fast"),
+    ({"memory_tolerance": 0.0}, "memory_tolerance", "--memory-tolerance 0"),
+    ({"memory_tolerance": -1e-6}, "memory_tolerance", "--memory-tolerance -1e-6"),
+    ({"memory_tolerance": 1.0}, "memory_tolerance", "--memory-tolerance 1"),
+    ({"memory_tolerance": 1e-30}, "memory_tolerance", "--memory-tolerance 1e-30"),
+    ({"memory_tolerance": math.nan}, "memory_tolerance", "--memory-tolerance nan"),
+    ({"record": -1}, "record", None),
+    ({"record": 11, "paths": 10}, "record", None),
+    ({"record": 0.5}, "record", None),
+]
+
+# Bad combinations with the oscillator, and bad usage that only a command can have; each with what must be named.
+COMMANDS = [
+    ("theory --order 2", "--order"),
+    ("theory --order nan", "--order"),
+    ("theory --order half", "--order"),
+    ("theory --order", "--order"),
+    ("theory --order 0.5 --order 0.6", "--order"),
+    ("theory --coefficient -1", "--coefficient"),
+    ("theory --natural-frequency 0", "--natural-frequency"),
+    ("theory --intensity inf", "--intensity"),
+    ("theory --position nan", "--position"),
+    ("theory --restitution 0", "--restitution"),
+    ("theory --restitution 1.1", "--restitution"),
+    ("theory --side left", "--side"),
+    ("theory --no-barrier --position 1", "--no-barrier"),
+    ("theory --no-barrier=maybe", "--no-barrier"),
+    ("theory --paths 10", "--paths"),
+    ("theory 0.5", "0.5"),
+    ("simulate --step 0.5 --natural-frequency 100", "--step"),
+    ("simulate --side below --initial-position 0.1", "--initial-position"),
+    ("simulate --start stationary --order 0", "start"),
+    ("simulate --start stationary --coefficient 0", "start"),
+    ("simulate --start stationary --intensity 0", "--intensity"),
+    ("simulate --window 1 2 3 --duration 10", "3"),
+    ("simulate --pahts 10", "--pahts"),
+    ("simulate --json=perhaps", "--json"),
+    ("reproduce fig3", "fig3"),
+    ("reproduce fig1 fig2", "fig2"),
+    ("reproduce --out", "--out"),
+    ("reproduce fig1 --threads many", "--threads"),
+    ("doctor --verbose", "--verbose"),
+    ("simulat", "simulat"),
+    ("--jsno", "--jsno"),
+]
+
+
+def words_of(value: object) -> str:
+    return f"{value!r:.30}"
+
+
+def clear(sentence: str, name: str) -> None:
+    assert name in sentence
+    assert 20 < len(sentence) < 400
+    assert "\n" not in sentence
+    assert sentence.endswith((".", "?"))  # a suggestion ends as a question
+
+
+@pytest.mark.parametrize(("name", "value"), OUT_OF_RANGE, ids=words_of)
+def test_parts_out_of_range(name: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=f"^{name} must be") as caught:
+        PARTS[name](value)
+    clear(str(caught.value), name)
+
+
+@pytest.mark.parametrize(("name", "value"), WRONG_KIND, ids=words_of)
+def test_parts_of_the_wrong_kind(name: str, value: Any) -> None:
+    with pytest.raises(TypeError, match=f"^{name} must be") as caught:
+        PARTS[name](value)
+    clear(str(caught.value), name)
+
+
+@pytest.mark.parametrize(("settings", "name", "_words"), RUNS, ids=words_of)
+def test_runs_refuse(settings: dict[str, Any], name: str, _words: str | None) -> None:
+    with pytest.raises((TypeError, ValueError)) as caught:
+        run(Oscillator(), **settings)
+    assert str(caught.value).startswith(name)
+    clear(str(caught.value), name)
+
+
+@pytest.mark.parametrize("oscillator", [None, 1.0, Springpot(0.5, 1.0), {"order": 0.5}], ids=words_of)
+def test_runs_refuse_what_is_not_an_oscillator(oscillator: Any) -> None:
+    with pytest.raises(TypeError, match=r"^oscillator must be"):
+        run(oscillator)
+
+
+@pytest.mark.parametrize(
+    "oscillator",
+    [
+        Oscillator(springpot=Springpot(order=0.0, coefficient=1.0)),
+        Oscillator(springpot=Springpot(order=0.5, coefficient=0.0)),
+        Oscillator(springpot=Springpot(order=0.0, coefficient=1.0), barrier=None),
+    ],
+    ids=["order-0", "coefficient-0", "order-0-no-wall"],
+)
+def test_no_stationary_start_where_nothing_is_lost(oscillator: Oscillator) -> None:
+    with pytest.raises(ValueError, match="stationary state") as caught:
+        run(oscillator, start="stationary")
+    clear(str(caught.value), "start")
+
+
+def test_the_wrong_side_of_the_mirrored_wall() -> None:
+    below = Oscillator(barrier=Barrier(position=-1.0, side="below"))
+    with pytest.raises(ValueError, match=r"^initial_position"):
+        run(below, initial_position=-0.5)
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        *COMMANDS,
+        *[(f"simulate {words}", f"--{name.replace('_', '-')}") for _, name, words in RUNS if words is not None],
+    ],
+)
+@pytest.mark.parametrize("json", [False, True])
+def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    says_json = json and words.split()[0] in ("theory", "simulate")
+    assert cli.main([*words.split(), *(["--json"] if says_json else [])]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("springpot: ")
+    assert err.count("\n") == 1
+    clear(err.strip(), name)
+
+
+@pytest.mark.parametrize(
+    "words", ["simulate --paths 0", "simulate --step 2 --duration 10 --json", "simulate --window 8 2 --duration 10"]
+)
+def test_a_real_process_refuses(words: str) -> None:
+    command = [sys.executable, "-c", "import sys; from springpot.cli import main; sys.exit(main())", *words.split()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("springpot: ")
+    assert done.stderr.count("\n") == 1

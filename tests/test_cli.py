@@ -1,0 +1,363 @@
+"""The command: what its flags ask of the library, what it prints where, and its exit codes."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import springpot
+from springpot import cli, doctor, paper, simulation
+
+COMMAND = [sys.executable, "-c", "import sys; from springpot.cli import main; sys.exit(main())"]
+
+
+class Answer:
+    """Stands for a run's answer: one quantity, one that does not exist (no impacts), one warning."""
+
+    def __init__(self, settings: dict[str, Any]) -> None:
+        self._settings = settings
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "x_mean_square": 1.2345678,
+            "x_mean_square_se": 0.01,
+            "impact_speed_mean": math.nan,
+            "impact_speed_mean_se": math.inf,
+            "x_mean_square_end": 1.25,
+            "x_mean_square_end_se": 0.02,
+            "settings": self._settings,
+            "oscillator": {"order": 0.5},
+            "diagnostics": {"modes": [1.0, math.nan]},
+            "warnings": ["The window is short."],
+        }
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the command asked of `run`, which only takes note here."""
+    note: dict[str, Any] = {}
+
+    def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
+        settings.pop("progress")(0.5)
+        note.update(settings, oscillator=oscillator)
+        return Answer({name: settings[name] for name in ("paths", "seed", "scheme")})
+
+    monkeypatch.setattr(simulation, "run", run)
+    return note
+
+
+def raising(error: BaseException) -> Callable[..., Any]:
+    def run(*_: object, **__: object) -> Any:
+        raise error
+
+    return run
+
+
+def test_without_a_command_help_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([]) == 0
+    out, err = capsys.readouterr()
+    assert all(command in out for command in ("theory", "simulate", "doctor", "reproduce"))
+    assert err == ""
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"{springpot.__version__}\n"
+
+
+@pytest.mark.parametrize("command", ["theory", "simulate", "doctor", "reproduce"])
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([command, "--help"]) == 0
+    assert f"Usage: springpot {command}" in capsys.readouterr().out
+
+
+def test_help_imports_nothing_heavy() -> None:
+    """The front door itself; what ``import springpot`` costs is the package's own affair."""
+    code = (
+        "import sys; import springpot; before = set(sys.modules); from springpot.cli import main; main(['--help'])\n"
+        "print(sorted({'numba', 'xarray', 'matplotlib', 'scipy'} & (set(sys.modules) - before)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]", done.stderr
+
+
+def test_theory_json_has_one_object_per_method(capsys: pytest.CaptureFixture[str]) -> None:
+    flags = ["--order", "0.7", "--coefficient", "0.2", "--natural-frequency", "3"]
+    assert cli.main(["theory", *flags, "--json"]) == 0
+    out, _ = capsys.readouterr()
+    answer = json.loads(out)
+    assert answer["oscillator"] == {
+        "order": 0.7,
+        "coefficient": 0.2,
+        "natural_frequency": 3.0,
+        "intensity": 1.0,
+        "position": 0.0,
+        "restitution": 1.0,
+        "side": "above",
+    }
+    assert answer["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
+    assert answer["averaging"]["amplitude_mean_square"] == pytest.approx(1.173, abs=5e-4)
+    assert answer["averaging"]["impact_rate"] == pytest.approx(3 / math.pi)
+    assert answer["averaging"]["decay_rate"] > 0
+
+
+@pytest.mark.parametrize("flags", [["--order", "0"], ["--position", "1"], ["--coefficient", "0"]])
+def test_theory_states_where_it_has_no_answer(flags: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["theory", *flags, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    for method in ("averaging", "averaging_printed"):
+        assert answer[method]["amplitude_mean_square"] is None
+        assert len(answer[method]["statement"]) > 20
+    assert cli.main(["theory", *flags]) == 0
+    assert answer["averaging"]["statement"] in capsys.readouterr().out
+
+
+def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["theory"]) == 0
+    out, _ = capsys.readouterr()
+    assert "averaging: " in out
+    assert "amplitude_mean_square" in out
+    assert "2.2963 m^2" in out
+
+
+def test_simulate_asks_for_the_defaults(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--json"]) == 0
+    capsys.readouterr()
+    assert asked == {
+        "oscillator": springpot.Oscillator(),
+        "paths": 5000,
+        "duration": None,
+        "step": None,
+        "window": None,
+        "seed": 1,
+        "threads": None,
+        "scheme": "default",
+        "start": "rest",
+        "initial_position": None,
+        "initial_velocity": 0.0,
+        "derivative": "caputo",
+        "memory_tolerance": 1e-6,
+    }
+
+
+def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    words = (
+        "--order 0.25 --coefficient 2 --natural-frequency 3 --intensity 4 --position -0.5 --restitution 0.9"
+        " --side below --paths 7 --duration 9 --step 1e-2 --window 3 8.5 --seed 11 --threads 2 --scheme grunwald"
+        " --start stationary --initial-position -1.5 --initial-velocity -2 --derivative riemann-liouville"
+        " --memory-tolerance 1e-8"
+    )
+    assert cli.main(["simulate", *words.split()]) == 0
+    capsys.readouterr()
+    assert asked == {
+        "oscillator": springpot.Oscillator(
+            natural_frequency=3.0,
+            springpot=springpot.Springpot(order=0.25, coefficient=2.0),
+            barrier=springpot.Barrier(position=-0.5, restitution=0.9, side="below"),
+            excitation=springpot.WhiteNoise(intensity=4.0),
+        ),
+        "paths": 7,
+        "duration": 9.0,
+        "step": 0.01,
+        "window": (3.0, 8.5),
+        "seed": 11,
+        "threads": 2,
+        "scheme": "grunwald",
+        "start": "stationary",
+        "initial_position": -1.5,
+        "initial_velocity": -2.0,
+        "derivative": "riemann-liouville",
+        "memory_tolerance": 1e-8,
+    }
+    assert isinstance(asked["paths"], int)
+
+
+def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--no-barrier"]) == 0
+    capsys.readouterr()
+    assert asked["oscillator"].barrier is None
+
+
+def test_json_is_one_object_without_nan(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert answer["x_mean_square"] == 1.2345678
+    assert answer["impact_speed_mean"] is None
+    assert answer["impact_speed_mean_se"] is None
+    assert answer["diagnostics"] == {"modes": [1.0, None]}
+
+
+def test_the_table_shows_values_with_errors_and_units(
+    asked: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["simulate"]) == 0
+    out, err = capsys.readouterr()
+    assert "1.2346 +- 0.01 m^2" in out
+    assert "impact_speed_mean  none" in out.replace("   ", "  ").replace("   ", "  ")
+    assert err == "springpot: warning: The window is short.\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ValueError("duration must be positive,\nnot -1."), 2),
+        (TypeError("paths must be a whole number."), 2),
+        (OSError(28, "No space left on device"), 1),
+        (RuntimeError("it did not converge."), 1),
+        (MemoryError(), 1),
+        (KeyboardInterrupt(), 130),
+    ],
+)
+@pytest.mark.parametrize("flags", [[], ["--json"]])
+def test_failures_say_one_sentence(
+    error: BaseException,
+    code: int,
+    flags: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(simulation, "run", raising(error))
+    assert cli.main(["simulate", *flags]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("springpot: ")
+    assert err.count("\n") == 1
+
+
+def test_a_refused_argument_is_named_as_its_flag(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(simulation, "run", raising(ValueError("memory_tolerance is 2, but at most 1 is allowed.")))
+    assert cli.main(["simulate"]) == 2
+    assert capsys.readouterr().err == "springpot: --memory-tolerance is 2, but at most 1 is allowed.\n"
+
+
+def test_reproduce_prints_what_it_wrote(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def make(what: str, out: Path, progress: Callable[[float, str], None], threads: int | None) -> Sequence[Path]:
+        progress(0.5, "half")
+        assert (what, out, threads) == ("fig1", tmp_path / "here", None)
+        return [out / "fig1.png"]
+
+    monkeypatch.setattr(paper, "reproduce", make)
+    assert cli.main(["reproduce", "fig1", "--out", str(tmp_path / "here")]) == 0
+    out, err = capsys.readouterr()
+    assert out == f"{tmp_path / 'here' / 'fig1.png'}\n"
+    assert err == ""
+
+
+def test_a_folder_that_cannot_be_made_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("in the way")
+    assert cli.main(["reproduce", "fig1", "--out", str(tmp_path / "file" / "figures")]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("springpot: ")
+    assert err.count("\n") == 1
+
+
+def test_the_bar_waits_and_writes_to_stderr_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with cli._Bar("working") as bar:
+        bar(0.1)
+        assert capsys.readouterr() == ("", "")
+        monkeypatch.setattr(time, "monotonic", lambda: math.inf)
+        bar(0.5, "half done")
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "half done" in err
+
+
+def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with cli._Bar("working") as bar:
+        monkeypatch.setattr(time, "monotonic", lambda: math.inf)
+        bar(0.5)
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_doctor_fails_when_its_check_does(
+    passed: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    check = {"passed": passed, "statement": "self-check made up", "seconds": 1.0}
+    monkeypatch.setattr(doctor, "self_check", lambda: check)
+    assert cli.main(["doctor"]) == (0 if passed else 1)
+    out, err = capsys.readouterr()
+    assert "self-check made up" in out
+    assert ("self-check failed" in err) is not passed
+    assert cli.main(["doctor", "--json"]) == (0 if passed else 1)
+    findings = json.loads(capsys.readouterr().out)
+    assert findings["versions"]["springpot"] == springpot.__version__
+    assert set(findings) == {"versions", "processor", "threads", "cache", "self_check"}
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ({}, math.inf),
+        ({"cpu.max": "max 100000"}, math.inf),
+        ({"cpu.max": "150000 100000"}, 1.5),
+        ({"cpu/cpu.cfs_quota_us": "-1", "cpu/cpu.cfs_period_us": "100000"}, math.inf),
+        ({"cpu/cpu.cfs_quota_us": "400000", "cpu/cpu.cfs_period_us": "100000"}, 4.0),
+    ],
+)
+def test_the_control_groups_quota(files: dict[str, str], expected: float, tmp_path: Path) -> None:
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert doctor._quota(tmp_path) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [(["--version"], 0), (["nonsense"], 2), (["theory", "--order", "2"], 2), (["simulate", "--paths", "x"], 2)],
+)
+def test_exit_codes_of_a_real_process(words: list[str], code: int) -> None:
+    done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    if code:
+        assert done.stdout == ""
+        assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_reader_that_goes_away_leaves_no_traceback() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([*COMMAND, "theory"], stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(writing)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_an_interrupted_run_ends_with_130() -> None:
+    """A run of hours, interrupted while it computes."""
+    words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--json"]
+    process = subprocess.Popen(
+        [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        time.sleep(8.0)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+    assert process.returncode == 130, err
+    assert out == ""
+    assert err == "springpot: interrupted.\n"
