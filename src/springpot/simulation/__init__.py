@@ -1,9 +1,6 @@
-"""Answers with dice."""
+"""Answers with dice: Monte Carlo of the impacting fractional oscillator."""
 
-from __future__ import annotations
+from springpot.simulation.run import Run, run, simulate
+from springpot.simulation.statistics import UNITS
 
-from typing import Any
-
-
-def simulate(*args: Any, **kwargs: Any) -> Any:
-    raise NotImplementedError
+__all__ = ["UNITS", "Run", "run", "simulate"]

@@ -1,0 +1,114 @@
+"""The adapted start: the initial displacement from which the springpot remembers nothing that is not stationary.
+
+From rest the mean displacement climbs to its stationary value, and the element remembers that climb as a force
+C E[x] t^-alpha / Gamma(1 - alpha) which dies only like t^-alpha: for a small order a "long" run is not stationary.  With
+Caputo's derivative, empty modes and x(0) = E[x] that force is absent.  E[x] is not known beforehand, so it is found as
+the fixed point of "mean displacement of a run that starts at m": short pilot runs on one stream of normals, a secant
+iteration, and a last pilot on fresh normals that measures what is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.ensemble import advance, mirror, tables
+from springpot.simulation.settings import COARSEST, Settings, default_step, relaxation_time
+from springpot.simulation.statistics import estimates
+
+__all__ = ["Adapted", "adapt"]
+
+PILOT_PATHS = 4096
+PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
+WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
+MOST_PILOTS = 8
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """What the pilot runs found.
+
+    Attributes
+    ----------
+    position : float
+        x(0), in m.
+    residual : float
+        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot.
+    residual_se : float
+        Its standard error.
+    pilots : int
+        How many pilot runs were made.
+    """
+
+    position: float
+    residual: float
+    residual_se: float
+    pilots: int
+
+
+def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
+    """Find x(0) = E[x] for an adapted start.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    settings : Settings
+        Of the run to come; its seed and threads are used.
+
+    Returns
+    -------
+    Adapted
+        Without a wall x(0) = 0 by symmetry, and no pilot is run.
+    """
+    if oscillator.barrier is None:
+        return Adapted(0.0, 0.0, 0.0, 0)
+    pilot = _pilot_settings(oscillator, settings)
+    sign = mirror(oscillator)
+    wall = sign * oscillator.barrier.position
+
+    def mean(position: float, stream: int) -> tuple[float, float, float]:
+        """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
+        at = replace(pilot, initial_position=sign * position)
+        made = tables(oscillator, at)
+        values, errors = estimates(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
+        return sign * values["x_mean"], errors["x_mean"], values["x_mean_square"] ** 0.5
+
+    before = max(wall, 0.0)
+    reached, _, spread = mean(before, 1)
+    now, pilots = reached, 1
+    while pilots < MOST_PILOTS:
+        again, _, spread = mean(now, 1)
+        pilots += 1
+        slope = (again - reached) / (now - before) if now != before else 0.0
+        # a run forgets part of its start, so the slope lies in [0, 1); outside it is noise
+        slope = min(max(slope, 0.0), 0.9)
+        following = max(wall, now + (again - now) / (1.0 - slope))
+        before, reached = now, again
+        now = following
+        if abs(now - before) < WANTED * spread:
+            break
+    check, error, spread = mean(now, 2)
+    return Adapted(sign * now, abs(check - now) / spread, error / spread, pilots + 1)
+
+
+def _pilot_settings(oscillator: Oscillator, settings: Settings) -> Settings:
+    """Six relaxation times at a coarse step of the default scheme, the first three left out of the average."""
+    relaxation = relaxation_time(oscillator)
+    frequency = oscillator.natural_frequency
+    step = 2.0 * default_step(oscillator, "default")
+    settle = max(6.0 * relaxation, 40.0 / frequency)
+    duration = min(2.5 * settle, PILOT_PATH_STEPS * step / 512)
+    paths = int(min(PILOT_PATHS, max(512, PILOT_PATH_STEPS * step / duration)))
+    steps = max(2, round(duration / step))
+    assert step * frequency < COARSEST
+    return replace(
+        settings,
+        paths=paths,
+        duration=steps * step,
+        step=step,
+        window=((steps * 2 // 5) * step, steps * step),
+        scheme="default",
+        initial_velocity=0.0,
+        memory_tolerance=max(settings.memory_tolerance, 1e-6),
+        record=0,
+    )

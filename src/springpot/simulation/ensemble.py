@@ -1,0 +1,193 @@
+"""Blocks of paths on threads: from an oscillator and settings to one row of sums per path.
+
+Always seen from a wall below the motion; a wall above is its mirror image, x -> -x, and is mirrored back when the rows
+are read (:mod:`springpot.simulation.statistics`).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.memory import ExponentialSum, direct, exponential_sum
+from springpot.memory.weights import Family
+from springpot.oscillator import Oscillator
+from springpot.simulation.kernel import COLUMNS, Memory, Start, block
+from springpot.simulation.lanes import GROUP, LANES, MOST_MODES
+from springpot.simulation.parts import Euler, NoWall, Rigid, Splitting, euler, fly, newest_weight_splitting, splitting
+from springpot.simulation.random import key_words
+from springpot.simulation.settings import Settings
+
+__all__ = ["Ensemble", "Tables", "advance", "mirror", "tables"]
+
+Progress = Callable[[float], None]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """The parts and tables a kernel needs for one oscillator and one step.
+
+    Attributes
+    ----------
+    scheme, wall, memory, start
+        Parts of the kernel.
+    drive : ndarray
+        Force per unit of x(0) in each step, or empty (Caputo's derivative, or x(0) = 0).
+    expected_power : float
+        Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step.
+    sum : ExponentialSum
+        The memory before it was given units.
+    """
+
+    scheme: Splitting | Euler
+    wall: NoWall | Rigid
+    memory: Memory
+    start: Start
+    drive: Floats
+    expected_power: float
+    sum: ExponentialSum
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """What the blocks left: one row of COLUMNS per path, and the recorded paths.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (paths, len(COLUMNS))
+    record : ndarray, shape (recorded, steps + 1, 2)
+        x and v at 0, h, 2h, ...
+    """
+
+    rows: Floats
+    record: Floats
+
+
+def mirror(oscillator: Oscillator) -> float:
+    """1 for a wall below the motion (or none), -1 for a wall above it."""
+    return -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
+
+
+def family(settings: Settings) -> Family:
+    """The weights of the past that a scheme uses."""
+    return "grunwald" if settings.scheme == "grunwald" else "average"
+
+
+def tables(oscillator: Oscillator, settings: Settings) -> Tables:
+    """Everything the kernel needs, computed once per run."""
+    order, coefficient = oscillator.springpot.order, oscillator.springpot.coefficient
+    frequency, intensity, step = oscillator.natural_frequency, oscillator.excitation.intensity, settings.step
+    barrier, sign = oscillator.barrier, mirror(oscillator)
+    scale = coefficient * step**-order
+    past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
+    weights = direct(family(settings), order, 4)
+    scheme: Splitting | Euler
+    if settings.scheme == "grunwald":
+        scheme = euler(frequency, intensity, step, settings.contact_tolerance)
+        newest, expected = weights[0], 0.5 * intensity
+    else:
+        scheme = splitting(frequency, order, coefficient, intensity, step)
+        newest, expected = newest_weight_splitting(order), 0.5 * intensity * scheme.implicit
+    x0 = sign * settings.initial_position
+    wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position, barrier.restitution)
+    return Tables(
+        scheme=scheme,
+        wall=wall,
+        memory=_memory(past, scale, newest, weights, settings.precision),
+        start=_start(scheme, wall, frequency, x0, sign * settings.initial_velocity),
+        drive=_drive(order, scale, x0, settings),
+        expected_power=expected,
+        sum=past,
+    )
+
+
+def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, precision: str) -> Memory:
+    if past.rates.size > MOST_MODES:
+        raise ValueError(f"memory_tolerance asks for {past.rates.size} memory modes; the kernel holds {MOST_MODES}.")
+    # an even number of modes, for the kernel takes two at a time; the odd one out weighs nothing
+    size = past.rates.size + past.rates.size % 2
+    rates, strengths = np.zeros(size), np.zeros(size)
+    rates[: past.rates.size], strengths[: past.rates.size] = past.rates, scale * past.weights
+    powers = np.exp(-np.outer(rates, np.arange(1, GROUP + 1)))
+    if not size:  # the kernel reads the type of its memory from the first entry
+        powers, strengths = np.zeros((0, GROUP)), np.zeros(0)
+    return Memory(
+        powers.ravel().astype(precision),
+        (strengths[:, None] * powers).ravel().astype(precision),
+        *(float(scale * w) for w in (newest, *weights[1:4])),
+    )
+
+
+def _start(scheme: Splitting | Euler, wall: NoWall | Rigid, frequency: float, x0: float, v0: float) -> Start:
+    """The state at the first kick: after half a step of free flight for the default scheme."""
+    energy = 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)
+    if isinstance(scheme, Euler):
+        return Start(x0, v0, 0.0, energy, x0, 0.0, 0.0, 0.0)
+    position, restitution = (wall.position, wall.restitution) if isinstance(wall, Rigid) else (-math.inf, 1.0)
+    x, v, happened = fly.py_func(position, restitution, frequency, x0, v0, 0.5 * frequency * scheme.step)
+    return Start(float(x), float(v), float(x) - x0, energy, x0, *(float(h) for h in happened[:3]))
+
+
+def _drive(order: float, scale: float, x0: float, settings: Settings) -> Floats:
+    """Riemann-Liouville's x(0) t^-alpha / Gamma(1 - alpha), as the scheme's own weights see it."""
+    if settings.derivative == "caputo" or x0 == 0.0:
+        return np.zeros(0)
+    length = settings.steps + GROUP
+    return scale * direct(family(settings), order, length)
+
+
+def advance(
+    oscillator: Oscillator,
+    settings: Settings,
+    made: Tables,
+    *,
+    stream: int = 0,
+    progress: Progress | None = None,
+) -> Ensemble:
+    """Run all paths, block by block, on ``settings.threads`` threads.
+
+    The bits of a path depend on the seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads within
+    a fraction of a second and is passed on.
+    """
+    blocks = -(-settings.paths // LANES)
+    rows = np.empty((blocks * LANES, len(COLUMNS)))
+    record = np.empty((settings.record, settings.steps + 1, 2))
+    record[:, 0] = mirror(oscillator) * settings.initial_position, mirror(oscillator) * settings.initial_velocity
+    stop = np.zeros(1, np.uint8)
+    k0, k1 = key_words(settings.seed)
+    low, high = settings.window_steps
+    next_block = itertools.count()
+    done = itertools.count(1)
+    stiffness = oscillator.natural_frequency**2
+
+    def work() -> None:
+        while not stop[0] and (number := next(next_block)) < blocks:
+            first = number * LANES
+            block(
+                made.scheme, made.wall, made.memory, made.drive, made.start, stiffness, first, settings.steps, low, high,
+                k0, k1, stream, record[first : first + LANES], stop, rows[first : first + LANES],
+            )  # fmt: skip
+            finished = next(done)
+            if progress is not None and not stop[0]:
+                progress(finished / blocks)
+
+    with ThreadPoolExecutor(settings.threads) as pool:
+        futures = [pool.submit(work) for _ in range(min(settings.threads, blocks))]
+        try:
+            # waiting in slices keeps the main thread open to signals
+            while wait(futures, timeout=0.1, return_when=FIRST_EXCEPTION).not_done:
+                if any(f.done() and f.exception() for f in futures):
+                    stop[0] = 1
+        except BaseException:
+            stop[0] = 1
+            raise
+    for future in futures:
+        future.result()
+    return Ensemble(rows[: settings.paths], record)

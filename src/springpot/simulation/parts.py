@@ -1,0 +1,271 @@
+"""The parts a kernel is composed of: schemes and walls, and their answers to the kernel's questions.
+
+A part is a ``NamedTuple`` of numbers.  Its *type* chooses the code at compile time, its values stay arguments, so one
+kernel serves every oscillator and a new part does not touch the kernel.  The questions:
+
+``kick(scheme, x, v, past, g)``
+    The velocity after the impulse of the step (spring if the scheme kicks it, memory, noise) and the springpot's force
+    in it.
+``drift(scheme, x, v)``
+    From one kick to the next as if there were no wall: state at the observation, state at the end.
+``struck(scheme, wall, xm, x, v)``
+    Could the wall have been met on a drift that looks like this?  Asked of every lane.
+``bounce(scheme, wall, x, v)``
+    The drift again, with the wall in it.  Asked of the few lanes that were struck.
+
+Two schemes:
+
+``Splitting`` (the default).  The flow of the bare oscillator, exact, with the wall in it, from kick to kick; at each kick
+the whole impulse of a step: memory and noise.  The springpot's force answers its own impulse through the mean of its
+kernel, which makes the kick implicit but scalar.  Since the kick moves only v and the drift is exact, no impact is
+missed between two noisy points, and at order 1 with an elastic wall the stationary law is exact at every step size.
+
+``Euler``, as the paper did it.  v += h (force at x_n) + noise, x += h v, and the velocity is reversed when x is within
+``contact`` of the wall or beyond it and moves towards it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+
+from springpot.simulation.lanes import INLINE
+
+__all__ = ["Euler", "NoWall", "Rigid", "Splitting", "bounce", "drift", "euler", "fly", "kick", "splitting", "struck"]
+
+# A chatter against a preload is over when a hop lasts less than this fraction of a half step.
+SHORTEST_HOP = 1e-4
+
+
+class Splitting(NamedTuple):
+    """Numbers of the default scheme; :func:`splitting` makes them."""
+
+    step: float
+    frequency: float
+    cosine: float  # of the half-step rotation
+    sine_over_frequency: float
+    sine_times_frequency: float
+    noise: float  # sqrt(q h)
+    damping: float  # weight of the present velocity in the springpot's force
+    answer: float  # the springpot's mean force per impulse of its own step
+    implicit: float  # 1 / (1 + answer h)
+
+
+class Euler(NamedTuple):
+    """Numbers of the paper's scheme; :func:`euler` makes them."""
+
+    step: float
+    stiffness: float
+    noise: float
+    contact: float
+
+
+class NoWall(NamedTuple):
+    """No wall at all (the field is there because an empty tuple has no type)."""
+
+    unused: float
+
+
+class Rigid(NamedTuple):
+    """A rigid wall under x >= position."""
+
+    position: float
+    restitution: float
+
+
+def splitting(frequency: float, order: float, coefficient: float, intensity: float, step: float) -> Splitting:
+    """The default scheme's numbers for one step size."""
+    phase = 0.5 * frequency * step
+    # weights of the kernel t^-alpha/Gamma(1-alpha) on the last step, for a velocity that is linear over it
+    damping = coefficient * order * step ** (1.0 - order) / math.gamma(3.0 - order)
+    # mean over a step of the force that answers an impulse spread evenly over the same step
+    answer = coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
+    return Splitting(
+        step=step,
+        frequency=frequency,
+        cosine=math.cos(phase),
+        sine_over_frequency=math.sin(phase) / frequency,
+        sine_times_frequency=math.sin(phase) * frequency,
+        noise=math.sqrt(intensity * step),
+        damping=damping,
+        answer=answer,
+        implicit=1.0 / (1.0 + answer * step),
+    )
+
+
+def newest_weight_splitting(order: float) -> float:
+    """Weight of the newest displacement increment, in units of h^-alpha, beside :attr:`Splitting.damping`."""
+    return 1.0 / math.gamma(2.0 - order) - order / math.gamma(3.0 - order)
+
+
+def euler(frequency: float, intensity: float, step: float, contact: float) -> Euler:
+    """The paper's scheme's numbers for one step size."""
+    return Euler(step, frequency * frequency, math.sqrt(intensity * step), contact)
+
+
+def kick(scheme: Any, x: Any, v: Any, past: Any, g: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def drift(scheme: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def struck(scheme: Any, wall: Any, xm: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def bounce(scheme: Any, wall: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def _answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register a function as the answer to ``question`` for parts of these types (its first arguments)."""
+
+    def register(function: Callable[..., Any]) -> Callable[..., Any]:
+        names = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
+
+        def matches(*arguments: Any) -> Callable[..., Any] | None:
+            found = tuple(getattr(a, "instance_class", None) for a in arguments[: len(kinds)])
+            return function if found == kinds else None
+
+        # overload() wants a function with the question's own argument names
+        choose = eval(f"lambda {names}: matches({names})", {"matches": matches})
+        overload(question, jit_options=INLINE)(choose)
+        return function
+
+    return register
+
+
+@_answers(kick, Splitting)
+def _kick_splitting(scheme, x, v, past, g):  # type: ignore[no-untyped-def]
+    force = past + scheme.damping * v
+    impulse = (scheme.noise * g - scheme.step * force) * scheme.implicit
+    return v + impulse, force + scheme.answer * impulse
+
+
+@_answers(drift, Splitting)
+def _drift_splitting(scheme, x, v):  # type: ignore[no-untyped-def]
+    xm = scheme.cosine * x + scheme.sine_over_frequency * v
+    vm = scheme.cosine * v - scheme.sine_times_frequency * x
+    xn = scheme.cosine * xm + scheme.sine_over_frequency * vm
+    vn = scheme.cosine * vm - scheme.sine_times_frequency * xm
+    return xm, vm, xn, vn
+
+
+@_answers(struck, Splitting, NoWall)
+def _struck_never(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+    return False
+
+
+@_answers(bounce, Splitting, NoWall)
+def _bounce_never(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+    xm, vm, xn, vn = drift(scheme, x, v)
+    return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+
+
+@_answers(struck, Splitting, Rigid)
+def _struck_splitting(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+    # with a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above:
+    # at most by (acceleration at the wall) (half step)^2 / 8
+    dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
+    return min(xm, x) < wall.position + dip
+
+
+@_answers(bounce, Splitting, Rigid)
+def _bounce_splitting(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+    phase = 0.5 * scheme.frequency * scheme.step
+    xm, vm, before = fly(wall.position, wall.restitution, scheme.frequency, x, v, phase)
+    xn, vn, after = fly(wall.position, wall.restitution, scheme.frequency, xm, vm, phase)
+    return xm, vm, xn, vn, before, after
+
+
+@njit(**INLINE)  # type: ignore[untyped-decorator]
+def fly(position, restitution, frequency, x, v, phase):  # type: ignore[no-untyped-def]
+    """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
+
+    Returns x, v and (impacts, sum of impact speeds, sum of their squares, collapses).  A chatter that has shrunk to hops
+    shorter than ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
+    """
+    u = v / frequency
+    left = phase
+    impacts = 0.0
+    speeds = 0.0
+    squares = 0.0
+    arriving = -u if x <= position and u < 0.0 else 0.0  # already there and moving in: an impact at once
+    x = max(x, position)
+    while True:
+        if arriving > 0.0:
+            speed = frequency * arriving
+            impacts += 1.0
+            speeds += speed
+            squares += speed * speed
+            x = position
+            u = restitution * arriving
+        if position > 0.0 and x == position and u >= 0.0:  # a preload: the mass hops
+            hop = 2.0 * math.atan2(u, position)
+            if restitution == 1.0 and hop > 0.0:
+                whole = np.floor(left / hop)
+                impacts += whole
+                speeds += whole * frequency * u
+                squares += whole * (frequency * u) ** 2
+                left -= whole * hop
+            elif hop < SHORTEST_HOP * phase and hop < left:
+                return position, 0.0, (impacts, speeds, squares, 1.0 if impacts > 0.0 else 0.0)
+        square = x * x + u * u - position * position
+        if square <= 0.0:  # a gap never closed
+            break
+        height = math.sqrt(square)  # u at the wall
+        until = math.atan2(height, position) - math.atan2(-u, x)
+        if until >= left:
+            break
+        left -= until
+        arriving = height
+    c = math.cos(left)
+    s = math.sin(left)
+    return max(c * x + s * u, position), frequency * (c * u - s * x), (impacts, speeds, squares, 0.0)
+
+
+@_answers(kick, Euler)
+def _kick_euler(scheme, x, v, past, g):  # type: ignore[no-untyped-def]
+    return v + (scheme.noise * g - scheme.step * (scheme.stiffness * x + past)), past
+
+
+@_answers(drift, Euler)
+def _drift_euler(scheme, x, v):  # type: ignore[no-untyped-def]
+    xn = x + scheme.step * v
+    return xn, v, xn, v
+
+
+@_answers(struck, Euler, NoWall)
+def _struck_never_euler(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+    return False
+
+
+@_answers(bounce, Euler, NoWall)
+def _bounce_never_euler(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+    xm, vm, xn, vn = drift(scheme, x, v)
+    return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+
+
+@_answers(struck, Euler, Rigid)
+def _struck_euler(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+    return (x <= wall.position + scheme.contact) & (v < 0.0)
+
+
+@_answers(bounce, Euler, Rigid)
+def _bounce_euler(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+    xm, vm, xn, vn = drift(scheme, x, v)
+    hit = struck(scheme, wall, xm, xn, vn)
+    counted = (1.0, -vn, vn * vn, 0.0) if hit else (0.0, 0.0, 0.0, 0.0)
+    vn = -wall.restitution * vn if hit else vn
+    return xn, vn, xn, vn, counted, (0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,286 @@
+"""How a simulation is run: its settings, checked and completed before any work starts."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import os
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal, get_args
+
+from springpot.oscillator import Oscillator, finite_number
+from springpot.theory import NoStationaryState, averaging
+
+__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "relaxation_time", "resolve", "threads_available"]
+
+Scheme = Literal["default", "grunwald"]
+StartKind = Literal["rest", "stationary"]
+Derivative = Literal["caputo", "riemann-liouville"]
+
+MOST_STEPS = 100_000_000
+MOST_RECORDED = 50_000_000
+COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
+CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything a run was told or decided, beside the oscillator itself.  Made by :func:`resolve`.
+
+    Attributes
+    ----------
+    paths : int
+    duration, step : float
+        In s; the step divides the duration.
+    window : tuple of float
+        Averages are taken over window[0] < t <= window[1].
+    seed : int
+    threads : int
+    scheme : {"default", "grunwald"}
+    start : {"rest", "stationary"}
+    initial_position, initial_velocity : float
+        x(0) and x'(0); with an adapted start x(0) is what the pilot runs found.
+    derivative : {"caputo", "riemann-liouville"}
+        They differ by x(0) t^-alpha / Gamma(1 - alpha).
+    memory_tolerance : float
+        Relative error allowed in the exponential sum of the memory.
+    contact_tolerance : float
+        The paper's epsilon, in m; used by the ``grunwald`` scheme only.
+    record : int
+        How many paths are stored.
+    """
+
+    paths: int
+    duration: float
+    step: float
+    window: tuple[float, float]
+    seed: int
+    threads: int
+    scheme: Scheme
+    start: StartKind
+    initial_position: float
+    initial_velocity: float
+    derivative: Derivative
+    memory_tolerance: float
+    contact_tolerance: float
+    record: int
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of the run."""
+        return round(self.duration / self.step)
+
+    @property
+    def window_steps(self) -> tuple[int, int]:
+        """First step of the window, and the first one after it (step n ends at (n + 1) h)."""
+        return round(self.window[0] / self.step), round(self.window[1] / self.step)
+
+    @property
+    def precision(self) -> str:
+        """NumPy's name of the type in which memory modes are kept."""
+        return "float32" if self.memory_tolerance >= 1e-7 else "float64"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All settings as plain numbers, words and lists."""
+        return {**asdict(self), "window": list(self.window)}
+
+
+def threads_available() -> int:
+    """Number of processors this process may use.
+
+    Examples
+    --------
+    >>> threads_available() >= 1
+    True
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return max(1, len(os.sched_getaffinity(0)))
+    return os.cpu_count() or 1
+
+
+def fastest_rate(oscillator: Oscillator) -> float:
+    """The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s."""
+    spring = oscillator.springpot
+    return max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order))))
+
+
+def relaxation_time(oscillator: Oscillator) -> float:
+    """Estimate of the time in which the energy forgets its start, in s; infinite without any loss.
+
+    1 / (2 beta) from averaging with the wall moved to the equilibrium; where the springpot is stronger than the spring,
+    the time (C / Omega^2)^(1 / alpha) of creep back to the equilibrium, if longer (at most 100 / Omega).
+    """
+    if oscillator.barrier is not None:
+        oscillator = replace(oscillator, barrier=replace(oscillator.barrier, position=0.0))
+    rate = 2.0 * averaging(oscillator).decay_rate
+    spring, frequency = oscillator.springpot, oscillator.natural_frequency
+    creep = 0.0
+    if oscillator.dimensionless_coefficient > 1.0 and spring.order > 0.0:
+        logarithm = math.log(spring.coefficient / frequency**2) / spring.order
+        creep = min(math.exp(min(logarithm, 700.0)), 100.0 / frequency)
+    return max(1.0 / rate, creep) if rate > 0.0 else math.inf
+
+
+def default_duration(oscillator: Oscillator) -> float:
+    """100 / Omega (the paper's length), or longer so that half of it outlasts the transient ten times."""
+    frequency = oscillator.natural_frequency
+    long_enough = 20.0 * relaxation_time(oscillator)
+    return 100.0 / frequency if math.isinf(long_enough) else min(max(100.0 / frequency, long_enough), 1e4 / frequency)
+
+
+def default_step(oscillator: Oscillator, scheme: Scheme) -> float:
+    """A hundredth (default scheme) or a thousandth (the paper's) of the shortest time scale."""
+    return (0.01 if scheme == "default" else 0.001) / fastest_rate(oscillator)
+
+
+def resolve(
+    oscillator: Oscillator,
+    *,
+    paths: int = 5000,
+    duration: float | None = None,
+    step: float | None = None,
+    window: tuple[float, float] | None = None,
+    seed: int = 1,
+    threads: int | None = None,
+    scheme: Scheme = "default",
+    start: StartKind = "rest",
+    initial_position: float | None = None,
+    initial_velocity: float = 0.0,
+    derivative: Derivative = "caputo",
+    memory_tolerance: float = 1e-6,
+    contact_tolerance: float = CONTACT_TOLERANCE,
+    record: int = 0,
+) -> Settings:
+    """Check what the caller gave and complete what was left out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        One sentence that names the argument, what is wrong with it and what would be right.
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    _one_of(scheme, "scheme", get_args(Scheme))
+    _one_of(start, "start", get_args(StartKind))
+    _one_of(derivative, "derivative", get_args(Derivative))
+    paths = _whole(paths, "paths", 1, 2**32 - 1)
+    seed = _whole(seed, "seed", 0, 2**64 - 1)
+    threads = threads_available() if threads is None else _whole(threads, "threads", 1, 4096)
+    duration, step, steps = _grid(oscillator, duration, step, scheme)
+    window = _window(window, duration, step)
+    record = _whole(record, "record", 0, paths)
+    if record * steps > MOST_RECORDED:
+        raise ValueError(
+            f"record asks for {record} paths of {steps} steps; at most {MOST_RECORDED:,} points are stored: "
+            f"record at most {MOST_RECORDED // steps} paths of this length."
+        )
+    return Settings(
+        paths=paths,
+        duration=duration,
+        step=step,
+        window=window,
+        seed=seed,
+        threads=threads,
+        scheme=scheme,
+        start=start,
+        initial_position=_initial_position(oscillator, initial_position, start, derivative),
+        initial_velocity=finite_number(initial_velocity, "initial_velocity"),
+        derivative=derivative,
+        memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
+        contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0),
+        record=record,
+    )
+
+
+def _grid(
+    oscillator: Oscillator, duration: float | None, step: float | None, scheme: Scheme
+) -> tuple[float, float, int]:
+    duration = (
+        default_duration(oscillator)
+        if duration is None
+        else finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
+    )
+    step = (
+        min(default_step(oscillator, scheme), duration)
+        if step is None
+        else finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
+    )
+    if step > duration:
+        raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
+    fastest = fastest_rate(oscillator)
+    if step * fastest > COARSEST:
+        raise ValueError(
+            f"step is {step:g} s, too coarse for an oscillator whose fastest rate (the larger of Omega and "
+            f"C^(1/(2-alpha))) is {fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
+            f"{0.01 / fastest:.3g} s for errors well below 1 %."
+        )
+    ratio = duration / step
+    if ratio > MOST_STEPS:
+        raise ValueError(
+            f"step of {step:g} s makes {ratio:.3g} steps of the duration of {duration:g} s; at most {MOST_STEPS:,} "
+            f"are run: use a step of at least {duration / MOST_STEPS:.3g} s or a shorter duration."
+        )
+    # the number of steps is the whole number not below duration / step, rounding apart
+    steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))
+    return duration, duration / steps, steps
+
+
+def _window(window: tuple[float, float] | None, duration: float, step: float) -> tuple[float, float]:
+    if window is None:
+        return 0.5 * duration, duration
+    if isinstance(window, str) or not hasattr(window, "__len__") or len(window) != 2:
+        raise TypeError(f"window must be a pair of times (start, end), not {window!r}.")
+    begin = finite_number(window[0], "window start", low=0.0)
+    end = finite_number(window[1], "window end", low=0.0)
+    if not begin < end:
+        raise ValueError(f"window must start before it ends, but it runs from {begin:g} s to {end:g} s.")
+    if end > duration * (1.0 + 1e-12):
+        raise ValueError(f"window ends at {end:g} s, after the end of the run at {duration:g} s.")
+    if round(end / step) <= round(begin / step):
+        raise ValueError(f"window from {begin:g} s to {end:g} s holds no step of {step:g} s: make it longer.")
+    return begin, min(end, duration)
+
+
+def _initial_position(
+    oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative
+) -> float:
+    barrier = oscillator.barrier
+    if start == "stationary":
+        if given is not None:
+            raise ValueError("initial_position cannot be given with start='stationary', which finds it itself.")
+        if derivative != "caputo":
+            raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
+        if oscillator.excitation.intensity == 0.0:
+            raise ValueError("intensity must be positive with start='stationary': without noise the motion dies out.")
+        if math.isinf(relaxation_time(oscillator)):
+            raise NoStationaryState(
+                "start='stationary' needs a stationary state, and there is none: order 0 or coefficient 0 with an "
+                "elastic wall (or none) dissipates nothing, and the energy grows as q t / 2."
+            )
+        return math.nan  # found by the pilot runs
+    if barrier is None:
+        return 0.0 if given is None else finite_number(given, "initial_position")
+    sign = 1.0 if barrier.side == "above" else -1.0
+    if given is None:
+        return sign * max(sign * barrier.position, 0.0)  # at the equilibrium, or resting on the wall
+    given = finite_number(given, "initial_position")
+    if sign * given < sign * barrier.position:
+        wanted = "at least" if sign > 0.0 else "at most"
+        raise ValueError(
+            f"initial_position is {given:g}, behind the wall: it must be {wanted} {barrier.position:g} "
+            f"(side={barrier.side!r})."
+        )
+    return given
+
+
+def _whole(value: object, name: str, low: int, high: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise TypeError(f"{name} must be a whole number, not {value!r}.")
+    if not low <= int(value) <= high:
+        raise ValueError(f"{name} must be in [{low}, {high}], not {value}.")
+    return int(value)
+
+
+def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
+    if value not in words:
+        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {value!r}.")

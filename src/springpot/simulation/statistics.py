@@ -1,0 +1,111 @@
+"""From one row of sums per path to named values with standard errors.
+
+Paths are independent, so the standard error of a mean over paths of time averages is the spread between paths over
+sqrt(paths), whatever the correlation within one path.  Ratios (impact speeds) use the linearised spread of
+numerator minus ratio times denominator.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.ensemble import Tables, mirror
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.settings import Settings
+
+__all__ = ["UNITS", "estimates"]
+
+Floats = npt.NDArray[np.float64]
+
+UNITS = {
+    "x_mean": "m",
+    "x_mean_square": "m2",
+    "v_mean_square": "m2 s-2",
+    "amplitude_mean_square": "m2",
+    "impact_rate": "s-1",
+    "impact_speed_mean": "m s-1",
+    "impact_speed_mean_square": "m2 s-2",
+    "springpot_force_mean": "m s-2",
+    "springpot_power": "m2 s-3",
+    "springpot_virial": "m2 s-2",
+    "energy_residual": "1",
+    "x_mean_end": "m",
+    "x_mean_square_end": "m2",
+    "v_mean_square_end": "m2 s-2",
+    "amplitude_mean_square_end": "m2",
+}
+"""Names and units of everything a run estimates; each has a twin ``_se``, its standard error, in the same unit.
+
+``springpot_force_mean``, ``springpot_power`` and ``springpot_virial`` are C <D^a x>, C <v D^a x> and C <x D^a x>;
+``energy_residual`` is what the noise is expected to feed in, less what springpot and wall took out and the motion
+gained, over what was fed in; the ``_end`` values are averages over the paths at the end of the run.
+"""
+
+
+def estimates(
+    oscillator: Oscillator, settings: Settings, made: Tables, rows: Floats
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Values and standard errors, both by name.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (paths, len(COLUMNS))
+
+    Returns
+    -------
+    values, errors : dict
+        Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN.
+    """
+    low, high = settings.window_steps
+    steps, time, sign = high - low, (high - low) * settings.step, mirror(oscillator)
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    stiffness = oscillator.natural_frequency**2
+    restitution = 1.0 if oscillator.barrier is None else oscillator.barrier.restitution
+    spent = column["power"] / steps
+    spent = spent + 0.5 * (1.0 - restitution**2) * column["impact_speed_squares"] / time
+    gained = (column["energy_last"] - column["energy_first"]) / time
+    per_path = {
+        "x_mean": sign * column["x"] / steps,
+        "x_mean_square": column["x_square"] / steps,
+        "v_mean_square": column["v_square"] / steps,
+        "amplitude_mean_square": (column["x_square"] + column["v_square"] / stiffness) / steps,
+        "impact_rate": column["impacts"] / time,
+        "springpot_force_mean": sign * column["force"] / steps,
+        "springpot_power": column["power"] / steps,
+        "springpot_virial": column["virial"] / steps,
+        "energy_residual": _residual(spent + gained, made.expected_power, column["energy_first"] / time),
+        "x_mean_end": sign * column["x_end"],
+        "x_mean_square_end": column["x_end"] ** 2,
+        "v_mean_square_end": column["v_end"] ** 2,
+        "amplitude_mean_square_end": column["x_end"] ** 2 + column["v_end"] ** 2 / stiffness,
+    }
+    found = {name: _mean(samples) for name, samples in per_path.items()}
+    found["impact_speed_mean"] = _ratio(column["impact_speeds"], column["impacts"])
+    found["impact_speed_mean_square"] = _ratio(column["impact_speed_squares"], column["impacts"])
+    return {name: found[name][0] for name in UNITS}, {name: found[name][1] for name in UNITS}
+
+
+def _residual(out: Floats, fed: float, held: Floats) -> Floats:
+    """1 - out / fed; without noise, what came out of nowhere over what was there at first (NaN if nothing was)."""
+    if fed > 0.0:
+        return 1.0 - out / fed
+    return np.divide(-out, held, out=np.full_like(out, np.nan), where=held > 0.0)
+
+
+def _mean(samples: Floats) -> tuple[float, float]:
+    return float(samples.mean()), _standard_error(samples)
+
+
+def _ratio(above: Floats, below: Floats) -> tuple[float, float]:
+    if not below.sum() > 0.0:
+        return math.nan, math.nan
+    ratio = float(above.sum() / below.sum())
+    return ratio, _standard_error(above - ratio * below) / float(below.mean())
+
+
+def _standard_error(samples: Floats) -> float:
+    return float(samples.std(ddof=1) / math.sqrt(samples.size)) if samples.size > 1 else math.nan
