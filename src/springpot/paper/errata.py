@@ -296,9 +296,9 @@ ERRATA = (
         "Eq. 17, with Eq. 15",
         "The integral has the other sign",
         "The integral is (-1)^(m+1) 8m / (4m^2 - 1), for example +8/3 at m = 1. Eq. 15-17 as printed make the "
-        "amplitude grow, and Eq. 18 does not follow from them; Eq. 15 as printed with the right integral gives the decay of "
-        "Eq. 18 as printed. Eq. 7 and 14 as printed would give Eq. 15 a plus in front, and then the slips in Eq. 7 and "
-        "17 cancel.",
+        "amplitude grow, and Eq. 18 does not follow from them; Eq. 15 as printed with the right integral gives the "
+        "decay of Eq. 18 as printed. Eq. 7 and 14 as printed would give Eq. 15 a plus in front, and then the slips in "
+        "Eq. 7 and 17 cancel.",
         sign_of_the_sine,
     ),
     Erratum(

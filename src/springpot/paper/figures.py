@@ -1,0 +1,269 @@
+"""The paper's two figures, and one that shows its main erratum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.figures import COLOURS, new_figure, save
+from springpot.oscillator import Oscillator, Springpot, WhiteNoise
+from springpot.paper import montecarlo, pages
+from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Point
+from springpot.simulation import run
+from springpot.theory import Averaging, averaging
+from springpot.theory.fourier import partial_sum, truncation_bound, truncation_error
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["errata", "fig1", "fig2"]
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+_REST, _ADAPTED = ("o", 3.0), ("D", 5.0)  # markers and their sizes: one fits inside the other
+_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
+_GAP_CASES = ((0.1, 1.0), (0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (0.9, 1.0), (0.5, 0.1))
+_OMEGAS = np.geomspace(0.3, 3.0, 10)
+
+
+def _silent(fraction: float, text: str) -> None:
+    """Progress that nobody watches."""
+
+
+def fig1(out: Path) -> list[Path]:
+    """Draw the paper's Fig. 1: partial sums of the series of \\|cos p\\| (Eq. 10), and their errors.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, which must exist.
+
+    Returns
+    -------
+    list of Path
+        ``fig1.png``.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> [path.name for path in fig1(Path(tempfile.mkdtemp()))]
+    ['fig1.png']
+    """
+    phase = np.linspace(-math.pi, math.pi, 2001)
+    figure, (curves, errors) = new_figure(7.0, 6.0, ratios=(3.0, 2.0))
+    curves.plot(phase, np.abs(np.cos(phase)), color=COLOURS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
+    series = zip((2, 4, 8, 10), ("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)
+    for terms, colour, style in series:
+        look: dict[str, Any] = {"color": COLOURS[colour], "linestyle": style, "linewidth": 1.5}
+        bound = truncation_bound(terms)
+        curves.plot(phase, partial_sum(phase, terms), label=f"$n = {terms}$", **look)
+        errors.plot(phase, truncation_error(phase, terms), label=f"$n = {terms}$: at most {bound:.4f}", **look)
+    curves.set_ylabel(r"$|\cos\varphi|$ and its series  [–]")
+    curves.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=5, frameon=False)
+    errors.set_ylabel("series less function  [–]")
+    errors.set_ylim(-0.06, 0.21)
+    errors.legend(loc="upper center", ncols=2, frameon=False)
+    errors.set_xlabel(r"phase $\varphi$  [rad]")
+    errors.set_xlim(-math.pi, math.pi)
+    errors.set_xticks([-math.pi, -math.pi / 2, 0, math.pi / 2, math.pi], ["−π", "−π/2", "0", "π/2", "π"])
+    return [save(figure, out / "fig1.png")]
+
+
+def fig2(
+    out: Path,
+    *,
+    alphas: Sequence[float] = ALPHAS,
+    intensities: Sequence[float] = INTENSITIES,
+    paths: int = 5000,
+    duration: float = 100.0,
+    step: float = 1e-3,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress = _silent,
+) -> list[Path]:
+    """Reproduce the paper's Fig. 2: mean square amplitude against alpha for three noise intensities.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, which must exist.
+    alphas, intensities, paths, duration, step, seed, threads
+        As in `springpot.paper.montecarlo.points`; the defaults are the paper's.
+    progress : callable
+        Called with the fraction done, from 0 to 1, and a line of text.
+
+    Returns
+    -------
+    list of Path
+        ``fig2.csv``, written row by row as points finish, ``fig2.png`` and ``fig2.md``.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    table = out / "fig2.csv"
+    coming = montecarlo.points(
+        alphas, intensities, paths=paths, duration=duration, step=step, seed=seed, threads=threads
+    )
+    rows = montecarlo.write_rows(table, coming, progress, len(alphas) * len(intensities))
+    settings = (
+        f"Monte Carlo as in the paper: {paths} paths from rest, Grünwald-Letnikov sum with step {step:g} s, mean over "
+        f"t = {duration / 2:g} to {duration:g} s. The adapted runs start from the stationary mean without the memory "
+        f"of a start: {paths} paths, step {10 * step:g} s, mean over t = {duration:g} to {2 * duration:g} s."
+    )
+    text = out / "fig2.md"
+    text.write_text(pages.fig2_page(rows, montecarlo.collapse(rows), settings), encoding="utf-8")
+    return [table, _draw_fig2(out / "fig2.png", rows, duration), text]
+
+
+def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
+    figure, (curves, from_rest, from_adapted) = new_figure(7.5, 8.5, ratios=(3.0, 1.3, 1.3))
+    fine = np.linspace(0.04, 1.0, 193)
+    intensities = sorted({row.q for row in rows})
+    colours = [COLOURS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
+    for number, q in enumerate(intensities):
+        colour = colours[number % len(colours)]
+        formula = [_at_unit(float(alpha), q).amplitude_mean_square for alpha in fine]
+        curves.plot(fine, formula, color=colour, linewidth=1.2, label=f"Eq. 20, $q = {q:g}$ m² s⁻³")
+        group = [row for row in rows if row.q == q]
+        alpha, printed, *simulated = np.array(
+            [(r.alpha, r.mu_printed, r.mu_mc, r.mu_mc_se, r.mu_adapted, r.mu_adapted_se) for r in group]
+        ).T
+        # beside each other in the lower panels, so that no bar hides another
+        beside = alpha + 0.006 * (number - (len(intensities) - 1) / 2)
+        for ratios, mu, error, (marker, size) in (
+            (from_rest, *simulated[:2], _REST),
+            (from_adapted, *simulated[2:], _ADAPTED),
+        ):
+            _bars(curves, alpha, mu, error, colour, marker, size)
+            _bars(ratios, beside, mu / printed, error / printed, colour, marker, size)
+    for (marker, size), label in (
+        (_REST, f"Monte Carlo from rest, $t$ = {duration / 2:g}–{duration:g} s"),
+        (_ADAPTED, f"Monte Carlo, adapted start, $t$ = {duration:g}–{2 * duration:g} s"),
+    ):
+        curves.plot([], [], color=COLOURS["black"], linestyle="none", marker=marker, markersize=size,
+                    fillstyle=_fill(marker), label=label)  # fmt: skip
+    definition = r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $C = \Omega = 1$,  bars: 95 %"
+    curves.legend(loc="upper right", frameon=False, title=definition)
+    curves.set_yscale("log")
+    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
+    curves.text(0.008, 0.03, "α = 0: no stationary state", rotation=90, va="bottom", color="0.35", size="small",
+                transform=curves.get_xaxis_transform())  # fmt: skip
+    for ratios, start in ((from_rest, "from rest"), (from_adapted, "adapted start")):
+        ratios.axhline(1.0, color=COLOURS["black"], linewidth=1.2)
+        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}  [–]")
+    for axes in (curves, from_rest, from_adapted):
+        axes.axvline(0.0, color="0.45", linestyle=(0, (4, 3)), linewidth=1.2)
+    from_adapted.sharey(from_rest)
+    from_adapted.set_xlabel(r"order of the derivative $\alpha$  [–]")
+    from_adapted.set_xlim(-0.03, 1.03)
+    return save(figure, path)
+
+
+def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Progress = _silent) -> list[Path]:
+    """Write the errata page, with its numbers, and draw the main erratum against Monte Carlo.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, which must exist.
+    seed, threads
+        As in `springpot.paper.montecarlo.points`.
+    progress : callable
+        Called with the fraction done, from 0 to 1, and a line of text.
+
+    Returns
+    -------
+    list of Path
+        ``errata.md`` and ``errata.png``.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    paths, duration, step = 4096, 200.0, 5e-3
+    total = len(_GAP_CASES) + _OMEGAS.size
+    measured = []
+    for gap in montecarlo.gaps(_GAP_CASES, paths=paths, duration=duration, step=step, seed=seed, threads=threads):
+        measured.append(gap)
+        progress(len(measured) / total, f"errata: alpha = {gap.alpha:g}, C = {gap.coefficient:g}")
+    settings = f"{paths} paths, step {step:g} s, mean over t = {duration / 2:g} to {duration:g} s."
+    page = out / "errata.md"
+    page.write_text(pages.errata_page(measured, settings), encoding="utf-8")
+
+    simulated = []
+    for number, omega in enumerate(_OMEGAS):
+        answer = run(
+            _tuned(float(omega)), paths=paths, duration=duration, step=step, window=(duration / 2, duration),
+            seed=1000 * seed + 700 + number, threads=threads, start="stationary",
+        )  # fmt: skip
+        simulated.append((answer.values["amplitude_mean_square"], answer.errors["amplitude_mean_square"]))
+        progress((len(measured) + len(simulated)) / total, f"errata: Omega = {omega:.3g}")
+    return [page, _draw_errata(out / "errata.png", np.array(simulated))]
+
+
+def _draw_errata(path: Path, simulated: FloatArray) -> Path:
+    figure, (curves, ratios) = new_figure(7.0, 6.5, ratios=(3.0, 2.0))
+    fine = np.geomspace(0.28, 3.2, 121)
+    corrected = np.array([averaging(_tuned(float(omega))).amplitude_mean_square for omega in fine])
+    printed = np.array([averaging(_tuned(float(omega)), form="printed").amplitude_mean_square for omega in fine])
+    at_points = np.array([averaging(_tuned(float(omega))).amplitude_mean_square for omega in _OMEGAS])
+    for axes, scale, point_scale in ((curves, 1.0, 1.0), (ratios, corrected, at_points)):
+        axes.plot(fine, printed / scale, color=COLOURS["vermilion"], linestyle="--", label="Eq. 20 as printed")
+        axes.plot(fine, corrected / scale, color=COLOURS["blue"], label="Eq. 20 corrected")
+        mu, error = simulated.T / point_scale
+        _bars(axes, _OMEGAS, mu, error, COLOURS["black"], *_REST, label="Monte Carlo, 95 %")
+    curves.set_xscale("log")
+    curves.set_yscale("log")
+    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
+    curves.legend(frameon=False, title=r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $\alpha = 0.7$,  $C = 0.2$,  $q = 1$ m² s⁻³")
+    ratios.set_yscale("log")
+    ratios.set_ylabel("over Eq. 20 corrected  [–]")
+    ratios.set_xlabel(r"natural frequency $\Omega$  [rad/s]")
+    ratios.set_xticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
+    ratios.set_yticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
+    ratios.minorticks_off()
+    return save(figure, path)
+
+
+def _bars(
+    axes: Axes,
+    place: FloatArray,
+    value: FloatArray,
+    error: FloatArray,
+    colour: str,
+    marker: str,
+    size: float,
+    label: str | None = None,
+) -> None:
+    axes.errorbar(
+        place, value, yerr=_CONFIDENCE * error, fmt=marker, color=colour, markersize=size, fillstyle=_fill(marker),
+        markeredgewidth=0.9, elinewidth=0.9, capsize=1.5, label=label,
+    )  # fmt: skip
+
+
+def _fill(marker: str) -> Literal["full", "none"]:
+    return "full" if marker == _REST[0] else "none"
+
+
+def _at_unit(alpha: float, q: float) -> Averaging:
+    """The printed formula at C = Omega = 1."""
+    return averaging(Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q)), form="printed")
+
+
+def _tuned(omega: float) -> Oscillator:
+    """The oscillator of the errata picture."""
+    return Oscillator(omega, Springpot(0.7, 0.2))

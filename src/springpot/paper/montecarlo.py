@@ -1,0 +1,267 @@
+"""The Monte Carlo runs behind the paper's pictures."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+from scipy import special
+
+from springpot.oscillator import Oscillator, Springpot, WhiteNoise
+from springpot.simulation import run
+from springpot.theory import averaging
+
+__all__ = ["ALPHAS", "INTENSITIES", "Collapse", "Gap", "Point", "collapse", "gaps", "points", "write_rows"]
+
+ALPHAS = (0.05, 0.075, *(round(0.05 * n, 2) for n in range(2, 21)))
+"""The 21 orders of Fig. 2; one extra where the curve is steepest.  At 0 there is no stationary state."""
+
+INTENSITIES = (1.0, 5.0, 10.0)
+"""q of the three curves of Fig. 2, in m^2 s^-3."""
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of Fig. 2, at C = Omega = 1; every mu is <A^2> in m^2 with A^2 = x^2 + v^2 / Omega^2.
+
+    Parameters
+    ----------
+    alpha, q : float
+    mu_printed, mu_corrected : float
+        The paper's Eq. 20 as printed and corrected.
+    mu_mc, mu_mc_se : float
+        Mean over paths and over the second half of the run, from rest, as in the paper; and its standard error.
+    mu_end, mu_end_se : float
+        Mean over paths at the end of that run.
+    mu_adapted, mu_adapted_se : float
+        Mean over paths and time in a run that starts from the stationary mean, with no memory of a start.
+    """
+
+    alpha: float
+    q: float
+    mu_printed: float
+    mu_corrected: float
+    mu_mc: float
+    mu_mc_se: float
+    mu_end: float
+    mu_end_se: float
+    mu_adapted: float
+    mu_adapted_se: float
+
+
+@dataclass(frozen=True)
+class Collapse:
+    """How well the curves of Fig. 2, divided by q, fall on one.
+
+    Parameters
+    ----------
+    chi_square : float
+        Sum over the points of the squared distance from the curves' common mean, in standard errors.
+    degrees : int
+        Degrees of freedom.
+    probability : float
+        Chance of a chi-square at least as large when the curves are one.
+    largest : float
+        Largest distance of one point, in standard errors of that distance.
+    """
+
+    chi_square: float
+    degrees: int
+    probability: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The averaging formula against Monte Carlo at Omega = q = 1; all in m^2.
+
+    Parameters
+    ----------
+    alpha, coefficient, formula : float
+    rest, rest_se, adapted, adapted_se : float
+        <A^2> with its standard error, from rest and from the adapted start.
+    twice_x, twice_v : float
+        2 <x^2> and 2 <v^2> / Omega^2 of the adapted run, two other readings of "amplitude".
+    """
+
+    alpha: float
+    coefficient: float
+    formula: float
+    rest: float
+    rest_se: float
+    adapted: float
+    adapted_se: float
+    twice_x: float
+    twice_v: float
+
+
+def points(
+    alphas: Sequence[float] = ALPHAS,
+    intensities: Sequence[float] = INTENSITIES,
+    *,
+    paths: int = 5000,
+    duration: float = 100.0,
+    step: float = 1e-3,
+    seed: int = 1,
+    threads: int | None = None,
+) -> Iterator[Point]:
+    """Compute the points of Fig. 2 one after the other.
+
+    Parameters
+    ----------
+    alphas, intensities : sequence of float
+        Orders alpha, and noise intensities q in m^2 s^-3.
+    paths : int
+        Samples of each run.
+    duration, step : float
+        Of the run from rest, in s; its mean is over the second half.  The adapted run is twice as long, with a step
+        ten times as long, which its scheme allows.
+    seed : int
+        Every run has a seed of its own, made from this one, so that all points are independent.
+    threads : int, optional
+        All processors by default.
+
+    Yields
+    ------
+    Point
+
+    Notes
+    -----
+    Errors are those of `springpot.simulation.run`.
+    """
+    seeds = iter(range(1000 * seed, 1000 * seed + 2 * len(alphas) * len(intensities)))
+    for q in intensities:
+        for alpha in alphas:
+            oscillator = Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q))
+            rest = run(
+                oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
+                seed=next(seeds), threads=threads, scheme="grunwald", start="rest",
+            )  # fmt: skip
+            adapted = run(
+                oscillator, paths=paths, duration=2 * duration, step=10 * step, window=(duration, 2 * duration),
+                seed=next(seeds), threads=threads, start="stationary",
+            )  # fmt: skip
+            yield Point(
+                alpha=alpha,
+                q=q,
+                mu_printed=averaging(oscillator, form="printed").amplitude_mean_square,
+                mu_corrected=averaging(oscillator).amplitude_mean_square,
+                mu_mc=rest.values["amplitude_mean_square"],
+                mu_mc_se=rest.errors["amplitude_mean_square"],
+                mu_end=rest.values["amplitude_mean_square_end"],
+                mu_end_se=rest.errors["amplitude_mean_square_end"],
+                mu_adapted=adapted.values["amplitude_mean_square"],
+                mu_adapted_se=adapted.errors["amplitude_mean_square"],
+            )
+
+
+def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int) -> list[Point]:
+    """Write points to a CSV file as they come, so that an interrupted run keeps what is done.
+
+    Parameters
+    ----------
+    path : Path
+        Replaced where it exists.
+    rows : iterable of Point
+    progress : callable
+        Called with the fraction done and a line of text after each row.
+    total : int
+        Number of rows to come.
+
+    Returns
+    -------
+    list of Point
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    done: list[Point] = []
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([field.name for field in fields(Point)])
+        for row in rows:
+            writer.writerow([f"{value:.10g}" for value in astuple(row)])
+            stream.flush()
+            done.append(row)
+            progress(len(done) / total, f"fig2: alpha = {row.alpha:g}, q = {row.q:g}")
+    return done
+
+
+def collapse(rows: Sequence[Point]) -> Collapse:
+    """Compare the curves of Fig. 2 with each other after dividing each by its q.
+
+    By the scaling of the equation mu / q is one function of alpha, whatever the formula: this tests the simulation.
+
+    Examples
+    --------
+    >>> row = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.1, 2.0, 0.1, 2.0, 0.1)
+    >>> other = Point(0.5, 5.0, 10.0, 10.0, 11.0, 0.5, 10.0, 0.5, 10.0, 0.5)
+    >>> round(collapse([row, other]).chi_square, 6), collapse([row, other]).degrees
+    (2.0, 1)
+    """
+    chi_square, degrees, largest = 0.0, 0, 0.0
+    for alpha in sorted({row.alpha for row in rows}):
+        group = [(row.mu_mc / row.q, row.mu_mc_se / row.q) for row in rows if row.alpha == alpha]
+        weight = math.fsum(error**-2 for _, error in group)
+        mean = math.fsum(value * error**-2 for value, error in group) / weight
+        chi_square += math.fsum(((value - mean) / error) ** 2 for value, error in group)
+        degrees += len(group) - 1
+        if len(group) > 1:
+            # a point pulls the common mean towards itself, which makes its distance from it smaller than its error
+            largest = max(largest, *(abs(value - mean) / math.sqrt(error**2 - 1 / weight) for value, error in group))
+    return Collapse(chi_square, degrees, float(special.chdtrc(degrees, chi_square)), largest)
+
+
+def gaps(
+    cases: Sequence[tuple[float, float]],
+    *,
+    paths: int = 4096,
+    duration: float = 200.0,
+    step: float = 5e-3,
+    seed: int = 1,
+    threads: int | None = None,
+) -> Iterator[Gap]:
+    """Measure how far the averaging formula is from Monte Carlo at Omega = q = 1, for pairs (alpha, C).
+
+    Parameters
+    ----------
+    cases : sequence of (float, float)
+        Order alpha and coefficient C.
+    paths, duration, step, seed, threads
+        As in `points`; the mean is over the second half of the run.
+
+    Yields
+    ------
+    Gap
+
+    Notes
+    -----
+    Errors are those of `springpot.simulation.run`.
+    """
+    for number, (alpha, coefficient) in enumerate(cases):
+        oscillator = Oscillator(1.0, Springpot(alpha, coefficient))
+        rest, adapted = (
+            run(
+                oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
+                seed=1000 * seed + 500 + 2 * number + shift, threads=threads, start=start,
+            )
+            for shift, start in enumerate(("rest", "stationary"))
+        )
+        yield Gap(
+            alpha=alpha,
+            coefficient=coefficient,
+            formula=averaging(oscillator).amplitude_mean_square,
+            rest=rest.values["amplitude_mean_square"],
+            rest_se=rest.errors["amplitude_mean_square"],
+            adapted=adapted.values["amplitude_mean_square"],
+            adapted_se=adapted.errors["amplitude_mean_square"],
+            twice_x=2.0 * adapted.values["x_mean_square"],
+            twice_v=2.0 * adapted.values["v_mean_square"],
+        )
