@@ -15,7 +15,7 @@ import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from inspect import signature
 from pathlib import Path
 from types import TracebackType
@@ -35,19 +35,6 @@ _DEFAULT = Oscillator()
 _WALL = Barrier()
 _OSCILLATOR = Group("Oscillator", sort_key=0)
 _MONTE_CARLO = Group("Monte Carlo", sort_key=1)
-
-# How a table names and groups what ``Run.to_dict`` returns; a quantity that is not listed is printed without a unit.
-_UNITS = {
-    "x_mean": "m",
-    "x_mean_square": "m^2",
-    "v_mean_square": "m^2 s^-2",
-    "amplitude_mean_square": "m^2",
-    "decay_rate": "1/s",
-    "impact_rate": "1/s",
-    "impact_speed_mean": "m/s",
-    "impact_speed_mean_square": "m^2 s^-2",
-    "energy_residual": "",
-}
 
 
 def _version() -> str:
@@ -119,17 +106,20 @@ _Threads = Annotated[_Whole | None, Parameter(help="Threads; all that this proce
 def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
     """Closed-form answers: stochastic averaging, as the paper prints it and as corrected."""
     oscillator = flags.oscillator()
+    from springpot.simulation import UNITS
     from springpot.theory import all_methods
 
     answers = all_methods(oscillator)
     if json_:
-        _print_json({"oscillator": _parameters(oscillator), **answers})
+        _print_json({"oscillator": asdict(oscillator), **answers})
         return 0
+    units = {**UNITS, "decay_rate": "s-1"}
     for method, answer in answers.items():
         for warning in _sentences(answer, "warnings"):
             _say(f"warning: {method}: {warning}")
         print(f"{method}: {answer.get('statement') or 'stationary state'}")
-        _print_rows([(name, _number(value), _unit(name)) for name, value in answer.items() if isinstance(value, float)])
+        known = {name: unit for name, unit in units.items() if _is_number(answer.get(name))}
+        _print_rows([(name, f"{answer[name]:.5g}", unit) for name, unit in known.items()])
     return 0
 
 
@@ -163,11 +153,14 @@ def simulate(
     memory_tolerance: Annotated[
         float, Parameter(group=_MONTE_CARLO, help="Relative error allowed to the memory kernel.")
     ] = 1e-6,
+    contact_tolerance: Annotated[
+        float, Parameter(group=_MONTE_CARLO, help="Distance at which the paper's scheme sees an impact, in m.")
+    ] = 1e-5,
     json_: _Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
     oscillator = flags.oscillator()
-    from springpot.simulation import run
+    from springpot.simulation import UNITS, run
 
     with _Bar("simulating") as bar:
         answer = run(
@@ -184,6 +177,7 @@ def simulate(
             initial_velocity=initial_velocity,
             derivative=derivative,
             memory_tolerance=memory_tolerance,
+            contact_tolerance=contact_tolerance,
             progress=bar,
         ).to_dict()
     for warning in _sentences(answer, "warnings"):
@@ -191,14 +185,9 @@ def simulate(
     if json_:
         _print_json(answer)
         return 0
-    print(", ".join(f"{name} {_plain(value)}" for name, value in answer["settings"].items()))
-    _print_rows(
-        [
-            (name, f"{_number(answer[name])} +- {_number(answer[name + '_se'])}", _unit(name))
-            for name in answer
-            if name + "_se" in answer
-        ]
-    )
+    print(f"oscillator: {_plain(answer['oscillator'])}")
+    print(f"settings: {_plain(answer['settings'])}")
+    _print_rows([(name, _with_error(answer[name], answer[f"{name}_se"]), unit) for name, unit in UNITS.items()])
     return 0
 
 
@@ -267,30 +256,23 @@ class _Bar:
             self._bar.stop()
 
 
-def _parameters(oscillator: Oscillator) -> dict[str, float | str | None]:
-    wall = oscillator.barrier
-    return {
-        "order": oscillator.springpot.order,
-        "coefficient": oscillator.springpot.coefficient,
-        "natural_frequency": oscillator.natural_frequency,
-        "intensity": oscillator.excitation.intensity,
-        "position": wall.position if wall else None,
-        "restitution": wall.restitution if wall else None,
-        "side": wall.side if wall else None,
-    }
-
-
 def _sentences(answer: Mapping[str, object], name: str) -> list[str]:
     found = answer.get(name)
     return [str(sentence) for sentence in found] if isinstance(found, list | tuple) else []
 
 
-def _unit(name: str) -> str:
-    return _UNITS.get(name.removesuffix("_end"), "")
+def _is_number(value: object) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
 
 
-def _number(value: float) -> str:
-    return "none" if math.isnan(value) else f"{value:.5g}"
+def _with_error(value: float | None, error: float | None) -> str:
+    """The error to two digits, the value to as many decimals."""
+    if value is None or error is None:
+        return "none" if value is None else f"{value:.5g} (no error known)"
+    if error == 0.0:
+        return f"{value:.5g} +- 0"
+    decimals = 1 - math.floor(math.log10(error))
+    return f"{value:.{max(decimals, 0)}f} +- {error:.2g}" if decimals < 7 else f"{value:.7g} +- {error:.2g}"
 
 
 def _plain(value: object) -> str:
@@ -298,13 +280,15 @@ def _plain(value: object) -> str:
         return ", ".join(f"{name} {_plain(part)}" for name, part in value.items())
     if isinstance(value, list | tuple):
         return " ".join(map(_plain, value))
+    if value is None:
+        return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _print_rows(rows: Sequence[tuple[str, str, str]]) -> None:
     width = max((len(name) for name, _, _ in rows), default=0)
     for name, value, unit in rows:
-        print(f"  {name:<{width}}  {value} {unit}".rstrip())
+        print(f"  {name:<{width}}  {value} {'' if unit == '1' else unit}".rstrip())
 
 
 def _without_nan(value: Any) -> Any:

@@ -1,0 +1,107 @@
+"""What is installed: the wheel's content, and the installed command in an empty environment and an empty folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+NETWORK_TROUBLE = ("failed to fetch", "error sending request", "dns error", "network connectivity is disabled")
+
+
+def uv(*words: str) -> str:
+    own = ROOT / ".tools" / "bin" / "uv"
+    program = str(own) if own.exists() else shutil.which("uv")
+    if program is None:
+        pytest.skip("uv is neither in .tools/bin nor on the path: run make setup")
+    done = subprocess.run([program, *words], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    if done.returncode and any(trouble in done.stderr.lower() for trouble in NETWORK_TROUBLE):
+        pytest.skip("the package index cannot be reached")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    uv("build", "--wheel", "--out-dir", str(folder))
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    assert "springpot/py.typed" in names
+    sources = {
+        str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "springpot").rglob("*.py")
+    } | {"springpot/py.typed"}
+    assert {name for name in names if ".dist-info/" not in name} == sources
+    assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
+
+
+def test_the_wheel_announces_the_command(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (entry,) = [name for name in archive.namelist() if name.endswith("entry_points.txt")]
+        assert "springpot = springpot.cli:main" in archive.read(entry).decode()
+
+
+def test_the_lock_names_the_public_index_only() -> None:
+    lock = tomllib.loads((ROOT / "uv.lock").read_text())
+    allowed = ("https://pypi.org/", "https://files.pythonhosted.org/")
+    for package in lock["package"]:
+        files = [package["sdist"]] if "sdist" in package else []
+        addresses = [file["url"] for file in [*files, *package.get("wheels", [])]]
+        addresses += [address for kind, address in package["source"].items() if kind == "registry"]
+        assert all(address.startswith(allowed) for address in addresses), package["name"]
+
+
+@pytest.mark.validation
+def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+    """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
+    locked = tmp_path / "locked.txt"
+    locked.write_text(uv("export", "--frozen", "--no-dev", "--no-emit-project", "--no-hashes"))
+    environment = tmp_path / "environment"
+    uv("venv", "--python", sys.executable, str(environment))
+    python = environment / "bin" / "python"
+    uv("pip", "install", "--python", str(python), "--constraints", str(locked), str(wheel))
+    empty = tmp_path / "empty"
+    empty.mkdir()
+
+    def springpot(*words: str, **variables: str) -> str:
+        clean = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "PYTHON"))}
+        done = subprocess.run(
+            [str(environment / "bin" / "springpot"), *words],
+            cwd=empty,
+            env={**clean, **variables},
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert "self-check passed" in springpot("doctor")
+    words = ["simulate", "--order", "1", "--paths", "2000", "--duration", "50", "--step", "0.01", "--json"]
+    native = json.loads(springpot(*words))
+    assert abs(native["amplitude_mean_square"] - 1.0) < 5.0 * native["amplitude_mean_square_se"] + 0.005
+
+    if platform.machine() == "x86_64":
+        # The name alone leaves the host's extensions switched on; the empty list of features takes them away.
+        plain = {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
+        findings = json.loads(springpot("doctor", "--json", **plain))
+        assert findings["processor"]["name"] == "x86-64-v3"
+        assert "avx512f" not in findings["processor"]["vector"]
+        assert findings["self_check"]["passed"]
+        again = json.loads(springpot(*words, **plain))
+        assert abs(again["amplitude_mean_square"] - native["amplitude_mean_square"]) < 1e-3
+    assert list(empty.iterdir()) == []
