@@ -65,7 +65,6 @@ def test_the_lock_names_the_public_index_only() -> None:
         assert all(address.startswith(allowed) for address in addresses), package["name"]
 
 
-@pytest.mark.validation
 def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
     """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
     locked = tmp_path / "locked.txt"
