@@ -1,10 +1,32 @@
-"""Random vibration of oscillators with power-law memory that strike a wall."""
+"""Random vibration of oscillators with power-law memory that strike a wall.
 
+The names below are loaded when they are first used, so that ``import springpot`` (and ``springpot --help``) is quick.
+"""
+
+from __future__ import annotations
+
+import importlib
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
-from springpot import theory
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.simulation import simulate
 
-__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "simulate", "theory"]
+if TYPE_CHECKING:
+    from springpot import theory
+    from springpot.simulation import run, simulate
+
+__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "run", "simulate", "theory"]
 __version__ = version("springpot")
+
+_LATER = {"run": "springpot.simulation", "simulate": "springpot.simulation", "theory": "springpot.theory"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'springpot' has no attribute {name!r}")
+    module = importlib.import_module(_LATER[name])
+    return module if name == "theory" else getattr(module, name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -201,14 +201,12 @@ class Oscillator:
     def __post_init__(self) -> None:
         _set(self, "natural_frequency", finite_number(
             self.natural_frequency, "natural_frequency", low=0.0, open_low=True, hint="It is Omega in rad/s."))
-        for name, value, kind in (
-            ("springpot", self.springpot, Springpot),
-            ("barrier", self.barrier, Barrier | None),
-            ("excitation", self.excitation, WhiteNoise),
-        ):
-            if not isinstance(value, kind):
-                wanted = "a Barrier or None" if name == "barrier" else f"a {kind.__name__}"
-                raise TypeError(f"{name} must be {wanted}, not {value!r}.")
+        if not isinstance(self.springpot, Springpot):
+            raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
+        if not isinstance(self.barrier, Barrier | None):
+            raise TypeError(f"barrier must be a Barrier or None, not {self.barrier!r}.")
+        if not isinstance(self.excitation, WhiteNoise):
+            raise TypeError(f"excitation must be a WhiteNoise, not {self.excitation!r}.")
 
     @property
     def time_scale(self) -> float:
@@ -228,11 +226,11 @@ class Oscillator:
     @property
     def dimensionless_coefficient(self) -> float:
         """c = C Omega^(alpha - 2): the springpot's force over the spring's at frequency Omega."""
-        return self.springpot.coefficient * self.natural_frequency ** (self.springpot.order - 2.0)
+        return float(self.springpot.coefficient * self.natural_frequency ** (self.springpot.order - 2.0))
 
     @property
     def dimensionless_position(self) -> float:
-        """b sqrt(Omega^3 / q), positive for a preload on either side; NaN without a wall, +-inf (or 0) without noise."""
+        """b sqrt(Omega^3 / q), positive for a preload; NaN without a wall, +-inf (or 0) without noise."""
         if self.barrier is None:
             return math.nan
         gap = self.barrier.position if self.barrier.side == "above" else -self.barrier.position

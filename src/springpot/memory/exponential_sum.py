@@ -100,7 +100,8 @@ def _trapezoid(
     y = np.arange(slow, fast, spacing)
     log_rates = y - np.exp(-y) - math.log(steps)
     rates = np.exp(log_rates)
-    weights = spacing * (1.0 + np.exp(-y)) * np.exp(order * log_rates) * density(family, order, np.maximum(rates, 1e-300))
+    weights = spacing * (1.0 + np.exp(-y)) * np.exp(order * log_rates)  # ds, with the s^(alpha - 1) of the density
+    weights *= density(family, order, np.maximum(rates, 1e-300))
     weights_at_first, weights_at_last = weights * np.exp(-rates), weights * np.exp(-rates * steps)
     needed = np.zeros(rates.size, bool)
     for contribution in (weights_at_first, weights_at_last):

@@ -1,10 +1,10 @@
 """The adapted start: the initial displacement from which the springpot remembers nothing that is not stationary.
 
 From rest the mean displacement climbs to its stationary value, and the element remembers that climb as a force
-C E[x] t^-alpha / Gamma(1 - alpha) which dies only like t^-alpha: for a small order a "long" run is not stationary.  With
-Caputo's derivative, empty modes and x(0) = E[x] that force is absent.  E[x] is not known beforehand, so it is found as
-the fixed point of "mean displacement of a run that starts at m": short pilot runs on one stream of normals, a secant
-iteration, and a last pilot on fresh normals that measures what is left.
+C E[x] t^-alpha / Gamma(1 - alpha) which dies only like t^-alpha: for a small order a "long" run is not stationary.
+With Caputo's derivative, empty modes and x(0) = E[x] that force is absent.  E[x] is not known beforehand, so it is
+found as the fixed point of "mean displacement of a run that starts at m": short pilot runs on one stream of normals, a
+secant iteration, and a last pilot on fresh normals that measures what is left.
 """
 
 from __future__ import annotations

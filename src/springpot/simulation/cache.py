@@ -7,6 +7,7 @@ each process.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from pathlib import Path
 from typing import Any
@@ -25,10 +26,8 @@ class _SourceCache(FunctionCache):  # type: ignore[misc]
 
 def cached(dispatcher: Any) -> Any:
     """Give a Numba dispatcher the disk cache, if there is a folder for it, and return it."""
-    try:
+    with contextlib.suppress(RuntimeError):  # Numba found no folder that it can write to
         dispatcher._cache = _SourceCache(dispatcher.py_func)
-    except RuntimeError:  # Numba found no folder that it can write to
-        pass
     return dispatcher
 
 

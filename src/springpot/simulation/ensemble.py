@@ -153,8 +153,8 @@ def advance(
 ) -> Ensemble:
     """Run all paths, block by block, on ``settings.threads`` threads.
 
-    The bits of a path depend on the seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads within
-    a fraction of a second and is passed on.
+    The bits of a path depend on the seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads
+    within a fraction of a second and is passed on.
     """
     blocks = -(-settings.paths // LANES)
     rows = np.empty((blocks * LANES, len(COLUMNS)))
@@ -171,8 +171,9 @@ def advance(
         while not stop[0] and (number := next(next_block)) < blocks:
             first = number * LANES
             block(
-                made.scheme, made.wall, made.memory, made.drive, made.start, stiffness, first, settings.steps, low, high,
-                k0, k1, stream, record[first : first + LANES], stop, rows[first : first + LANES],
+                made.scheme, made.wall, made.memory, made.drive, made.start, stiffness,
+                first, settings.steps, low, high, k0, k1, stream,
+                record[first : first + LANES], stop, rows[first : first + LANES],
             )  # fmt: skip
             finished = next(done)
             if progress is not None and not stop[0]:

@@ -70,8 +70,8 @@ _four = stack_array(GROUP * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 
 
-@njit(**INLINE)  # type: ignore[untyped-decorator]
-def _remember(z, d, h, modes, powers, weights):  # type: ignore[no-untyped-def]
+@njit(**INLINE)
+def _remember(z, d, h, modes, powers, weights):
     """Take four increments into every mode, and leave in ``h`` what the modes exert on the next four steps."""
     for i in range(GROUP * LANES):
         h[i] = powers[0] * f32(0)
@@ -93,8 +93,8 @@ def _remember(z, d, h, modes, powers, weights):  # type: ignore[no-untyped-def]
             h[3 * LANES + lane] += u4 * y + w4 * q
 
 
-@njit(**INLINE)  # type: ignore[untyped-decorator]
-def _step(scheme, wall, x, v, past, g, walled, at, xm, vm, xk, force, speed):  # type: ignore[no-untyped-def]
+@njit(**INLINE)
+def _step(scheme, wall, x, v, past, g, walled, at, xm, vm, xk, force, speed):
     """One step of one lane; leaves what observers look at in place ``at`` of the five lane arrays."""
     after_kick, pull = kick(scheme, x, v, past, g)
     if walled:
@@ -110,8 +110,8 @@ def _step(scheme, wall, x, v, past, g, walled, at, xm, vm, xk, force, speed):  #
     return x_next, v_next, x_next - x, struck(scheme, wall, x_seen, x_next, v_next), before, after
 
 
-@njit(**INLINE)  # type: ignore[untyped-decorator]
-def _four_steps(scheme, wall, m, x, v, e, h, g, p0, p1, p2, p3, lane, walled, xm, vm, xk, force, speed):  # type: ignore[no-untyped-def]
+@njit(**INLINE)
+def _four_steps(scheme, wall, m, x, v, e, h, g, p0, p1, p2, p3, lane, walled, xm, vm, xk, force, speed):
     """Four steps of one lane: -> x, v, the four increments, was it struck, impacts before/after each observation."""
     at = lane
     past = f64(h[at]) + m.newest * e + p0
@@ -128,19 +128,19 @@ def _four_steps(scheme, wall, m, x, v, e, h, g, p0, p1, p2, p3, lane, walled, xm
     return x, v, d0, d1, d2, d3, s0 | s1 | s2 | s3, b0, f0, b1, f1, b2, f2, b3, f3
 
 
-@njit(**INLINE)  # type: ignore[untyped-decorator]
-def _count(n, low, high, happened, impacts, speeds, squares, collapses, lane):  # type: ignore[no-untyped-def]
-    """Add impacts that belong to step ``n`` to the sums of the window."""
+@njit(**INLINE)
+def _count(n, low, high, happened, impacts, speeds, squares, collapses, lane):
+    """Add impacts that belong to step ``n`` to the sums of the window; collapses count over the whole run."""
+    collapses[lane] += happened[3]
     if happened[0] > 0.0 and low <= n < high:
         impacts[lane] += happened[0]
         speeds[lane] += happened[1]
         squares[lane] += happened[2]
-        collapses[lane] += happened[3]
 
 
 @cached
-@njit(nogil=True, **FAST)  # type: ignore[untyped-decorator]
-def block(scheme, wall, memory, drive, start, stiffness, first, steps, low, high, k0, k1, stream, record, stop, out):  # type: ignore[no-untyped-def]
+@njit(nogil=True, **FAST)
+def block(scheme, wall, memory, drive, start, stiffness, first, steps, low, high, k0, k1, stream, record, stop, out):
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` holds the
@@ -198,8 +198,8 @@ def block(scheme, wall, memory, drive, start, stiffness, first, steps, low, high
             for lane in range(LANES):
                 if flag[lane] != 0:
                     xn, vn, d0, d1, d2, d3, s, b0, f0, b1, f1, b2, f2, b3, f3 = _four_steps(
-                        scheme, wall, memory, x_saved[lane], v_saved[lane], e_saved[lane], h, g, p0, p1, p2, p3, lane, True,
-                        xm, vm, xk, force, speed,
+                        scheme, wall, memory, x_saved[lane], v_saved[lane], e_saved[lane], h, g, p0, p1, p2, p3, lane,
+                        True, xm, vm, xk, force, speed,
                     )  # fmt: skip
                     x[lane], v[lane], e[lane] = xn, vn, d3
                     d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane] = d0, d1, d2

@@ -1,7 +1,7 @@
 """What every compiled part of the simulation stands on: compile flags, stack buffers, and the two bit casts.
 
-A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that no
-two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
+A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that
+no two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
 """
 
 from __future__ import annotations
@@ -13,13 +13,16 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = ["FAST", "GROUP", "INLINE", "LANES", "MOST_MODES", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64"]
+__all__ = [
+    "FAST", "GROUP", "INLINE", "LANES", "MOST_MODES",
+    "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
+]  # fmt: skip
 
 LANES = 64  # paths advanced side by side; a block
 GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
 MOST_MODES = 128
 
-# `fastmath` without the two flags that would let the compiler assume away NaN and infinity: a run that blows up must show it
+# without the two flags that would let the compiler assume away NaN and infinity: a run that blows up must show it
 FAST: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
     "error_model": "numpy",
@@ -30,14 +33,14 @@ u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
 
 
 def stack_array(count: int) -> Any:
-    """Return ``array(like)``, for compiled code: a 64-byte aligned stack array of ``count`` numbers of the type of ``like``.
+    """Return ``array(like)``, for compiled code: ``count`` numbers of the type of ``like`` on the stack.
 
-    The numbers are not initialised.
+    They are 64-byte aligned and not initialised.
     """
 
     @intrinsic
-    def array(typing_context, like):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+    def array(typing_context, like):
+        def codegen(context, builder, signature, args):
             with builder.goto_entry_block():
                 place = builder.alloca(ir.ArrayType(context.get_data_type(like), count))
                 place.align = 64
@@ -49,12 +52,12 @@ def stack_array(count: int) -> Any:
 
 
 @intrinsic
-def bits_of(typing_context, x):  # type: ignore[no-untyped-def]
+def bits_of(typing_context, x):
     """The bits of a float32 as an int32."""
     return types.int32(types.float32), lambda c, builder, s, args: builder.bitcast(args[0], ir.IntType(32))
 
 
 @intrinsic
-def float_of(typing_context, x):  # type: ignore[no-untyped-def]
+def float_of(typing_context, x):
     """The float32 with the bits of an int32."""
     return types.float32(types.int32), lambda c, builder, s, args: builder.bitcast(args[0], ir.FloatType())

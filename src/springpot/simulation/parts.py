@@ -15,9 +15,9 @@ kernel serves every oscillator and a new part does not touch the kernel.  The qu
 
 Two schemes:
 
-``Splitting`` (the default).  The flow of the bare oscillator, exact, with the wall in it, from kick to kick; at each kick
-the whole impulse of a step: memory and noise.  The springpot's force answers its own impulse through the mean of its
-kernel, which makes the kick implicit but scalar.  Since the kick moves only v and the drift is exact, no impact is
+``Splitting`` (the default).  The flow of the bare oscillator, exact, with the wall in it, from kick to kick; at each
+kick the whole impulse of a step: memory and noise.  The springpot's force answers its own impulse through the mean of
+its kernel, which makes the kick implicit but scalar.  Since the kick moves only v and the drift is exact, no impact is
 missed between two noisy points, and at order 1 with an elastic wall the stationary law is exact at every step size.
 
 ``Euler``, as the paper did it.  v += h (force at x_n) + noise, x += h v, and the velocity is reversed when x is within
@@ -31,7 +31,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 from numba.extending import overload
 
 from springpot.simulation.lanes import INLINE
@@ -147,14 +147,14 @@ def _answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[.
 
 
 @_answers(kick, Splitting)
-def _kick_splitting(scheme, x, v, past, g):  # type: ignore[no-untyped-def]
+def _kick_splitting(scheme, x, v, past, g):
     force = past + scheme.damping * v
     impulse = (scheme.noise * g - scheme.step * force) * scheme.implicit
     return v + impulse, force + scheme.answer * impulse
 
 
 @_answers(drift, Splitting)
-def _drift_splitting(scheme, x, v):  # type: ignore[no-untyped-def]
+def _drift_splitting(scheme, x, v):
     xm = scheme.cosine * x + scheme.sine_over_frequency * v
     vm = scheme.cosine * v - scheme.sine_times_frequency * x
     xn = scheme.cosine * xm + scheme.sine_over_frequency * vm
@@ -163,18 +163,18 @@ def _drift_splitting(scheme, x, v):  # type: ignore[no-untyped-def]
 
 
 @_answers(struck, Splitting, NoWall)
-def _struck_never(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+def _struck_never(scheme, wall, xm, x, v):
     return False
 
 
 @_answers(bounce, Splitting, NoWall)
-def _bounce_never(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+def _bounce_never(scheme, wall, x, v):
     xm, vm, xn, vn = drift(scheme, x, v)
     return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
 @_answers(struck, Splitting, Rigid)
-def _struck_splitting(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+def _struck_splitting(scheme, wall, xm, x, v):
     # with a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above:
     # at most by (acceleration at the wall) (half step)^2 / 8
     dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
@@ -182,19 +182,19 @@ def _struck_splitting(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
 
 
 @_answers(bounce, Splitting, Rigid)
-def _bounce_splitting(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+def _bounce_splitting(scheme, wall, x, v):
     phase = 0.5 * scheme.frequency * scheme.step
     xm, vm, before = fly(wall.position, wall.restitution, scheme.frequency, x, v, phase)
     xn, vn, after = fly(wall.position, wall.restitution, scheme.frequency, xm, vm, phase)
     return xm, vm, xn, vn, before, after
 
 
-@njit(**INLINE)  # type: ignore[untyped-decorator]
-def fly(position, restitution, frequency, x, v, phase):  # type: ignore[no-untyped-def]
+@njit(**INLINE)
+def fly(position, restitution, frequency, x, v, phase):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
-    Returns x, v and (impacts, sum of impact speeds, sum of their squares, collapses).  A chatter that has shrunk to hops
-    shorter than ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
+    Returns x, v and (impacts, sum of impact speeds, sum of their squares, collapses).  A chatter that has shrunk to
+    hops shorter than ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
     """
     u = v / frequency
     left = phase
@@ -236,35 +236,35 @@ def fly(position, restitution, frequency, x, v, phase):  # type: ignore[no-untyp
 
 
 @_answers(kick, Euler)
-def _kick_euler(scheme, x, v, past, g):  # type: ignore[no-untyped-def]
+def _kick_euler(scheme, x, v, past, g):
     return v + (scheme.noise * g - scheme.step * (scheme.stiffness * x + past)), past
 
 
 @_answers(drift, Euler)
-def _drift_euler(scheme, x, v):  # type: ignore[no-untyped-def]
+def _drift_euler(scheme, x, v):
     xn = x + scheme.step * v
     return xn, v, xn, v
 
 
 @_answers(struck, Euler, NoWall)
-def _struck_never_euler(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+def _struck_never_euler(scheme, wall, xm, x, v):
     return False
 
 
 @_answers(bounce, Euler, NoWall)
-def _bounce_never_euler(scheme, wall, x, v):  # type: ignore[no-untyped-def]
+def _bounce_never_euler(scheme, wall, x, v):
     xm, vm, xn, vn = drift(scheme, x, v)
     return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
 @_answers(struck, Euler, Rigid)
-def _struck_euler(scheme, wall, xm, x, v):  # type: ignore[no-untyped-def]
+def _struck_euler(scheme, wall, xm, x, v):
     return (x <= wall.position + scheme.contact) & (v < 0.0)
 
 
 @_answers(bounce, Euler, Rigid)
-def _bounce_euler(scheme, wall, x, v):  # type: ignore[no-untyped-def]
-    xm, vm, xn, vn = drift(scheme, x, v)
+def _bounce_euler(scheme, wall, x, v):
+    xm, _, xn, vn = drift(scheme, x, v)
     hit = struck(scheme, wall, xm, xn, vn)
     counted = (1.0, -vn, vn * vn, 0.0) if hit else (0.0, 0.0, 0.0, 0.0)
     vn = -wall.restitution * vn if hit else vn

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import Adapted, adapt
 from springpot.simulation.ensemble import Ensemble, Progress, Tables, advance, mirror, tables
+from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import Settings, fastest_rate, relaxation_time, resolve
 from springpot.simulation.statistics import UNITS, estimates
 
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Run", "run", "simulate"]
 
-COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))  # McKean: below this restitution white noise makes infinitely many impacts
+# McKean (1963): at and below this restitution white noise makes infinitely many impacts in a finite time
+COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.05, "grunwald": 0.01}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
@@ -44,8 +46,8 @@ class Run:
         How it was computed: memory terms and their error, adapted start and its residual, collapses, versions, time.
     warnings : tuple of str
         One sentence for each reason to doubt a number.
-    time : ndarray, shape (steps + 1,), or shape (0,)
-        Times of the recorded paths, in s.
+    time : ndarray, shape (steps + 1,)
+        Times of the recorded paths, in s; empty if none were recorded.
     record : ndarray, shape (recorded, steps + 1, 2)
         x and v of the recorded paths.
     """
@@ -124,7 +126,7 @@ def run(oscillator: Oscillator, *, progress: Progress | None = None, **given: An
         errors=errors,
         diagnostics=_diagnostics(settings, made, ensemble, adapted, time.perf_counter() - begun),
         warnings=_warnings(oscillator, settings, adapted, values, errors),
-        time=settings.step * np.arange(settings.steps + 1) if settings.record else np.zeros(0),
+        time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
         record=mirror(oscillator) * ensemble.record,
     )
 
@@ -153,8 +155,8 @@ def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it).
     start : {"rest", "stationary"}
-        ``"rest"`` starts from x(0) and x'(0); ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs, so
-        that the springpot has no transient of the mean to remember.
+        ``"rest"`` starts from x(0) and x'(0); ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs,
+        so that the springpot has no transient of the mean to remember.
     initial_position, initial_velocity : float
         x(0) in m and x'(0) in m/s; x(0) is the equilibrium, or the wall if that lies behind it, if left out.
     derivative : {"caputo", "riemann-liouville"}
@@ -213,7 +215,7 @@ def _diagnostics(
     settings: Settings, made: Tables, ensemble: Ensemble, adapted: Adapted | None, seconds: float
 ) -> dict[str, Any]:
     from llvmlite.binding import get_host_cpu_name
-    from numba import config
+    from numba.core.config import CPU_NAME
 
     return {
         "steps": settings.steps,
@@ -223,9 +225,9 @@ def _diagnostics(
         "start_residual": None if adapted is None else adapted.residual,
         "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
-        "collapses": int(ensemble.rows[:, -5].sum()),
+        "collapses": int(ensemble.rows[:, COLUMNS.index("collapses")].sum()),
         "seconds": seconds,
-        "cpu": config.CPU_NAME or get_host_cpu_name(),
+        "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": {name: version(name) for name in ("springpot", "numba", "llvmlite", "numpy")}
         | {"python": platform.python_version()},
     }
@@ -239,11 +241,11 @@ def _warnings(
     errors: dict[str, float],
 ) -> tuple[str, ...]:
     found = []
-    coarseness = settings.step * fastest_rate(oscillator)
-    if coarseness > COARSE[settings.scheme]:
+    fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
+    if settings.step * fastest > limit:
         found.append(
-            f"step is {settings.step:g} s, {coarseness:.2g} of the shortest time scale: errors of 1 % and more are to be "
-            f"expected above {COARSE[settings.scheme]:g}; use {COARSE[settings.scheme] / fastest_rate(oscillator):.2g} s."
+            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of 1 % and "
+            f"more are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     relaxation = relaxation_time(oscillator)
     left = math.exp(-settings.window[0] / relaxation) if relaxation > 0.0 else 0.0
@@ -261,9 +263,9 @@ def _warnings(
         )
     if oscillator.barrier is not None and oscillator.barrier.restitution <= COLLAPSE_BELOW:
         found.append(
-            f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): white "
-            "noise makes infinitely many impacts in a finite time, so the impact rate depends on the step and means "
-            "nothing; energies do."
+            f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+            "white noise makes infinitely many impacts in a finite time, so the impact rate depends on the step and "
+            "means nothing; energies do."
         )
     residual, error = values["energy_residual"], errors["energy_residual"]
     if math.isfinite(residual) and abs(residual) > max(FAR_OFF * (error if math.isfinite(error) else 0.0), 0.01):
