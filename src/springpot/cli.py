@@ -271,8 +271,8 @@ def _with_error(value: float | None, error: float | None) -> str:
         return "none" if value is None else f"{value:.5g} (no error known)"
     if error == 0.0:
         return f"{value:.5g} +- 0"
-    decimals = 1 - math.floor(math.log10(error))
-    return f"{value:.{max(decimals, 0)}f} +- {error:.2g}" if decimals < 7 else f"{value:.7g} +- {error:.2g}"
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} +- {error:.{decimals}f}" if decimals < 8 else f"{value:.7g} +- {error:.2g}"
 
 
 def _plain(value: object) -> str:
@@ -358,6 +358,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        _say(_one_sentence(error))
         return 1
     except Exception as error:
         _say(f"{type(error).__name__}: {_one_sentence(error)}")

@@ -1,0 +1,40 @@
+"""The README keeps its word: its example prints what it says, its commands exist, its links lead somewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from springpot import cli
+
+README = Path(__file__).resolve().parents[1] / "README.md"
+TEXT = README.read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_the_example_prints_what_it_says() -> None:
+    (example,), (output,) = blocks("python"), blocks("text")
+    assert len([line for line in example.splitlines() if line]) <= 10
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(example, {})
+    assert printed.getvalue() == output
+
+
+@pytest.mark.parametrize("line", [line for block in blocks("console") for line in block.splitlines()])
+def test_the_commands_exist(line: str) -> None:
+    program, *words = line.split()
+    assert program == "springpot"
+    cli.app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+@pytest.mark.parametrize("target", re.findall(r"\]\((?!https?:)([^)#]+)\)", TEXT))
+def test_links_lead_somewhere(target: str) -> None:
+    assert (README.parent / target).is_file()
