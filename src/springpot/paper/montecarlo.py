@@ -8,13 +8,26 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
+import numpy as np
 from scipy import special
 
 from springpot.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import averaging
 
-__all__ = ["ALPHAS", "INTENSITIES", "Collapse", "Gap", "Point", "collapse", "gaps", "points", "write_rows"]
+__all__ = [
+    "ALPHAS",
+    "INTENSITIES",
+    "Collapse",
+    "Gap",
+    "Point",
+    "collapse",
+    "gaps",
+    "points",
+    "settled",
+    "shortfall",
+    "write_rows",
+]
 
 ALPHAS = (0.05, 0.075, *(round(0.05 * n, 2) for n in range(2, 21)))
 """The 21 orders of Fig. 2; one extra where the curve is steepest.  At 0 there is no stationary state."""
@@ -119,8 +132,8 @@ def points(
     paths : int
         Samples of each run.
     duration, step : float
-        Of the run from rest, in s; its mean is over the second half.  The adapted run is twice as long, with a step
-        ten times as long, which its scheme allows.
+        Of the run from rest, in s; its mean is over the second half.  The adapted run takes its mean over as long a
+        time, after the transient, with a step ten times as long, which its scheme allows.
     seed : int
         Every run has a seed of its own, made from this one, so that all points are independent.
     threads : int, optional
@@ -142,9 +155,10 @@ def points(
                 oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
                 seed=next(seeds), threads=threads, scheme="grunwald", start="rest",
             )  # fmt: skip
+            begin = settled(oscillator, duration)
             adapted = run(
-                oscillator, paths=paths, duration=2 * duration, step=10 * step, window=(duration, 2 * duration),
-                seed=next(seeds), threads=threads, start="stationary",
+                oscillator, paths=paths, duration=begin + duration / 2, step=10 * step,
+                window=(begin, begin + duration / 2), seed=next(seeds), threads=threads, start="stationary",
             )  # fmt: skip
             yield Point(
                 alpha=alpha,
@@ -158,6 +172,30 @@ def points(
                 mu_adapted=adapted.values["amplitude_mean_square"],
                 mu_adapted_se=adapted.errors["amplitude_mean_square"],
             )
+
+
+def settled(oscillator: Oscillator, least: float) -> float:
+    """Time after which less than 0.1 % of the transient is left, by the paper's Eq. 19; in s, at least ``least``.
+
+    Examples
+    --------
+    >>> settled(Oscillator(), 10.0) > 15.0
+    True
+    """
+    return max(least, math.ceil(math.log(1e3) / (2.0 * averaging(oscillator).decay_rate)))
+
+
+def shortfall(oscillator: Oscillator, duration: float) -> float:
+    """Share of the stationary <A^2> that the second half of a run from rest has not reached, by the paper's Eq. 19.
+
+    Examples
+    --------
+    >>> round(shortfall(Oscillator(springpot=Springpot(0.05, 1.0)), 100.0), 3)
+    0.093
+    """
+    result = averaging(oscillator)
+    times = np.linspace(duration / 2, duration, 201)
+    return 1.0 - float(np.mean(result.mean_square(times))) / result.amplitude_mean_square
 
 
 def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int) -> list[Point]:

@@ -1,0 +1,136 @@
+"""The paper's figures, small: files, columns, numbers, progress, and refusals."""
+
+import csv
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from springpot.oscillator import Oscillator, Springpot
+from springpot.paper import figures, montecarlo, pages, reproduce
+from springpot.paper.montecarlo import Gap, Point, collapse, settled, shortfall, write_rows
+
+HEADER = ["alpha", "q", "mu_printed", "mu_corrected", "mu_mc", "mu_mc_se", "mu_end", "mu_end_se"]
+SMALL = {"alphas": (0.7, 1.0), "intensities": (1.0, 5.0), "paths": 256, "duration": 40.0, "step": 4e-3}
+
+
+@pytest.fixture(scope="module")
+def small_fig2(tmp_path_factory):
+    out = tmp_path_factory.mktemp("fig2")
+    heard: list[float] = []
+    written = figures.fig2(out, **SMALL, progress=lambda fraction, text: heard.append(fraction))
+    with (out / "fig2.csv").open(encoding="utf-8") as stream:
+        header, *rows = csv.reader(stream)
+    return written, header, [Point(*map(float, row)) for row in rows], heard
+
+
+def is_png(path) -> bool:
+    return path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and path.stat().st_size > 10_000
+
+
+def test_fig1(tmp_path):
+    heard: list[float] = []
+    out = tmp_path / "new" / "folder"
+    assert reproduce("fig1", out, progress=lambda fraction, text: heard.append(fraction)) == [out / "fig1.png"]
+    assert is_png(out / "fig1.png")
+    assert heard == [1.0]
+
+
+def test_fig2_files_and_progress(small_fig2):
+    written, header, rows, heard = small_fig2
+    assert [path.name for path in written] == ["fig2.csv", "fig2.png", "fig2.md"]
+    assert is_png(written[1])
+    assert header[:8] == HEADER
+    assert [(row.q, row.alpha) for row in rows] == [(1.0, 0.7), (1.0, 1.0), (5.0, 0.7), (5.0, 1.0)]
+    np.testing.assert_allclose(heard, [0.25, 0.5, 0.75, 1.0])
+
+
+def test_fig2_numbers(small_fig2):
+    for row in small_fig2[2]:
+        assert row.mu_printed == row.mu_corrected  # at Omega = 1
+        for mu, error in ((row.mu_mc, row.mu_mc_se), (row.mu_end, row.mu_end_se), (row.mu_adapted, row.mu_adapted_se)):
+            assert 0 < error < 0.15 * mu
+            # the formula is exact at alpha = 1 and 5 % too high at alpha = 0.7
+            assert abs(mu - row.mu_printed * (1.0 if row.alpha == 1.0 else 0.955)) < 4.5 * error
+
+
+def test_fig2_text(small_fig2):
+    text = small_fig2[0][2].read_text(encoding="utf-8")
+    assert re.search(r"chi-square \d+\.\d for 2 degrees of freedom", text)
+    assert "x^2 + v^2 / Omega^2" in text
+
+
+def test_runs_are_independent(small_fig2):
+    rows = small_fig2[2]
+    assert len({row.mu_mc / row.q for row in rows}) == len({row.mu_adapted / row.q for row in rows}) == 4
+
+
+def test_rows_are_kept_when_interrupted(tmp_path, small_fig2):
+    def rows():
+        yield small_fig2[2][0]
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_rows(tmp_path / "part.csv", rows(), lambda fraction, text: None, 2)
+    assert len((tmp_path / "part.csv").read_text(encoding="utf-8").splitlines()) == 2
+
+
+def test_the_paper_has_21_orders_and_3_intensities():
+    assert len(set(montecarlo.ALPHAS)) == 21
+    assert (montecarlo.ALPHAS[0], montecarlo.ALPHAS[-1]) == (0.05, 1.0)
+    assert montecarlo.INTENSITIES == (1.0, 5.0, 10.0)
+
+
+def test_collapse_of_random_curves_is_a_chi_square():
+    generator = np.random.default_rng(1)
+    base = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.02, 2.0, 0.02, 2.0, 0.02)
+    rows = [
+        replace(base, alpha=alpha, q=q, mu_mc=q * (2 + 0.02 * q * generator.normal()), mu_mc_se=0.02 * q * q)
+        for alpha in np.linspace(0.1, 1, 200)
+        for q in (1.0, 5.0, 10.0)
+    ]
+    found = collapse(rows)
+    assert found.degrees == 400
+    assert abs(found.chi_square - 400) < 4 * math.sqrt(800)
+    assert 2.5 < found.largest < 5.0
+    shifted = [replace(row, mu_mc=row.mu_mc * (1.1 if row.q == 5.0 else 1.0)) for row in rows]
+    assert collapse(shifted).probability < 1e-6
+
+
+def test_transient_of_the_run_from_rest():
+    oscillator = Oscillator(springpot=Springpot(0.05, 1.0))
+    assert shortfall(oscillator, 100.0) == pytest.approx(0.093, abs=0.001)
+    assert shortfall(Oscillator(springpot=Springpot(1.0, 1.0)), 100.0) < 1e-12
+    assert settled(oscillator, 100.0) > 200.0
+    assert settled(Oscillator(springpot=Springpot(1.0, 1.0)), 100.0) == 100.0
+
+
+def test_errata_page_has_every_erratum_and_the_gap():
+    gap = Gap(0.5, 1.0, 2.296, 2.12, 0.01, 2.13, 0.01, 1.88, 2.38)
+    text = pages.errata_page([gap], "Settings.")
+    assert [int(n) for n in re.findall(r"^## (\d)\.", text, flags=re.MULTILINE)] == [1, 2, 3, 4, 5, 6, 7]
+    assert "+8.3 %" in text
+    assert "nan" not in text
+    tables = [line for line in text.splitlines() if line.startswith("|")]
+    assert {len(re.split(r"(?<!\\)\|", line)) for line in tables} == {6, 11}
+
+
+def test_gaps_are_measured():
+    (gap,) = montecarlo.gaps([(1.0, 1.0)], paths=256, duration=40.0, step=0.02)
+    assert gap.formula == pytest.approx(1.0)
+    assert abs(gap.rest - 1) < 4 * gap.rest_se
+    assert abs(gap.adapted - 1) < 4 * gap.adapted_se
+    assert (gap.twice_x + gap.twice_v) / 2 == pytest.approx(gap.adapted, rel=1e-6)
+
+
+def test_unknown_part(tmp_path):
+    with pytest.raises(ValueError, match="'fig1', 'fig2', 'errata' or 'all', not 'fig3'"):
+        reproduce("fig3", tmp_path)
+
+
+def test_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="cannot be written"):
+        reproduce("fig1", tmp_path / "file")
