@@ -57,7 +57,7 @@ def processor() -> dict[str, Any]:
     """
     from llvmlite import binding
     from numba.core import codegen
-    from numba.core.config import CPU_FEATURES, CPU_NAME  # type: ignore[attr-defined]  # set while Numba starts
+    from numba.core.config import CPU_FEATURES, CPU_NAME  # set while Numba starts
 
     host = binding.get_host_cpu_name()
     name = CPU_NAME or host
