@@ -58,7 +58,7 @@ def test_fig2_numbers(small_fig2):
 
 def test_fig2_text(small_fig2):
     text = small_fig2[0][2].read_text(encoding="utf-8")
-    assert re.search(r"chi-square \d+\.\d for 2 degrees of freedom", text)
+    assert re.search(r"chi-square of \d+\.\d for 2 degrees of freedom", text)
     assert "x^2 + v^2 / Omega^2" in text
 
 
