@@ -11,14 +11,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from springpot.oscillator import Oscillator
+from springpot.oscillator import Barrier, Oscillator
 from springpot.simulation.ensemble import advance, mirror, tables
-from springpot.simulation.settings import COARSEST, Settings, default_step, relaxation_time
+from springpot.simulation.settings import Settings, default_step, relaxation_time
 from springpot.simulation.statistics import estimates
+from springpot.theory import averaging
 
 __all__ = ["Adapted", "adapt"]
 
-PILOT_PATHS = 4096
+PILOT_PATHS = 8192
+FEWEST_PATHS = 1024
 PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
 WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
 MOST_PILOTS = 8
@@ -73,40 +75,33 @@ def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
         values, errors = estimates(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
         return sign * values["x_mean"], errors["x_mean"], values["x_mean_square"] ** 0.5
 
-    before = max(wall, 0.0)
-    reached, _, spread = mean(before, 1)
-    now, pilots = reached, 1
-    while pilots < MOST_PILOTS:
-        again, _, spread = mean(now, 1)
+    before = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
+    reached, error, spread = mean(before, 1)
+    now, pilots = before, 1
+    # paths that strike a wall forget each other's start, so two pilots differ by their sampling error at least
+    while abs(reached - now) > max(WANTED * spread, error) and pilots < MOST_PILOTS:
+        # a run forgets part of its start: the slope of this fixed point lies in [0, 1), anything else is noise
+        slope = min(max((reached - last) / (now - before), 0.0), 0.9) if pilots > 1 else 0.0
+        last, before = reached, now
+        now = max(wall, now + (reached - now) / (1.0 - slope))
+        reached, error, spread = mean(now, 1)
         pilots += 1
-        slope = (again - reached) / (now - before) if now != before else 0.0
-        # a run forgets part of its start, so the slope lies in [0, 1); outside it is noise
-        slope = min(max(slope, 0.0), 0.9)
-        following = max(wall, now + (again - now) / (1.0 - slope))
-        before, reached = now, again
-        now = following
-        if abs(now - before) < WANTED * spread:
-            break
     check, error, spread = mean(now, 2)
     return Adapted(sign * now, abs(check - now) / spread, error / spread, pilots + 1)
 
 
 def _pilot_settings(oscillator: Oscillator, settings: Settings) -> Settings:
-    """Six relaxation times at a coarse step of the default scheme, the first three left out of the average."""
-    relaxation = relaxation_time(oscillator)
-    frequency = oscillator.natural_frequency
-    step = 2.0 * default_step(oscillator, "default")
-    settle = max(6.0 * relaxation, 40.0 / frequency)
-    duration = min(2.5 * settle, PILOT_PATH_STEPS * step / 512)
-    paths = int(min(PILOT_PATHS, max(512, PILOT_PATH_STEPS * step / duration)))
-    steps = max(2, round(duration / step))
-    assert step * frequency < COARSEST
+    """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
+    step = 5.0 * default_step(oscillator, "default")
+    duration = 10.0 * max(relaxation_time(oscillator), 10.0 / oscillator.natural_frequency)
+    steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
+    paths = int(min(PILOT_PATHS, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
     return replace(
         settings,
         paths=paths,
         duration=steps * step,
         step=step,
-        window=((steps * 2 // 5) * step, steps * step),
+        window=(steps * 2 // 5 * step, steps * step),
         scheme="default",
         initial_velocity=0.0,
         memory_tolerance=max(settings.memory_tolerance, 1e-6),

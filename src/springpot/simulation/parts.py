@@ -221,7 +221,7 @@ def fly(position, restitution, frequency, x, v, phase):
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 return position, 0.0, (impacts, speeds, squares, 1.0 if impacts > 0.0 else 0.0)
-        square = x * x + u * u - position * position
+        square = u * u + (x - position) * (x + position)
         if square <= 0.0:  # a gap never closed
             break
         height = math.sqrt(square)  # u at the wall

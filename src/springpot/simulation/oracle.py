@@ -1,0 +1,91 @@
+"""One path with its whole past summed directly, O(N^2): the oracle for the exponential sums.
+
+The same schemes, walls and normals as the kernel; only the memory differs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from springpot.memory import direct
+from springpot.oscillator import Oscillator
+from springpot.simulation.ensemble import family, mirror, tables
+from springpot.simulation.lanes import FAST, f64
+from springpot.simulation.parts import bounce, kick
+from springpot.simulation.random import normals
+from springpot.simulation.settings import Settings
+
+__all__ = ["DirectPath", "direct_path"]
+
+
+@dataclass(frozen=True, eq=False)
+class DirectPath:
+    """One path of a run.
+
+    Attributes
+    ----------
+    x, v : ndarray, shape (steps + 1,)
+        At 0, h, 2h, ...
+    impacts : ndarray of float, shape (steps,)
+        Impacts in each step.
+    """
+
+    x: npt.NDArray[np.float64]
+    v: npt.NDArray[np.float64]
+    impacts: npt.NDArray[np.float64]
+
+
+def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> DirectPath:
+    """Path number ``path`` of the run that these settings describe, with the direct sum over the past.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    settings : Settings
+        From :func:`springpot.simulation.settings.resolve`; the memory's tolerance is not used.
+    path : int
+
+    Returns
+    -------
+    DirectPath
+        The time taken grows with the square of the number of steps: 1e4 steps take about 0.05 s.
+
+    Examples
+    --------
+    >>> from springpot.simulation.settings import resolve
+    >>> settings = resolve(Oscillator(), duration=1.0, step=0.01, scheme="grunwald")
+    >>> direct_path(Oscillator(), settings).x.shape
+    (101,)
+    """
+    made = tables(oscillator, settings)
+    scale = oscillator.springpot.coefficient * settings.step**-oscillator.springpot.order
+    weights = scale * direct(family(settings), oscillator.springpot.order, settings.steps + 1)
+    weights[0] = made.memory.newest
+    g = normals(settings.seed, path + 1, settings.steps)[path]
+    x, v, impacts = np.empty(settings.steps + 1), np.empty(settings.steps + 1), np.empty(settings.steps)
+    _walk(made.scheme, made.wall, weights, made.drive, made.start, g, x, v, impacts)
+    sign = mirror(oscillator)
+    x[0], v[0] = sign * settings.initial_position, sign * settings.initial_velocity
+    return DirectPath(sign * x, sign * v, impacts)
+
+
+@njit(**FAST)
+def _walk(scheme, wall, weights, drive, start, g, xs, vs, impacts):
+    x, v = start.x, start.v
+    steps = g.size
+    increments = np.empty(steps + 1)
+    increments[0] = start.increment
+    for n in range(steps):
+        past = start.x0 * drive[n] if drive.size > 0 else 0.0
+        for j in range(n + 1):
+            past += weights[j] * increments[n - j]
+        v, _ = kick(scheme, x, v, past, f64(g[n]))
+        xm, vm, x_next, v, before, after = bounce(scheme, wall, x, v)
+        increments[n + 1] = x_next - x
+        x = x_next
+        xs[n + 1], vs[n + 1] = xm, vm
+        impacts[n] = before[0] + after[0]

@@ -1,0 +1,260 @@
+"""Facts that are exact, compared in standard errors sharp enough that a wrong factor of 2 % fails."""
+
+import math
+from dataclasses import replace
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy import integrate, linalg, stats
+
+import springpot as sp
+from springpot.simulation import run
+from springpot.simulation.adapted import adapt
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.settings import resolve
+
+from .problems import assert_agrees, oscillator, truncated_gaussian
+
+
+@pytest.mark.parametrize("position", [-1.0, -0.3, 0.0, 0.5, 1.0])
+@pytest.mark.parametrize("step", [0.02, 0.3])
+def test_order_1_elastic_wall_is_exact_at_any_step(position: float, step: float) -> None:
+    problem = oscillator(1.0, 0.8, 1.3, 2.0, position)
+    found = run(problem, paths=12_000, duration=120.0, step=step, window=(20.0, 120.0))
+    assert_agrees(found, truncated_gaussian(position, 0.8, 1.3, 2.0))
+    assert abs(found.values["energy_residual"]) < 4 * found.errors["energy_residual"]
+
+
+def test_order_1_displacement_is_half_normal_and_impact_speed_rayleigh() -> None:
+    found = run(oscillator(1.0), paths=40_000, duration=20.0, step=0.1, record=40_000)
+    x, v = found.record[:, -1].T
+    assert stats.kstest(x, stats.halfnorm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
+    assert stats.kstest(v, stats.norm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
+    assert abs(np.corrcoef(x, v)[0, 1]) < 4 / math.sqrt(x.size)
+
+
+@pytest.mark.parametrize("time", [0.7, 2.0, 5.0])
+@pytest.mark.parametrize("scheme", ["default", "grunwald"])
+def test_order_1_transient_from_rest(time: float, scheme: str) -> None:
+    c, w, q = 0.5, 1.2, 1.5
+    zeta = c / (2 * w)
+    wd = w * math.sqrt(1 - zeta**2)
+    sine, double = math.sin(wd * time), math.sin(2 * wd * time)
+    bow = 2 * (zeta * w / wd) ** 2 * sine**2
+    fading = math.exp(-c * time)
+    exact = {
+        "x_mean_square_end": q / (2 * c * w**2) * (1 - fading * (1 + zeta * w / wd * double + bow)),
+        "v_mean_square_end": q / (2 * c) * (1 - fading * (1 - zeta * w / wd * double + bow)),
+    }
+    step = 0.01 if scheme == "default" else 1e-3
+    found = run(oscillator(1.0, c, w, q), paths=120_000, duration=time, step=step, scheme=scheme)
+    assert_agrees(found, exact)
+
+
+@pytest.mark.parametrize("position", [None, 0.0])
+def test_order_0_stores_and_does_not_dissipate(position: float | None) -> None:
+    found = run(oscillator(0.0, 0.6, 1.0, 1.0, position), paths=100_000, duration=15.0, step=0.02)
+    rows = found.values, found.errors
+    energy = 0.5 * (rows[0]["v_mean_square_end"] + 1.6 * rows[0]["x_mean_square_end"])
+    error = 0.5 * (rows[1]["v_mean_square_end"] + 1.6 * rows[1]["x_mean_square_end"])
+    assert error < 0.005 * 7.5
+    assert abs(energy - 7.5) < 4 * error
+
+
+@pytest.mark.parametrize(("order", "coefficient", "frequency"), [(0.2, 0.5, 1.0), (0.5, 1.0, 1.0), (0.7, 0.4, 2.0), (0.9, 3.0, 1.0)])
+def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency: float) -> None:
+    def power(w: float, moment: int) -> float:
+        return w**moment / abs(frequency**2 - w * w + coefficient * (1j * w) ** order) ** 2 / math.pi
+
+    peak = frequency * 1.2
+    pieces = [(0.0, peak), (peak, 4 * peak), (4 * peak, math.inf)]
+    exact = {
+        name: sum(integrate.quad(power, *piece, args=(moment,), limit=400)[0] for piece in pieces)
+        for name, moment in (("x_mean_square", 0), ("v_mean_square", 2))
+    }
+    found = run(
+        oscillator(order, coefficient, frequency, 1.0, None), paths=20_000, duration=150.0, step=0.02, start="stationary"
+    )
+    assert_agrees(found, exact)
+    assert found.values["impact_rate"] == 0.0
+    assert math.isnan(found.values["impact_speed_mean"])
+
+
+@pytest.mark.parametrize("step", [0.2, 0.05])
+def test_paper_scheme_without_wall_obeys_its_own_lyapunov_equation(step: float) -> None:
+    """At order 1 the Grunwald-Letnikov scheme is a linear map: its moments are known with the error of its step."""
+    c, w, q = 1.0, 1.0, 1.0
+    matrix = np.array([[1 - step**2 * w**2, step - step**2 * c], [-step * w**2, 1 - step * c]])
+    noise = math.sqrt(q * step) * np.array([[step], [1.0]])
+    covariance = linalg.solve_discrete_lyapunov(matrix, noise @ noise.T)
+    exact = {"x_mean_square": covariance[0, 0], "v_mean_square": covariance[1, 1]}
+    assert covariance.trace() > 1.01  # the step shows, so this is no test of the continuous limit
+    found = run(oscillator(1.0, c, w, q, None), paths=30_000, duration=200.0, step=step, scheme="grunwald")
+    assert_agrees(found, exact, sharp=0.002)
+
+
+def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: float) -> tuple[dict, float]:
+    settings = resolve(problem, paths=paths, duration=duration, step=step, start="stationary")
+    settings = replace(settings, initial_position=adapt(problem, settings).position)
+    made = tables(problem, settings)
+    rows = advance(problem, settings, made).rows
+    low, high = settings.window_steps
+    per_second = {"impacts", "impact_speeds", "impact_speed_squares"}
+    scale = {name: 1 / ((high - low) * (settings.step if name in per_second else 1.0)) for name in COLUMNS}
+    return {name: column * scale[name] for name, column in zip(COLUMNS, rows.T, strict=True)}, made.expected_power
+
+
+@pytest.mark.parametrize(
+    ("order", "coefficient", "restitution", "position"),
+    [(1.0, 0.5, 0.8, 0.0), (1.0, 0.5, 0.4, 0.0), (0.5, 1.0, 1.0, 0.0), (0.5, 1.0, 0.7, -0.4), (0.3, 0.8, 0.9, 0.3)],
+)
+def test_stationary_identities(order: float, coefficient: float, restitution: float, position: float) -> None:
+    """Means of d/dt of v, x v and the energy vanish: force, virial and energy balance, path by path."""
+    problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
+    mean, fed = _stationary_rows(problem, 300.0, 10_000, 0.01)
+    push = (1 + restitution) * mean["impact_speeds"]
+    loss = 0.5 * (1 - restitution**2) * mean["impact_speed_squares"]
+    balances = {
+        "force": (push - mean["x"] - mean["force"], mean["x"]),
+        "virial": (mean["v_square"] - mean["x_square"] - mean["virial"] + position * push, mean["v_square"]),
+        "energy": (mean["power"] + loss - fed, np.full_like(loss, fed)),
+    }
+    for name, (residual, size) in balances.items():
+        error = residual.std(ddof=1) / math.sqrt(residual.size)
+        assert error < 0.005 * size.mean(), name
+        # the last term allows for what the adapted start leaves (below 0.3 %) and for the step
+        assert abs(residual.mean()) < 4 * error + 0.004 * size.mean(), f"{name}: {residual.mean()} +- {error}"
+
+
+@pytest.mark.parametrize(
+    ("restitution", "energy", "error"), [(0.95, 0.3782, 0.0006), (0.8, 0.2108, 0.0003), (0.5, 0.1100, 0.0002)]
+)
+def test_strong_losses_against_published_simulation(restitution: float, energy: float, error: float) -> None:
+    """Mean energy at c = q = 0.1, from an independent Monte Carlo; near the renewal formula, far from averaging."""
+    found = run(oscillator(1.0, 0.1, 1.0, 0.1, 0.0, restitution), paths=20_000, duration=300.0, step=0.01)
+    value = 0.5 * found.values["amplitude_mean_square"]
+    spread = 0.5 * found.errors["amplitude_mean_square"]
+    assert spread < 0.005 * energy
+    assert abs(value - energy) < 4 * math.hypot(spread, error)
+
+
+def test_return_speed_after_an_impact_is_mckeans() -> None:
+    """A free mass thrown from the wall with speed 1 under white noise of unit intensity (McKean, 1963): joint law of the
+    time and the speed of its return, compared on the paths that return before t = 3."""
+    latest = 3.0
+
+    def density(u: float, t: float) -> float:
+        spread = math.sqrt(2 / 3) * math.erf(math.sqrt(6 * u / t))
+        return 3 * u / (math.pi * math.sqrt(2) * t * t) * math.exp(-2 * (1 - u + u * u) / t) * spread
+
+    speeds = np.linspace(1e-6, 12.0, 600)
+    given = np.array([integrate.quad(lambda t, u=u: density(u, t), 0, latest, limit=200)[0] for u in speeds])
+    cumulative = integrate.cumulative_trapezoid(given, speeds, initial=0.0)
+    found = run(
+        oscillator(1.0, 0.0, 1e-4, 1.0, 0.0), paths=4096, duration=latest, step=2e-3, initial_velocity=1.0, record=4096
+    )
+    x, v = found.record[:, :, 0], found.record[:, :, 1]
+    # the step in which the velocity jumps from -u to u
+    arriving = (v[:, :-1] < 0) & (v[:, 1:] > 0) & (np.abs(v[:, 1:] + v[:, :-1]) < 0.5) & (x[:, 1:] < 0.02)
+    returned = arriving.any(axis=1)
+    first = arriving.argmax(axis=1)[returned]
+    measured = np.abs(v[returned, first])
+    share = cumulative[-1]
+    assert abs(returned.mean() - share) < 4 * math.sqrt(share * (1 - share) / 4096)
+    law = lambda u: np.interp(u, speeds, cumulative / share)  # noqa: E731
+    assert stats.kstest(measured, law).pvalue > 1e-3
+
+
+def _free_response(order: float, c: float, w: float, x0: float, v0: float, times: np.ndarray, caputo: bool) -> np.ndarray:
+    def transform(s: mp.mpc) -> mp.mpc:
+        return (x0 * s + (c * x0 * s ** (order - 1) if caputo else 0) + v0) / (s * s + c * s**order + w * w)
+
+    with mp.workdps(20):
+        return np.array([float(mp.invertlaplace(transform, t, method="talbot")) for t in times])
+
+
+@pytest.mark.parametrize("derivative", ["caputo", "riemann-liouville"])
+@pytest.mark.parametrize("order", [0.0, 0.2, 0.5, 0.8, 1.0])
+def test_free_response_converges_to_the_laplace_inversion(order: float, derivative: str) -> None:
+    times = np.arange(1.0, 11.0)
+    exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, times, derivative == "caputo")
+    problem = oscillator(order, 0.7, 1.3, 0.0, None)
+    errors = []
+    for step in (0.05, 0.0125):
+        found = run(
+            problem, paths=1, duration=10.0, step=step, initial_position=1.0, initial_velocity=0.4, record=1,
+            derivative=derivative, memory_tolerance=1e-11,
+        )  # fmt: skip
+        errors.append(np.abs(found.record[0, np.rint(times / step).astype(int), 0] - exact).max())
+    measured_order = math.log(errors[0] / errors[1], 4.0)
+    # smooth motion: 2 where there is no memory (0 and 1), 2 - order between; the impulse at t = 0 of Riemann-Liouville's
+    # x(0) t^-order costs up to one order more
+    expected = 2.0 if order in (0.0, 1.0) and derivative == "caputo" else min(2.0 - order, 2.0)
+    assert measured_order > expected - 0.15
+    assert errors[1] < (2e-4 if derivative == "caputo" else 3e-3)
+
+
+def test_without_springpot_and_noise_energy_is_kept_and_lost_at_impacts_only() -> None:
+    found = run(
+        oscillator(0.5, 0.0, 1.0, 0.0, -0.5, 0.7), paths=1, duration=20.0, step=0.01, window=(0.0, 20.0),
+        initial_position=2.0, record=1,
+    )  # fmt: skip
+    above = 0.5 * (found.record[0] ** 2).sum(axis=1) - 0.5 * 0.5**2
+    impacts = np.rint(np.log(above / above[0]) / math.log(0.49))
+    assert above == pytest.approx(above[0] * 0.49**impacts, rel=1e-10)
+    assert impacts[-1] == found.values["impact_rate"] * 20.0 == 5
+    assert abs(found.values["energy_residual"]) < 1e-12
+
+
+def test_impact_times_of_a_free_flight_are_exact() -> None:
+    """From x(0) = 2 the wall at -0.5 is met at phase arccos(-1/4): the step has nothing to do with it."""
+    problem = oscillator(0.5, 0.0, 1.0, 0.0, -0.5, 0.7)
+    first = math.acos(-0.25)
+    for step in (0.4, 0.07):
+        path = run(problem, paths=1, duration=4.0, step=step, initial_position=2.0, record=1)
+        after = path.time > first
+        speed = 0.7 * math.sqrt(4.0 - 0.25)
+        t = path.time[after] - first
+        assert path.record[0, after, 0] == pytest.approx(-0.5 * np.cos(t) + speed * np.sin(t), abs=1e-12)
+        assert path.record[0, ~after, 0] == pytest.approx(2.0 * np.cos(path.time[~after]), abs=1e-12)
+
+
+def test_chatter_against_a_preload_ends_at_rest() -> None:
+    """x'' + x = 0 above a wall at 1 with r = 0.7: the hops shrink geometrically and end at a time known exactly."""
+    problem = oscillator(0.5, 0.0, 1.0, 0.0, 1.0, 0.7)
+    found = run(problem, paths=1, duration=20.0, step=0.01, initial_position=2.0, record=1)
+    speeds = math.sqrt(3.0) * 0.7 ** np.arange(1, 200)
+    end = math.acos(0.5) + 2.0 * np.arctan(speeds).sum()
+    x, v = found.record[0].T
+    resting = (x == 1.0) & (v == 0.0)
+    assert found.diagnostics["collapses"] == 1
+    assert resting[found.time > end + 0.02].all()
+    assert not resting[found.time < end - 0.02].any()
+
+
+def test_chatter_under_noise_ends_too() -> None:
+    found = run(oscillator(0.5, 1.0, 1.0, 1.0, 0.3, 0.05), paths=500, duration=50.0)
+    assert found.diagnostics["collapses"] > 0
+    assert any("impact rate depends on the step" in w for w in found.warnings)
+    assert abs(found.values["energy_residual"]) < 4 * found.errors["energy_residual"]
+
+
+def test_elastic_hops_on_a_preload_are_counted_not_walked() -> None:
+    """With r = 1 a mass that hops with speed 1e-4 makes thousands of impacts in a second; it must not take long."""
+    found = run(
+        oscillator(0.5, 0.0, 1.0, 0.0, 1.0), paths=1, duration=2.0, step=0.1, window=(0.0, 2.0),
+        initial_velocity=1e-4,
+    )  # fmt: skip
+    assert found.values["impact_rate"] == pytest.approx(1.0 / (2.0 * math.atan(1e-4)), rel=1e-3)
+    assert found.values["impact_speed_mean"] == pytest.approx(1e-4, rel=1e-6)
+
+
+def test_the_reference_agrees_with_quadrature() -> None:
+    """Joint density exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)): its mean, and the flux p(b) sqrt(q / (4 pi C)) at the wall."""
+    exact = truncated_gaussian(0.5, 0.8, 1.3, 2.0)
+    density = lambda x: math.exp(-0.8 * 1.3**2 * x * x / 2.0)  # noqa: E731
+    mass = integrate.quad(density, 0.5, 20.0)[0]
+    assert integrate.quad(lambda x: x * density(x), 0.5, 20.0)[0] / mass == pytest.approx(exact["x_mean"], rel=1e-9)
+    assert density(0.5) / mass * math.sqrt(2.0 / (4 * math.pi * 0.8)) == pytest.approx(exact["impact_rate"], rel=1e-9)

@@ -1,0 +1,224 @@
+"""What a run promises beside its numbers: oracles, symmetries, the same bits, the paper's values, warnings, interrupts."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.simulation import UNITS, run
+from springpot.simulation.oracle import direct_path
+from springpot.simulation.settings import resolve
+
+from .problems import assert_agrees, oscillator
+
+
+@pytest.mark.parametrize("scheme", ["grunwald", "default"])
+@pytest.mark.parametrize("position", [None, 0.0, 0.4])
+@pytest.mark.parametrize("order", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize(("start", "derivative"), [(None, "caputo"), (0.5, "riemann-liouville")])
+def test_exponential_sum_equals_the_direct_sum(
+    scheme: str, position: float | None, order: float, start: float | None, derivative: str
+) -> None:
+    """Path by path, same normals, 10^4 steps; with a wall up to the first impact that one of them does not see."""
+    problem = oscillator(order, 1.0, 1.0, 1.0, position, 0.95)
+    step = 0.01 if position is None else 0.05
+    settings = {
+        "paths": 3, "duration": 10_000 * step, "step": step, "scheme": scheme, "memory_tolerance": 1e-12,
+        "initial_position": start, "derivative": derivative,
+    }  # fmt: skip
+    found = run(problem, record=3, **settings).record[2]
+    oracle = direct_path(problem, resolve(problem, **settings), 2)
+    far = np.abs(found[:, 0] - oracle.x) > 1e-9 * np.abs(oracle.x).max()
+    until = int(far.argmax()) if far.any() else far.size
+    if position is None:
+        assert until == far.size
+    else:
+        assert oracle.impacts[: until - 1].sum() >= 100
+
+
+def test_amplitude_at_the_papers_setting() -> None:
+    for order, wanted in ((0.5, 2.12), (1.0, 1.0)):
+        found = run(oscillator(order), paths=20_000, duration=100.0, window=(50.0, 100.0))
+        assert found.values["amplitude_mean_square"] == pytest.approx(wanted, rel=0.01)
+        assert found.errors["amplitude_mean_square"] < 0.0035 * wanted
+
+
+def test_the_two_schemes_agree_at_the_papers_step() -> None:
+    runs = [
+        run(oscillator(), paths=14_000, duration=100.0, step=1e-3, window=(50.0, 100.0), scheme=scheme, seed=seed)
+        for scheme, seed in (("default", 3), ("grunwald", 4))
+    ]
+    for name in ("amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "impact_rate"):
+        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        assert max(errors) < 0.004 * values[0]
+        assert abs(values[0] - values[1]) < 3 * math.hypot(*errors), name
+
+
+def test_omega_three() -> None:
+    """Where the printed formula gives 3.519 and the corrected one 1.173."""
+    found = run(oscillator(0.7, 0.2, 3.0), paths=10_000)
+    assert found.values["amplitude_mean_square"] == pytest.approx(1.173, rel=0.02)
+    assert not found.warnings
+
+
+def test_adapted_start_reaches_the_stationary_state_that_rest_has_not_forgotten() -> None:
+    runs = {
+        start: run(oscillator(0.3), paths=12_000, duration=200.0, window=(100.0, 200.0), start=start)
+        for start in ("rest", "stationary")
+    }
+    assert runs["stationary"].values["impact_rate"] == pytest.approx(0.300, rel=0.01)
+    assert runs["stationary"].values["x_mean"] == pytest.approx(1.044, rel=0.01)
+    assert runs["rest"].values["impact_rate"] == pytest.approx(0.335, rel=0.01)
+    assert runs["rest"].values["x_mean"] == pytest.approx(1.007, rel=0.01)
+    assert runs["stationary"].diagnostics["start_residual"] < 0.01
+    assert runs["rest"].diagnostics["start_residual"] is None
+    start = runs["stationary"].settings.initial_position
+    assert start == pytest.approx(runs["stationary"].values["x_mean"], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("order", "coefficient", "position", "restitution"),
+    [(0.1, 1.0, 0.0, 1.0), (0.5, 3.0, 0.0, 0.5), (0.4, 0.6, 0.5, 0.8), (0.35, 0.8, -0.4, 0.85), (0.2, 0.01, 0.0, 1.0)],
+)
+def test_adapted_starts_leave_less_than_a_per_cent(
+    order: float, coefficient: float, position: float, restitution: float
+) -> None:
+    found = run(oscillator(order, coefficient, 1.0, 1.0, position, restitution), paths=64, start="stationary")
+    assert found.diagnostics["start_residual"] < 0.01
+
+
+def test_four_times_the_intensity_doubles_the_path_bit_for_bit() -> None:
+    settings = {"paths": 100, "duration": 60.0, "step": 0.02, "record": 100}
+    one = run(oscillator(), **settings)
+    assert np.array_equal(run(oscillator(intensity=4.0), **settings).record, 2.0 * one.record)
+    for intensity in (5.0, 10.0):
+        scaled = run(oscillator(intensity=intensity), **settings).record / math.sqrt(intensity)
+        # to rounding: of single-precision memory
+        assert np.abs(scaled - one.record).max() < 1e-5 * np.abs(one.record).max()
+
+
+@pytest.mark.parametrize("scheme", ["default", "grunwald"])
+def test_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str) -> None:
+    settings = {"paths": 70, "duration": 30.0, "record": 70, "scheme": scheme, "step": 0.01, "initial_velocity": 0.3}
+    above = run(oscillator(position=-0.3, restitution=0.8), **settings)
+    settings["initial_velocity"] = -0.3
+    below = run(oscillator(position=0.3, restitution=0.8, side="below"), **settings)
+    assert np.array_equal(below.record, -above.record)
+    assert below.record[:, :, 0].max() <= 0.3 + (0.05 if scheme == "grunwald" else 0.0)
+    odd = {"x_mean", "springpot_force_mean", "x_mean_end"}
+    for name in UNITS:
+        assert below.values[name] == (-above.values[name] if name in odd else above.values[name])
+        assert below.errors[name] == above.errors[name]
+
+
+def test_the_same_bits_for_any_number_of_threads_and_paths() -> None:
+    settings = {"duration": 20.0, "step": 0.02, "record": 65}
+    one = run(oscillator(), paths=300, threads=1, **settings)
+    for threads in (2, 3):
+        other = run(oscillator(), paths=300, threads=threads, **settings)
+        assert other.values == one.values
+        assert other.errors == one.errors
+        assert np.array_equal(other.record, one.record)
+    assert np.array_equal(run(oscillator(), paths=65, **settings).record, one.record)
+    assert run(oscillator(), paths=300, seed=2, **settings).values != one.values
+
+
+def test_noise_off_gives_the_deterministic_response() -> None:
+    found = run(oscillator(intensity=0.0), paths=3, duration=10.0, initial_position=1.0, initial_velocity=-0.5, record=3)
+    assert (found.record == found.record[0]).all()
+    assert found.record[0, 0].tolist() == [1.0, -0.5]
+    assert found.errors["x_mean"] == pytest.approx(0.0, abs=1e-15)
+    assert abs(found.values["energy_residual"]) < 1e-3
+
+
+def test_single_precision_memory_is_good_enough() -> None:
+    settings = {"paths": 500, "duration": 50.0, "step": 0.005}
+    single, double = (run(oscillator(), memory_tolerance=t, **settings) for t in (1e-6, 1e-9))
+    assert (single.settings.precision, double.settings.precision) == ("float32", "float64")
+    for name in ("x_mean_square", "v_mean_square", "impact_rate"):
+        assert single.values[name] == pytest.approx(double.values[name], rel=1e-3)
+
+
+def test_standard_errors_cover_at_their_level() -> None:
+    """Order 1 at a coarse step is exact in law, so z = (value - exact) / se is standard normal over seeds."""
+    exact = {"amplitude_mean_square": 1.0, "impact_rate": 1 / math.pi, "x_mean": math.pi**-0.5, "impact_speed_mean_square": 1.0}
+    z = []
+    for seed in range(60):
+        found = run(oscillator(1.0), paths=400, duration=40.0, step=0.2, window=(15.0, 40.0), seed=seed)
+        z.append([(found.values[name] - wanted) / found.errors[name] for name, wanted in exact.items()])
+    spread = np.std(z, axis=0, ddof=1)
+    assert ((spread > 0.7) & (spread < 1.3)).all()  # four standard errors of a spread from 60 samples
+    assert (np.abs(np.mean(z, axis=0)) < 4 / math.sqrt(60)).all()
+
+
+def test_window_averages_are_the_averages_of_the_record() -> None:
+    found = run(oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5)
+    low, high = found.settings.window_steps
+    x, v = found.record[:, low + 1 : high + 1].mean(axis=1).T
+    square = (found.record[:, low + 1 : high + 1] ** 2).mean(axis=1)
+    assert found.values["x_mean"] == pytest.approx(x.mean(), rel=1e-12)
+    assert found.errors["x_mean"] == pytest.approx(x.std(ddof=1) / math.sqrt(5), rel=1e-9)
+    assert found.values["v_mean_square"] == pytest.approx(square[:, 1].mean(), rel=1e-12)
+    assert found.values["x_mean_end"] == pytest.approx(found.record[:, -1, 0].mean(), rel=1e-12)
+    assert found.settings.steps == 231
+    assert found.settings.steps * found.settings.step == pytest.approx(3.0, rel=1e-14)
+
+
+def test_dataset_has_names_units_errors_and_paths() -> None:
+    with pytest.warns(UserWarning, match="inside the transient"):
+        data = sp.simulate(oscillator(), paths=10, duration=1.0, step=0.01, record=2)
+    for name, unit in UNITS.items():
+        assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit
+    assert data["x"].dims == ("path", "time")
+    assert data["x"].shape == (2, 101)
+    assert json.loads(data.attrs["settings"])["seed"] == 1
+    assert json.loads(data.attrs["oscillator"])["springpot"] == {"order": 0.5, "coefficient": 1.0}
+    assert json.loads(data.attrs["diagnostics"])["versions"]["springpot"] == sp.__version__
+
+
+def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
+    coarse = run(oscillator(), paths=64, duration=40.0, step=0.2)
+    assert any(w.startswith("step is 0.2 s") for w in coarse.warnings)
+    assert any("inside the transient" in w for w in run(oscillator(0.1), paths=64, duration=10.0).warnings)
+    growing = run(oscillator(0.0), paths=64, duration=10.0)
+    assert any("no stationary state" in w for w in growing.warnings)
+    assert not run(oscillator(), paths=64).warnings
+
+
+def test_an_interrupt_stops_a_long_run_at_once() -> None:
+    code = "import springpot as sp; print('go', flush=True); sp.run(sp.Oscillator(), paths=10**6, duration=1e4)"
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.readline()
+    time.sleep(4.0)
+    os.kill(process.pid, signal.SIGINT)
+    begun = time.perf_counter()
+    _, said = process.communicate(timeout=30)
+    assert time.perf_counter() - begun < 3.0
+    assert "KeyboardInterrupt" in said
+
+
+def test_progress_reaches_one() -> None:
+    seen: list[float] = []
+    run(oscillator(), paths=300, duration=5.0, progress=seen.append)
+    assert max(seen) == 1.0
+    assert len(seen) == 5
+
+
+def test_statistics_refuse_nothing_and_hide_nothing_with_one_path() -> None:
+    found = run(oscillator(), paths=1, duration=20.0)
+    assert math.isnan(found.errors["x_mean"])
+    assert found.to_dict()["x_mean_se"] is None
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_grunwald_also_obeys_the_exact_law_at_its_fine_step() -> None:
+    found = run(oscillator(1.0), paths=10_000, duration=60.0, scheme="grunwald")
+    assert_agrees(found, {"amplitude_mean_square": 1.0, "impact_rate": 1 / math.pi, "x_mean": math.pi**-0.5})
