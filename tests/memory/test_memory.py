@@ -24,7 +24,8 @@ def test_direct_weights_are_right_to_twelve_digits(family: str, order: float) ->
     lags = np.array([0, 1, 2, 3, 10, 1000, 99_999, 1_000_000, 30_000_000])
     with mp.workdps(50):
         wanted = [exact(family, order, int(j)) for j in lags]
-        errors = [abs(float(mp.mpf(float(w)) / e - 1)) for w, e in zip(at_lags(family, order, lags), wanted, strict=True)]
+        found = [mp.mpf(float(weight)) for weight in at_lags(family, order, lags)]
+        errors = [abs(float(f / e - 1)) for f, e in zip(found, wanted, strict=True)]
     assert max(errors) < 1e-12
     assert np.array_equal(direct(family, order, 11)[lags[:5]], at_lags(family, order, lags)[:5])
 

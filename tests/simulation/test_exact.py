@@ -63,7 +63,9 @@ def test_order_0_stores_and_does_not_dissipate(position: float | None) -> None:
     assert abs(energy - 7.5) < 4 * error
 
 
-@pytest.mark.parametrize(("order", "coefficient", "frequency"), [(0.2, 0.5, 1.0), (0.5, 1.0, 1.0), (0.7, 0.4, 2.0), (0.9, 3.0, 1.0)])
+@pytest.mark.parametrize(
+    ("order", "coefficient", "frequency"), [(0.2, 0.5, 1.0), (0.5, 1.0, 1.0), (0.7, 0.4, 2.0), (0.9, 3.0, 1.0)]
+)
 def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency: float) -> None:
     def power(w: float, moment: int) -> float:
         return w**moment / abs(frequency**2 - w * w + coefficient * (1j * w) ** order) ** 2 / math.pi
@@ -74,9 +76,8 @@ def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency
         name: sum(integrate.quad(power, *piece, args=(moment,), limit=400)[0] for piece in pieces)
         for name, moment in (("x_mean_square", 0), ("v_mean_square", 2))
     }
-    found = run(
-        oscillator(order, coefficient, frequency, 1.0, None), paths=20_000, duration=150.0, step=0.02, start="stationary"
-    )
+    problem = oscillator(order, coefficient, frequency, 1.0, None)
+    found = run(problem, paths=20_000, duration=150.0, step=0.02, start="stationary")
     assert_agrees(found, exact)
     assert found.values["impact_rate"] == 0.0
     assert math.isnan(found.values["impact_speed_mean"])
@@ -141,8 +142,10 @@ def test_strong_losses_against_published_simulation(restitution: float, energy: 
 
 
 def test_return_speed_after_an_impact_is_mckeans() -> None:
-    """A free mass thrown from the wall with speed 1 under white noise of unit intensity (McKean, 1963): joint law of the
-    time and the speed of its return, compared on the paths that return before t = 3."""
+    """A free mass thrown from the wall with speed 1 under white noise of unit intensity (McKean, 1963).
+
+    The joint law of the time and the speed of its return, compared on the paths that return before t = 3.
+    """
     latest = 3.0
 
     def density(u: float, t: float) -> float:
@@ -167,7 +170,9 @@ def test_return_speed_after_an_impact_is_mckeans() -> None:
     assert stats.kstest(measured, law).pvalue > 1e-3
 
 
-def _free_response(order: float, c: float, w: float, x0: float, v0: float, times: np.ndarray, caputo: bool) -> np.ndarray:
+def _free_response(
+    order: float, c: float, w: float, x0: float, v0: float, times: np.ndarray, caputo: bool
+) -> np.ndarray:
     def transform(s: mp.mpc) -> mp.mpc:
         return (x0 * s + (c * x0 * s ** (order - 1) if caputo else 0) + v0) / (s * s + c * s**order + w * w)
 
@@ -189,8 +194,8 @@ def test_free_response_converges_to_the_laplace_inversion(order: float, derivati
         )  # fmt: skip
         errors.append(np.abs(found.record[0, np.rint(times / step).astype(int), 0] - exact).max())
     measured_order = math.log(errors[0] / errors[1], 4.0)
-    # smooth motion: 2 where there is no memory (0 and 1), 2 - order between; the impulse at t = 0 of Riemann-Liouville's
-    # x(0) t^-order costs up to one order more
+    # smooth motion: 2 where there is no memory (0 and 1), 2 - order between; the impulse at t = 0 of
+    # Riemann-Liouville's x(0) t^-order makes it 1 at order 1
     expected = 2.0 if order in (0.0, 1.0) and derivative == "caputo" else min(2.0 - order, 2.0)
     assert measured_order > expected - 0.15
     assert errors[1] < (2e-4 if derivative == "caputo" else 3e-3)

@@ -39,7 +39,7 @@ def fig2_page(rows: Sequence[Point], scaling: Collapse, settings: str, duration:
         "",
         "The equation of motion is the same for every q once lengths are measured in sqrt(q / Omega^3), so they",
         "must fall on one when divided by q. The runs of the three q have independent random numbers. They give a",
-        f"chi-square of {scaling.chi_square:.1f} for {scaling.degrees} degrees of freedom (a larger one has probability "
+        f"chi-square of {scaling.chi_square:.1f} for {scaling.degrees} degrees of freedom (a larger one has chance "
         f"{scaling.probability:.2f});",
         f"no point is further than {scaling.largest:.1f} standard errors from the others.",
         "",

@@ -23,7 +23,7 @@ PILOT_PATHS = 8192
 FEWEST_PATHS = 1024
 PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
 WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
-MOST_PILOTS = 8
+MOST_PILOTS = 8  # before the one that measures the residual
 
 
 @dataclass(frozen=True)
@@ -75,19 +75,28 @@ def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
         values, errors = estimates(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
         return sign * values["x_mean"], errors["x_mean"], values["x_mean_square"] ** 0.5
 
-    before = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
-    reached, error, spread = mean(before, 1)
-    now, pilots = before, 1
-    # paths that strike a wall forget each other's start, so two pilots differ by their sampling error at least
-    while abs(reached - now) > max(WANTED * spread, error) and pilots < MOST_PILOTS:
-        # a run forgets part of its start: the slope of this fixed point lies in [0, 1), anything else is noise
-        slope = min(max((reached - last) / (now - before), 0.0), 0.9) if pilots > 1 else 0.0
-        last, before = reached, now
-        now = max(wall, now + (reached - now) / (1.0 - slope))
+    now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
+    tried: list[tuple[float, float]] = []  # starts and the means they reached
+    while True:
         reached, error, spread = mean(now, 1)
-        pilots += 1
+        tried.append((now, reached))
+        # paths that strike a wall soon forget that they share their normals: two pilots differ by their errors at least
+        if abs(reached - now) <= max(WANTED * spread, error) or len(tried) == MOST_PILOTS:
+            break
+        now = max(wall, now + (reached - now) / (1.0 - _slope(tried)))
     check, error, spread = mean(now, 2)
-    return Adapted(sign * now, abs(check - now) / spread, error / spread, pilots + 1)
+    return Adapted(sign * now, abs(check - now) / spread, error / spread, len(tried) + 1)
+
+
+def _slope(tried: list[tuple[float, float]]) -> float:
+    """Change of the mean reached per change of the start, from the last two pilots.
+
+    A run forgets part of its start, so the slope lies in [0, 1); anything else is sampling error.
+    """
+    if len(tried) < 2 or tried[-1][0] == tried[-2][0]:
+        return 0.0
+    (start, reached), (later_start, later_reached) = tried[-2:]
+    return min(max((later_reached - reached) / (later_start - start), 0.0), 0.9)
 
 
 def _pilot_settings(oscillator: Oscillator, settings: Settings) -> Settings:
