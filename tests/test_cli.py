@@ -18,6 +18,7 @@ import pytest
 
 import springpot
 from springpot import cli, doctor, paper, simulation
+from springpot.processors import control_group_quota
 from springpot.simulation import UNITS
 from springpot.simulation.settings import resolve
 
@@ -344,7 +345,7 @@ def test_the_control_groups_quota(files: dict[str, str], expected: float, tmp_pa
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
-    assert doctor._quota(tmp_path) == expected
+    assert control_group_quota(tmp_path) == expected
 
 
 @pytest.mark.parametrize(

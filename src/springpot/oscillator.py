@@ -19,6 +19,9 @@ from typing import Literal
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "finite_number"]
 
 
+LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
+
+
 def finite_number(
     value: object, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False, hint: str = ""
 ) -> float:
@@ -101,7 +104,8 @@ class Springpot:
         _set(self, "order", finite_number(
             self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."))
         _set(self, "coefficient", finite_number(
-            self.coefficient, "coefficient", low=0.0, hint="It is the springpot's force per unit of D^alpha x."))
+            self.coefficient, "coefficient", low=0.0, high=LARGEST,
+            hint="It is the springpot's force per unit of D^alpha x."))
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,8 @@ class Barrier:
     side: Literal["above", "below"] = "above"
 
     def __post_init__(self) -> None:
-        _set(self, "position", finite_number(self.position, "position", hint="It is the place of the wall."))
+        _set(self, "position", finite_number(
+            self.position, "position", low=-LARGEST, high=LARGEST, hint="It is the place of the wall."))
         _set(self, "restitution", finite_number(
             self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."))
         if self.side not in ("above", "below"):
@@ -165,7 +170,7 @@ class WhiteNoise:
 
     def __post_init__(self) -> None:
         _set(self, "intensity", finite_number(
-            self.intensity, "intensity", low=0.0, hint="It is q = sigma^2 of the white noise."))
+            self.intensity, "intensity", low=0.0, high=LARGEST, hint="It is q = sigma^2 of the white noise."))
 
 
 @dataclass(frozen=True)
@@ -200,7 +205,7 @@ class Oscillator:
 
     def __post_init__(self) -> None:
         _set(self, "natural_frequency", finite_number(
-            self.natural_frequency, "natural_frequency", low=0.0, open_low=True, hint="It is Omega in rad/s."))
+            self.natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."))
         if not isinstance(self.springpot, Springpot):
             raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
         if not isinstance(self.barrier, Barrier | None):

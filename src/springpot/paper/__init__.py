@@ -41,8 +41,8 @@ def reproduce(
 
     Raises
     ------
-    ValueError
-        If ``what`` is another word.
+    TypeError, ValueError
+        If ``what`` is another word or ``threads`` not a whole number from 1 to 4096.
     OSError
         If the folder cannot be made or written.
 
@@ -53,6 +53,9 @@ def reproduce(
     """
     if what not in (*_SHARES, "all"):
         raise ValueError(f"what must be 'fig1', 'fig2', 'errata' or 'all', not {what!r}.")
+    from springpot.simulation.settings import checked_threads
+
+    threads = checked_threads(threads)
     folder = _writable(Path(out))
     from springpot.paper import figures
 

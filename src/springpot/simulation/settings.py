@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import numbers
-import os
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, get_args
 
 from springpot.oscillator import Oscillator, finite_number
+from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
 
-__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "relaxation_time", "resolve", "threads_available"]
+__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "relaxation_time", "resolve"]
 
 Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
@@ -85,19 +85,6 @@ class Settings:
         return {**asdict(self), "window": list(self.window)}
 
 
-def threads_available() -> int:
-    """Number of processors this process may use.
-
-    Examples
-    --------
-    >>> threads_available() >= 1
-    True
-    """
-    if hasattr(os, "sched_getaffinity"):
-        return max(1, len(os.sched_getaffinity(0)))
-    return os.cpu_count() or 1
-
-
 def fastest_rate(oscillator: Oscillator) -> float:
     """The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s."""
     spring = oscillator.springpot
@@ -165,7 +152,7 @@ def resolve(
     _one_of(derivative, "derivative", get_args(Derivative))
     paths = _whole(paths, "paths", 1, 2**32 - 1)
     seed = _whole(seed, "seed", 0, 2**64 - 1)
-    threads = threads_available() if threads is None else _whole(threads, "threads", 1, 4096)
+    threads = checked_threads(threads)
     duration, step, steps = _grid(oscillator, duration, step, scheme)
     window = _window(window, duration, step)
     record = _whole(record, "record", 0, paths)
@@ -271,6 +258,17 @@ def _initial_position(
             f"(side={barrier.side!r})."
         )
     return given
+
+
+def checked_threads(threads: int | None) -> int:
+    """The number of threads to use: all available ones for None.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a whole number from 1 to 4096.
+    """
+    return threads_available() if threads is None else _whole(threads, "threads", 1, 4096)
 
 
 def _whole(value: object, name: str, low: int, high: int) -> int:

@@ -1,0 +1,43 @@
+"""How many processors this process may use: affinity, and the control group a container or a batch system sets."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+__all__ = ["control_group_quota", "threads_available"]
+
+
+def control_group_quota(root: Path = Path("/sys/fs/cgroup")) -> float:
+    """Processors granted by the control group (version 2, then version 1); infinite without a limit.
+
+    Examples
+    --------
+    >>> control_group_quota() > 0.0
+    True
+    """
+    for quota_file, period_file in (("cpu.max", None), ("cpu/cpu.cfs_quota_us", "cpu/cpu.cfs_period_us")):
+        try:
+            words = (root / quota_file).read_text().split()
+            if period_file is not None:
+                words += (root / period_file).read_text().split()
+            quota, period = float(words[0]), float(words[1])
+        except (OSError, ValueError, IndexError):  # no such file, or the word "max"
+            continue
+        if quota > 0 and period > 0:
+            return quota / period
+    return math.inf
+
+
+def threads_available() -> int:
+    """Number of threads worth starting: processors in this process's affinity, at most the control group's share.
+
+    Examples
+    --------
+    >>> threads_available() >= 1
+    True
+    """
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    quota = control_group_quota()
+    return processors if math.isinf(quota) else max(1, min(processors, math.floor(quota)))
