@@ -39,7 +39,7 @@ class Tables:
     scheme, wall, memory, start
         Parts of the kernel.
     drive : ndarray
-        Force per unit of x(0) in each step, or empty (Caputo's derivative, or x(0) = 0).
+        Force in each step that stems from x(0), or empty (Caputo's derivative, or x(0) = 0).
     expected_power : float
         Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step.
     sum : ExponentialSum
@@ -50,7 +50,7 @@ class Tables:
     wall: NoWall | Rigid
     memory: Memory
     start: Start
-    drive: Floats
+    drive: npt.NDArray[np.floating]
     expected_power: float
     sum: ExponentialSum
 
@@ -94,7 +94,7 @@ def tables(oscillator: Oscillator, settings: Settings) -> Tables:
         newest, expected = weights[0], 0.5 * intensity
     else:
         scheme = splitting(frequency, order, coefficient, intensity, step)
-        newest, expected = newest_weight_splitting(order), 0.5 * intensity * scheme.implicit
+        newest, expected = newest_weight_splitting(order), 0.5 * intensity * scheme.drag / step
     x0 = sign * settings.initial_position
     wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position, barrier.restitution)
     return Tables(
@@ -121,7 +121,7 @@ def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, 
     return Memory(
         powers.ravel().astype(precision),
         (strengths[:, None] * powers).ravel().astype(precision),
-        *(float(scale * w) for w in (newest, *weights[1:4])),
+        *(np.dtype(precision).type(scale * w) for w in (newest, *weights[1:4])),
     )
 
 
@@ -129,18 +129,18 @@ def _start(scheme: Splitting | Euler, wall: NoWall | Rigid, frequency: float, x0
     """The state at the first kick: after half a step of free flight for the default scheme."""
     energy = 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)
     if isinstance(scheme, Euler):
-        return Start(x0, v0, 0.0, energy, x0, 0.0, 0.0, 0.0)
+        return Start(x0, v0, 0.0, energy, 0.0, 0.0, 0.0)
     position, restitution = (wall.position, wall.restitution) if isinstance(wall, Rigid) else (-math.inf, 1.0)
     x, v, happened = fly.py_func(position, restitution, frequency, x0, v0, 0.5 * frequency * scheme.step)
-    return Start(float(x), float(v), float(x) - x0, energy, x0, *(float(h) for h in happened[:3]))
+    return Start(float(x), float(v), float(x) - x0, energy, *(float(h) for h in happened[:3]))
 
 
-def _drive(order: float, scale: float, x0: float, settings: Settings) -> Floats:
+def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:
     """Riemann-Liouville's x(0) t^-alpha / Gamma(1 - alpha), as the scheme's own weights see it."""
     if settings.derivative == "caputo" or x0 == 0.0:
-        return np.zeros(0)
-    length = settings.steps + GROUP
-    return scale * direct(family(settings), order, length)
+        return np.zeros(0, settings.precision)
+    weights = direct(family(settings), order, settings.steps + GROUP)
+    return np.asarray(scale * x0 * weights, settings.precision)
 
 
 def advance(
@@ -149,11 +149,13 @@ def advance(
     made: Tables,
     *,
     stream: int = 0,
+    halved: bool = False,
     progress: Progress | None = None,
 ) -> Ensemble:
     """Run all paths, block by block, on ``settings.threads`` threads.
 
-    The bits of a path depend on the seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads
+    With ``halved`` the noise is that of a run with half the step, summed in pairs.  The bits of a path depend on the
+    seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads
     within a fraction of a second and is passed on.
     """
     blocks = -(-settings.paths // LANES)
@@ -172,7 +174,7 @@ def advance(
             first = number * LANES
             block(
                 made.scheme, made.wall, made.memory, made.drive, made.start, stiffness,
-                first, settings.steps, low, high, k0, k1, stream,
+                first, settings.steps, low, high, k0, k1, stream, halved,
                 record[first : first + LANES], stop, rows[first : first + LANES],
             )  # fmt: skip
             finished = next(done)

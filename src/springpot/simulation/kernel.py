@@ -8,7 +8,7 @@ their exact weights.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,10 +23,9 @@ from springpot.simulation.lanes import (
     MOST_MODES,
     f32,
     f64,
-    i32,
     stack_array,
 )
-from springpot.simulation.parts import bounce, drift, kick, struck
+from springpot.simulation.parts import bounce, clearance, drift, kick
 from springpot.simulation.random import draw
 
 __all__ = ["COLUMNS", "Memory", "Start", "block"]
@@ -45,10 +44,10 @@ class Memory(NamedTuple):
 
     powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 of each mode
     weights: npt.NDArray[np.floating]  # (4 * modes,) w a, w a^2, w a^3, w a^4
-    newest: float  # weight of the last increment
-    recent1: float  # of the one before, and so on
-    recent2: float
-    recent3: float
+    newest: np.floating  # weight of the last increment
+    recent1: np.floating  # of the one before, and so on
+    recent2: np.floating
+    recent3: np.floating
 
 
 class Start(NamedTuple):
@@ -58,15 +57,14 @@ class Start(NamedTuple):
     v: float
     increment: float  # displacement since time 0
     energy: float  # at time 0
-    x0: float  # displacement at time 0, the factor of ``drive``
     impacts: float
     impact_speeds: float
     impact_speed_squares: float
 
 
 _state = stack_array(LANES)
-_flags = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
+_five = stack_array((GROUP + 1) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 
 
@@ -94,161 +92,208 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(scheme, wall, x, v, past, g, walled, at, xm, vm, xk, force, speed):
-    """One step of one lane; leaves what observers look at in place ``at`` of the five lane arrays."""
-    after_kick, pull = kick(scheme, x, v, past, g)
+def _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched):
+    """One step of one lane; the increment goes to ``d``, what observers look at to place ``at`` of ``seen``."""
+    kicked, pull = kick(scheme, x, v, f64(past), f64(g[at]))
     if walled:
-        x_seen, v_seen, x_next, v_next, before, after = bounce(scheme, wall, x, after_kick)
+        x_seen, v_seen, x_next, v_next, before, after = bounce(scheme, wall, x, kicked)
     else:
-        x_seen, v_seen, x_next, v_next = drift(scheme, x, after_kick)
+        x_seen, v_seen, x_next, v_next = drift(scheme, x, kicked)
         before = after = (0.0, 0.0, 0.0, 0.0)
-    xm[at] = x_seen
-    vm[at] = v_seen
-    xk[at] = x
-    force[at] = pull
-    speed[at] = 0.5 * (v + after_kick)
-    return x_next, v_next, x_next - x, struck(scheme, wall, x_seen, x_next, v_next), before, after
+    d[LANES + at] = x_next - x
+    if watched:
+        seen.x[at] = x_seen
+        seen.v[at] = v_seen
+        seen.x_kick[at] = x
+        seen.force[at] = pull
+        seen.speed[at] = 0.5 * (v + kicked)
+    return x_next, v_next, clearance(scheme, wall, x_seen, x_next), before, after
 
 
 @njit(**INLINE)
-def _four_steps(scheme, wall, m, x, v, e, h, g, p0, p1, p2, p3, lane, walled, xm, vm, xk, force, speed):
-    """Four steps of one lane: -> x, v, the four increments, was it struck, impacts before/after each observation."""
+def _four_steps(scheme, wall, m, p, x, v, g, h, d, seen, lane, walled, watched):
+    """Four steps of one lane: -> x, v, least clearance, impacts before and after each observation.
+
+    The newest increments count with their exact weights; sums of the past are of the type in which memory is kept.
+    """
     at = lane
-    past = f64(h[at]) + m.newest * e + p0
-    x, v, d0, s0, b0, f0 = _step(scheme, wall, x, v, past, f64(g[at]), walled, at, xm, vm, xk, force, speed)
+    past = h[at] + m.newest * d[at] + p[0]
+    x, v, c0, b0, f0 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = LANES + lane
-    past = f64(h[at]) + m.newest * d0 + m.recent1 * e + p1
-    x, v, d1, s1, b1, f1 = _step(scheme, wall, x, v, past, f64(g[at]), walled, at, xm, vm, xk, force, speed)
+    past = h[at] + m.newest * d[at] + m.recent1 * d[lane] + p[1]
+    x, v, c1, b1, f1 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = 2 * LANES + lane
-    past = f64(h[at]) + m.newest * d1 + m.recent1 * d0 + m.recent2 * e + p2
-    x, v, d2, s2, b2, f2 = _step(scheme, wall, x, v, past, f64(g[at]), walled, at, xm, vm, xk, force, speed)
+    past = h[at] + m.newest * d[at] + m.recent1 * d[LANES + lane] + m.recent2 * d[lane] + p[2]
+    x, v, c2, b2, f2 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = 3 * LANES + lane
-    past = f64(h[at]) + m.newest * d2 + m.recent1 * d1 + m.recent2 * d0 + m.recent3 * e + p3
-    x, v, d3, s3, b3, f3 = _step(scheme, wall, x, v, past, f64(g[at]), walled, at, xm, vm, xk, force, speed)
-    return x, v, d0, d1, d2, d3, s0 | s1 | s2 | s3, b0, f0, b1, f1, b2, f2, b3, f3
+    past = h[at] + m.newest * d[at] + m.recent1 * d[2 * LANES + lane] + m.recent2 * d[LANES + lane]
+    past += m.recent3 * d[lane] + p[3]
+    x, v, c3, b3, f3 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
+    return x, v, min(min(c0, c1), min(c2, c3)), (b0, b1, b2, b3), (f0, f1, f2, f3)
 
 
 @njit(**INLINE)
-def _count(n, low, high, happened, impacts, speeds, squares, collapses, lane):
+def _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, watched):
+    """Four steps of every lane as if there were no wall: vector code."""
+    for lane in range(LANES):
+        x_saved[lane], v_saved[lane] = x[lane], v[lane]
+        x[lane], v[lane], clear[lane], _, _ = _four_steps(
+            scheme, wall, memory, p, x[lane], v[lane], g, h, d, seen, lane, False, watched
+        )
+
+
+@njit(**INLINE)
+def _count(n, low, high, happened, hits, lane):
     """Add impacts that belong to step ``n`` to the sums of the window; collapses count over the whole run."""
-    collapses[lane] += happened[3]
+    hits.collapses[lane] += happened[3]
     if happened[0] > 0.0 and low <= n < high:
-        impacts[lane] += happened[0]
-        speeds[lane] += happened[1]
-        squares[lane] += happened[2]
+        hits.impacts[lane] += happened[0]
+        hits.speeds[lane] += happened[1]
+        hits.squares[lane] += happened[2]
+
+
+@njit(**INLINE)
+def _draw(group, first, stream, k0, k1, halved, g, fine):
+    """The normals of four steps; if ``halved``, of steps that are pairs of the steps of a run twice as fine."""
+    if not halved:
+        draw(group, first, stream, k0, k1, g)
+        return
+    for half in range(2):
+        draw(2 * group + half, first, stream, k0, k1, fine)
+        for i in range(2 * LANES):
+            pair = i // LANES * 2 * LANES + i % LANES
+            g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
+
+
+class Seen(NamedTuple):
+    """Lane arrays of what observers look at."""
+
+    x: Any
+    v: Any
+    x_kick: Any
+    force: Any
+    speed: Any
+
+
+class Sums(NamedTuple):
+    """Lane arrays of the sums over the window."""
+
+    x: Any
+    xx: Any
+    vv: Any
+    force: Any
+    power: Any
+    virial: Any
+
+
+class Hits(NamedTuple):
+    """Lane arrays of impacts in the window."""
+
+    impacts: Any
+    speeds: Any
+    squares: Any
+    collapses: Any
+
+
+@njit(**INLINE)
+def _add(sums, seen, lane, at):
+    """Add one observation to the sums of the window."""
+    x, v, force = seen.x[at], seen.v[at], seen.force[at]
+    sums.x[lane] += x
+    sums.xx[lane] += x * x
+    sums.vv[lane] += v * v
+    sums.force[lane] += force
+    sums.power[lane] += force * seen.speed[at]
+    sums.virial[lane] += force * seen.x_kick[at]
 
 
 @cached
 @njit(nogil=True, **FAST)
-def block(scheme, wall, memory, drive, start, stiffness, first, steps, low, high, k0, k1, stream, record, stop, out):
+def block(
+    scheme, wall, memory, drive, start, stiffness, first, steps, low, high, k0, k1, stream, halved, record, stop, out
+):
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` holds the
-    deterministic force of each step per unit of the initial displacement (empty: none), ``record`` takes x and v of the
-    first paths at every observation (empty: none), ``stop`` holds a flag that ends the block early, ``out`` takes one
-    row of COLUMNS per lane.
+    deterministic force of each step (empty: none), ``halved`` says that the noise
+    is that of a run twice as fine, ``record`` takes x and v of the first paths at every observation (empty: none),
+    ``stop`` holds a flag that ends the block early, ``out`` takes one row of COLUMNS per lane.
     """
     zero = memory.powers[0] * f32(0)  # of the type in which memory is kept
     modes = memory.powers.size // 4
     z = _modes(zero)
     h = _four(zero)
-    d = _four(zero)
-    g = _four(f32(0))
-    flag = _flags(i32(0))
-    x, v, e = _state(0.0), _state(0.0), _state(0.0)
-    x_saved, v_saved, e_saved = _state(0.0), _state(0.0), _state(0.0)
-    xm, vm, xk, force, speed = _four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0)
-    sx, sxx, svv, sf, sp, sw = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
-    impacts, speeds, squares, collapses = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    d = _five(zero)  # the increment before the group, then the group's four
+    p = (zero, zero, zero, zero)
+    g, fine = _four(f32(0)), _four(f32(0))
+    x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    seen = Seen(_four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
+    hits = Hits(_state(0.0), _state(0.0), _state(0.0), _state(0.0))
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):
         z[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
+    early = 1.0 if low == 0 else 0.0
     for lane in range(LANES):
-        x[lane], v[lane], e[lane] = start.x, start.v, start.increment
-        sx[lane] = sxx[lane] = svv[lane] = sf[lane] = sp[lane] = sw[lane] = 0.0
-        early = 1.0 if low == 0 else 0.0
-        impacts[lane] = early * start.impacts
-        speeds[lane] = early * start.impact_speeds
-        squares[lane] = early * start.impact_speed_squares
-        collapses[lane] = 0.0
+        x[lane], v[lane], d[lane] = start.x, start.v, start.increment
+        sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
+        sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
+        hits.impacts[lane] = early * start.impacts
+        hits.speeds[lane] = early * start.impact_speeds
+        hits.squares[lane] = early * start.impact_speed_squares
+        hits.collapses[lane] = 0.0
         energy_first[lane] = energy_last[lane] = start.energy
         x_end[lane] = v_end[lane] = np.nan
-    p0 = p1 = p2 = p3 = 0.0
     for n in range(0, steps, GROUP):
         if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
             return
-        draw(n // GROUP, first, stream, k0, k1, g)
+        _draw(n // GROUP, first, stream, k0, k1, halved, g, fine)
         if drive.size > 0:
-            p0, p1 = start.x0 * drive[n], start.x0 * drive[n + 1]
-            p2, p3 = start.x0 * drive[n + 2], start.x0 * drive[n + 3]
-        any_struck = i32(0)
+            p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
+        if (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0:
+            _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, True)
+        else:
+            _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, False)
+        least = clear[0]
         for lane in range(LANES):
-            xn, vn, d0, d1, d2, d3, s, b0, f0, b1, f1, b2, f2, b3, f3 = _four_steps(
-                scheme, wall, memory, x[lane], v[lane], e[lane], h, g, p0, p1, p2, p3, lane, False,
-                xm, vm, xk, force, speed,
-            )  # fmt: skip
-            x_saved[lane], v_saved[lane], e_saved[lane] = x[lane], v[lane], e[lane]
-            d[lane], d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane] = e[lane], d0, d1, d2
-            x[lane], v[lane], e[lane] = xn, vn, d3
-            flag[lane] = i32(1) if s else i32(0)
-            any_struck |= flag[lane]
-        if any_struck != 0:
+            least = min(least, clear[lane])
+        if least <= 0.0:
             for lane in range(LANES):
-                if flag[lane] != 0:
-                    xn, vn, d0, d1, d2, d3, s, b0, f0, b1, f1, b2, f2, b3, f3 = _four_steps(
-                        scheme, wall, memory, x_saved[lane], v_saved[lane], e_saved[lane], h, g, p0, p1, p2, p3, lane,
-                        True, xm, vm, xk, force, speed,
-                    )  # fmt: skip
-                    x[lane], v[lane], e[lane] = xn, vn, d3
-                    d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane] = d0, d1, d2
-                    _count(n, low, high, b0, impacts, speeds, squares, collapses, lane)
-                    _count(n + 1, low, high, f0, impacts, speeds, squares, collapses, lane)
-                    _count(n + 1, low, high, b1, impacts, speeds, squares, collapses, lane)
-                    _count(n + 2, low, high, f1, impacts, speeds, squares, collapses, lane)
-                    _count(n + 2, low, high, b2, impacts, speeds, squares, collapses, lane)
-                    _count(n + 3, low, high, f2, impacts, speeds, squares, collapses, lane)
-                    _count(n + 3, low, high, b3, impacts, speeds, squares, collapses, lane)
-                    _count(n + 4, low, high, f3, impacts, speeds, squares, collapses, lane)
+                if clear[lane] <= 0.0:
+                    x[lane], v[lane], _, before, after = _four_steps(
+                        scheme, wall, memory, p, x_saved[lane], v_saved[lane], g, h, d, seen, lane, True, True
+                    )
+                    for j in range(GROUP):
+                        _count(n + j, low, high, before[j], hits, lane)
+                        _count(n + j + 1, low, high, after[j], hits, lane)
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
+        for lane in range(LANES):
+            d[lane] = d[GROUP * LANES + lane]
         if low <= n and n + GROUP <= high:
             for lane in range(LANES):
                 for j in range(GROUP):
-                    at = j * LANES + lane
-                    sx[lane] += xm[at]
-                    sxx[lane] += xm[at] * xm[at]
-                    svv[lane] += vm[at] * vm[at]
-                    sf[lane] += force[at]
-                    sp[lane] += force[at] * speed[at]
-                    sw[lane] += force[at] * xk[at]
+                    _add(sums, seen, lane, j * LANES + lane)
         elif n + GROUP > low and n < high:
             for j in range(max(low - n, 0), min(high - n, GROUP)):
                 for lane in range(LANES):
-                    at = j * LANES + lane
-                    sx[lane] += xm[at]
-                    sxx[lane] += xm[at] * xm[at]
-                    svv[lane] += vm[at] * vm[at]
-                    sf[lane] += force[at]
-                    sp[lane] += force[at] * speed[at]
-                    sw[lane] += force[at] * xk[at]
+                    _add(sums, seen, lane, j * LANES + lane)
         for j in range(GROUP):
             if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                 for lane in range(LANES):
-                    at = j * LANES + lane
-                    energy = 0.5 * (vm[at] * vm[at] + stiffness * xm[at] * xm[at])
+                    x_end[lane], v_end[lane] = seen.x[j * LANES + lane], seen.v[j * LANES + lane]
+                    energy = 0.5 * (v_end[lane] * v_end[lane] + stiffness * x_end[lane] * x_end[lane])
                     energy_first[lane] = energy if n + j == low - 1 else energy_first[lane]
                     energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
-                    x_end[lane] = xm[at]
-                    v_end[lane] = vm[at]
         for lane in range(record.shape[0]):
             for j in range(min(GROUP, steps - n)):
-                record[lane, n + j + 1, 0] = xm[j * LANES + lane]
-                record[lane, n + j + 1, 1] = vm[j * LANES + lane]
+                record[lane, n + j + 1, 0] = seen.x[j * LANES + lane]
+                record[lane, n + j + 1, 1] = seen.v[j * LANES + lane]
     for lane in range(LANES):
-        out[lane, 0], out[lane, 1], out[lane, 2] = sx[lane], sxx[lane], svv[lane]
-        out[lane, 3], out[lane, 4], out[lane, 5] = sf[lane], sp[lane], sw[lane]
-        out[lane, 6], out[lane, 7], out[lane, 8] = impacts[lane], speeds[lane], squares[lane]
-        out[lane, 9], out[lane, 10], out[lane, 11] = collapses[lane], energy_first[lane], energy_last[lane]
+        out[lane, 0], out[lane, 1], out[lane, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
+        out[lane, 3], out[lane, 4], out[lane, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]
+        out[lane, 6], out[lane, 7], out[lane, 8] = hits.impacts[lane], hits.speeds[lane], hits.squares[lane]
+        out[lane, 9], out[lane, 10], out[lane, 11] = hits.collapses[lane], energy_first[lane], energy_last[lane]
         out[lane, 12], out[lane, 13] = x_end[lane], v_end[lane]

@@ -80,7 +80,7 @@ def _walk(scheme, wall, weights, drive, start, g, xs, vs, impacts):
     increments = np.empty(steps + 1)
     increments[0] = start.increment
     for n in range(steps):
-        past = start.x0 * drive[n] if drive.size > 0 else 0.0
+        past = f64(drive[n]) if drive.size > 0 else 0.0
         for j in range(n + 1):
             past += weights[j] * increments[n - j]
         v, _ = kick(scheme, x, v, past, f64(g[n]))

@@ -8,8 +8,8 @@ kernel serves every oscillator and a new part does not touch the kernel.  The qu
     in it.
 ``drift(scheme, x, v)``
     From one kick to the next as if there were no wall: state at the observation, state at the end.
-``struck(scheme, wall, xm, x, v)``
-    Could the wall have been met on a drift that looks like this?  Asked of every lane.
+``clearance(scheme, wall, xm, x)``
+    How far a drift that looks like this stays from the wall; negative if it may have met it.  Asked of every lane.
 ``bounce(scheme, wall, x, v)``
     The drift again, with the wall in it.  Asked of the few lanes that were struck.
 
@@ -34,9 +34,9 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
-from springpot.simulation.lanes import INLINE
+from springpot.simulation.lanes import FAST, INLINE
 
-__all__ = ["Euler", "NoWall", "Rigid", "Splitting", "bounce", "drift", "euler", "fly", "kick", "splitting", "struck"]
+__all__ = ["Euler", "NoWall", "Rigid", "Splitting", "bounce", "clearance", "drift", "euler", "fly", "kick", "splitting"]
 
 # A chatter against a preload is over when a hop lasts less than this fraction of a half step.
 SHORTEST_HOP = 1e-4
@@ -50,10 +50,13 @@ class Splitting(NamedTuple):
     cosine: float  # of the half-step rotation
     sine_over_frequency: float
     sine_times_frequency: float
-    noise: float  # sqrt(q h)
+    whole_cosine: float  # of the whole step
+    whole_sine_over_frequency: float
+    whole_sine_times_frequency: float
+    noise: float  # sqrt(q h), over 1 + answer h
+    drag: float  # h, over 1 + answer h
     damping: float  # weight of the present velocity in the springpot's force
     answer: float  # the springpot's mean force per impulse of its own step
-    implicit: float  # 1 / (1 + answer h)
 
 
 class Euler(NamedTuple):
@@ -91,10 +94,13 @@ def splitting(frequency: float, order: float, coefficient: float, intensity: flo
         cosine=math.cos(phase),
         sine_over_frequency=math.sin(phase) / frequency,
         sine_times_frequency=math.sin(phase) * frequency,
-        noise=math.sqrt(intensity * step),
+        whole_cosine=math.cos(2.0 * phase),
+        whole_sine_over_frequency=math.sin(2.0 * phase) / frequency,
+        whole_sine_times_frequency=math.sin(2.0 * phase) * frequency,
+        noise=math.sqrt(intensity * step) / (1.0 + answer * step),
+        drag=step / (1.0 + answer * step),
         damping=damping,
         answer=answer,
-        implicit=1.0 / (1.0 + answer * step),
     )
 
 
@@ -118,7 +124,7 @@ def drift(scheme: Any, x: Any, v: Any) -> Any:
     raise NotImplementedError
 
 
-def struck(scheme: Any, wall: Any, xm: Any, x: Any, v: Any) -> Any:
+def clearance(scheme: Any, wall: Any, xm: Any, x: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -149,7 +155,7 @@ def _answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[.
 @_answers(kick, Splitting)
 def _kick_splitting(scheme, x, v, past, g):
     force = past + scheme.damping * v
-    impulse = (scheme.noise * g - scheme.step * force) * scheme.implicit
+    impulse = scheme.noise * g - scheme.drag * force
     return v + impulse, force + scheme.answer * impulse
 
 
@@ -157,14 +163,14 @@ def _kick_splitting(scheme, x, v, past, g):
 def _drift_splitting(scheme, x, v):
     xm = scheme.cosine * x + scheme.sine_over_frequency * v
     vm = scheme.cosine * v - scheme.sine_times_frequency * x
-    xn = scheme.cosine * xm + scheme.sine_over_frequency * vm
-    vn = scheme.cosine * vm - scheme.sine_times_frequency * xm
+    xn = scheme.whole_cosine * x + scheme.whole_sine_over_frequency * v
+    vn = scheme.whole_cosine * v - scheme.whole_sine_times_frequency * x
     return xm, vm, xn, vn
 
 
-@_answers(struck, Splitting, NoWall)
-def _struck_never(scheme, wall, xm, x, v):
-    return False
+@_answers(clearance, Splitting, NoWall)
+def _clear_of_nothing(scheme, wall, xm, x):
+    return 1.0
 
 
 @_answers(bounce, Splitting, NoWall)
@@ -173,12 +179,12 @@ def _bounce_never(scheme, wall, x, v):
     return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
-@_answers(struck, Splitting, Rigid)
-def _struck_splitting(scheme, wall, xm, x, v):
+@_answers(clearance, Splitting, Rigid)
+def _clearance_splitting(scheme, wall, xm, x):
     # with a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above:
     # at most by (acceleration at the wall) (half step)^2 / 8
     dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return min(xm, x) < wall.position + dip
+    return min(xm, x) - (wall.position + dip)
 
 
 @_answers(bounce, Splitting, Rigid)
@@ -189,7 +195,7 @@ def _bounce_splitting(scheme, wall, x, v):
     return xm, vm, xn, vn, before, after
 
 
-@njit(**INLINE)
+@njit(**FAST)
 def fly(position, restitution, frequency, x, v, phase):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
@@ -246,9 +252,9 @@ def _drift_euler(scheme, x, v):
     return xn, v, xn, v
 
 
-@_answers(struck, Euler, NoWall)
-def _struck_never_euler(scheme, wall, xm, x, v):
-    return False
+@_answers(clearance, Euler, NoWall)
+def _clear_of_nothing_euler(scheme, wall, xm, x):
+    return 1.0
 
 
 @_answers(bounce, Euler, NoWall)
@@ -257,15 +263,16 @@ def _bounce_never_euler(scheme, wall, x, v):
     return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
-@_answers(struck, Euler, Rigid)
-def _struck_euler(scheme, wall, xm, x, v):
-    return (x <= wall.position + scheme.contact) & (v < 0.0)
+@_answers(clearance, Euler, Rigid)
+def _clearance_euler(scheme, wall, xm, x):
+    # a path that moves away behind the wall is asked again too, and told that nothing happened
+    return x - (wall.position + scheme.contact)
 
 
 @_answers(bounce, Euler, Rigid)
 def _bounce_euler(scheme, wall, x, v):
     xm, _, xn, vn = drift(scheme, x, v)
-    hit = struck(scheme, wall, xm, xn, vn)
+    hit = clearance(scheme, wall, xm, xn) <= 0.0 and vn < 0.0
     counted = (1.0, -vn, vn * vn, 0.0) if hit else (0.0, 0.0, 0.0, 0.0)
     vn = -wall.restitution * vn if hit else vn
     return xn, vn, xn, vn, counted, (0.0, 0.0, 0.0, 0.0)
