@@ -25,13 +25,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-__all__ = ["Family", "at_lags", "density", "direct"]
+__all__ = ["Family", "Floats", "Target", "at_lags", "density", "direct"]
 
 Family = Literal["grunwald", "average"]
-_FAR = 1_000_000
+Target = Literal["grunwald", "average", "power"]
+Floats = npt.NDArray[np.float64]
+_STIRLING = 30
 
 
-def direct(family: Family, order: float, count: int) -> npt.NDArray[np.float64]:
+def direct(family: Family, order: float, count: int) -> Floats:
     """The first ``count`` weights c_0, c_1, ... themselves.
 
     Parameters
@@ -65,16 +67,17 @@ def direct(family: Family, order: float, count: int) -> npt.NDArray[np.float64]:
     return weights / special.gamma(2.0 - order)
 
 
-def at_lags(family: Family, order: float, lags: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """The weights at some lags, however long.
+def at_lags(target: Target, order: float, lags: Floats) -> Floats:
+    """The weights at some lags, however long, and between the steps as well.
 
     Parameters
     ----------
-    family : {"grunwald", "average"}
+    target : {"grunwald", "average", "power"}
+        "power" is t^(-alpha) itself.
     order : float
         alpha in [0, 1).
-    lags : ndarray of int
-        Increasing, not negative.
+    lags : ndarray
+        At least 1; in steps, for the weights.
 
     Returns
     -------
@@ -83,26 +86,38 @@ def at_lags(family: Family, order: float, lags: npt.NDArray[np.int64]) -> npt.ND
 
     Examples
     --------
-    >>> at_lags("grunwald", 0.5, np.array([1, 10**8])).round(9)
+    >>> at_lags("grunwald", 0.5, np.array([1.0, 1e8])).round(9)
     array([5.0000e-01, 5.6419e-05])
     """
-    near = lags[lags < _FAR]
-    weights = direct(family, order, int(near[-1]) + 1 if near.size else 1)[near]
-    far = lags[lags >= _FAR].astype(np.float64)
-    if family == "grunwald":  # Tricomi and Erdelyi's expansion: the next term is of relative size 1 / (24 j^2)
-        tail = (far + 0.5 * (1.0 - order)) ** -order / special.gamma(1.0 - order)
-    else:
+    if target == "power":
+        return np.asarray(lags**-order)
+    if target == "average":
         power = 1.0 - order
-        tail = far**power * np.expm1(power * np.log1p(1.0 / far)) / special.gamma(2.0 - order)
-    return np.concatenate([weights, tail])
+        return np.asarray(lags**power * np.expm1(power * np.log1p(1.0 / lags)) / special.gamma(2.0 - order))
+    # c(t) = c(t + 1) (t + 1) / (t + 1 - alpha) leads to lags where Stirling's series holds to rounding
+    last = lags + _STIRLING
+    shifts = np.arange(1.0, _STIRLING + 1.0)[:, None]
+    return np.asarray(np.prod(1.0 + order / (lags + shifts - order), axis=0) * _gamma_ratio(last + 1.0, order))
 
 
-def density(family: Family, order: float, rates: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _gamma_ratio(z: Floats, order: float) -> Floats:
+    """Gamma(z - alpha) / (Gamma(z) Gamma(1 - alpha)) for z > 30, where Stirling's series to z^(-7) is exact."""
+
+    def series(x: Floats) -> Floats:
+        q = 1.0 / (x * x)
+        return np.asarray((1.0 / 12.0 - q * (1.0 / 360.0 - q * (1.0 / 1260.0 - q / 1680.0))) / x)
+
+    # the logarithm of z^alpha times the ratio, free of the cancellation of two long logarithms
+    logarithm = (z - order - 0.5) * np.log1p(-order / z) + order + series(z - order) - series(z)
+    return np.asarray(z**-order * np.exp(logarithm) / special.gamma(1.0 - order))
+
+
+def density(target: Target, order: float, rates: Floats) -> Floats:
     """The density g(s) of which the weights are the Laplace transform, times s^(1 - alpha) to be finite at s = 0.
 
     Parameters
     ----------
-    family : {"grunwald", "average"}
+    target : {"grunwald", "average", "power"}
     order : float
         alpha in (0, 1).
     rates : ndarray
@@ -119,7 +134,9 @@ def density(family: Family, order: float, rates: npt.NDArray[np.float64]) -> npt
     array([0.31831])
     """
     scale = math.sin(math.pi * min(order, 1.0 - order)) / math.pi  # no cancellation near order 1
+    if target == "power":
+        return np.full_like(rates, 1.0 / special.gamma(order))
     forgotten = -np.expm1(-rates) / rates
-    if family == "grunwald":
+    if target == "grunwald":
         return np.asarray(scale * np.exp(-rates * (1.0 - order)) * forgotten ** (order - 1.0))
     return np.asarray(scale * forgotten)

@@ -1,6 +1,7 @@
 """Answers with dice: Monte Carlo of the impacting fractional oscillator."""
 
+from springpot.simulation.accuracy import CONTROLLED, Budget
 from springpot.simulation.run import Run, run, simulate
 from springpot.simulation.statistics import UNITS
 
-__all__ = ["UNITS", "Run", "run", "simulate"]
+__all__ = ["CONTROLLED", "UNITS", "Budget", "Run", "run", "simulate"]

@@ -48,7 +48,7 @@ class Adapted:
     pilots: int
 
 
-def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
+def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATHS) -> Adapted:
     """Find x(0) = E[x] for an adapted start.
 
     Parameters
@@ -56,6 +56,8 @@ def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
     oscillator : Oscillator
     settings : Settings
         Of the run to come; its seed and threads are used.
+    paths : int
+        Most paths of a pilot run.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def adapt(oscillator: Oscillator, settings: Settings) -> Adapted:
     """
     if oscillator.barrier is None:
         return Adapted(0.0, 0.0, 0.0, 0)
-    pilot = _pilot_settings(oscillator, settings)
+    pilot = _pilot_settings(oscillator, settings, paths)
     sign = mirror(oscillator)
     wall = sign * oscillator.barrier.position
 
@@ -99,12 +101,12 @@ def _slope(tried: list[tuple[float, float]]) -> float:
     return min(max((later_reached - reached) / (later_start - start), 0.0), 0.9)
 
 
-def _pilot_settings(oscillator: Oscillator, settings: Settings) -> Settings:
+def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
     step = 5.0 * default_step(oscillator, "default")
     duration = 10.0 * max(relaxation_time(oscillator), 10.0 / oscillator.natural_frequency)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
-    paths = int(min(PILOT_PATHS, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
+    paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
     return replace(
         settings,
         paths=paths,

@@ -149,14 +149,15 @@ def advance(
     made: Tables,
     *,
     stream: int = 0,
+    skipped: int = 0,
     halved: bool = False,
     progress: Progress | None = None,
 ) -> Ensemble:
     """Run all paths, block by block, on ``settings.threads`` threads.
 
-    With ``halved`` the noise is that of a run with half the step, summed in pairs.  The bits of a path depend on the
-    seed, the stream and its number only.  An interrupt (Ctrl-C) ends the threads
-    within a fraction of a second and is passed on.
+    The paths are those numbered from ``skipped``, a multiple of LANES.  With ``halved`` the noise is that of a run with
+    half the step, summed in pairs.  The bits of a path depend on the seed, the stream and its number only.  An
+    interrupt (Ctrl-C) ends the threads within a fraction of a second and is passed on.
     """
     blocks = -(-settings.paths // LANES)
     rows = np.empty((blocks * LANES, len(COLUMNS)))
@@ -174,7 +175,7 @@ def advance(
             first = number * LANES
             block(
                 made.scheme, made.wall, made.memory, made.drive, made.start, stiffness,
-                first, settings.steps, low, high, k0, k1, stream, halved,
+                skipped + first, settings.steps, low, high, k0, k1, stream, halved,
                 record[first : first + LANES], stop, rows[first : first + LANES],
             )  # fmt: skip
             finished = next(done)

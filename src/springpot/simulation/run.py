@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
+from springpot.simulation.accuracy import Budget, reach
 from springpot.simulation.adapted import Adapted, adapt
-from springpot.simulation.ensemble import Ensemble, Progress, Tables, advance, mirror, tables
+from springpot.simulation.ensemble import Progress, Tables, advance, mirror, tables
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import Settings, fastest_rate, relaxation_time, resolve
 from springpot.simulation.statistics import UNITS, estimates
@@ -42,6 +44,8 @@ class Run:
         As completed; with an adapted start, ``initial_position`` is what was found.
     values, errors : dict
         Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
+    budgets : dict
+        What each controlled estimate may be off by (`springpot.simulation.Budget`); empty unless ``rtol`` was given.
     diagnostics : dict
         How it was computed: memory terms and their error, adapted start and its residual, collapses, versions, time.
     warnings : tuple of str
@@ -56,6 +60,7 @@ class Run:
     settings: Settings
     values: dict[str, float]
     errors: dict[str, float]
+    budgets: dict[str, Budget]
     diagnostics: dict[str, Any]
     warnings: tuple[str, ...]
     time: npt.NDArray[np.float64]
@@ -63,17 +68,27 @@ class Run:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None."""
-        numbers: dict[str, Any] = {}
-        for name, value in self.values.items():
-            numbers[name] = value if math.isfinite(value) else None
-            numbers[f"{name}_se"] = self.errors[name] if math.isfinite(self.errors[name]) else None
         return {
-            **numbers,
+            **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
             "oscillator": asdict(self.oscillator),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
             "warnings": list(self.warnings),
         }
+
+    def _numbers(self) -> dict[str, tuple[float, str, str]]:
+        """Every number by its public name: value, unit and what it is."""
+        numbers = {}
+        for name, unit in UNITS.items():
+            numbers[name] = self.values[name], unit, name.replace("_", " ")
+            numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
+            if name in self.budgets:
+                budget = self.budgets[name]
+                numbers[f"{name}_step_bias"] = budget.step_bias, unit, f"bound on the step's bias of {name}"
+                numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
+                numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
+                numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
+        return numbers
 
     def to_dataset(self) -> xarray.Dataset:
         """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes."""
@@ -81,10 +96,10 @@ class Run:
 
         import xarray
 
-        data: dict[str, Any] = {}
-        for name, unit in UNITS.items():
-            data[name] = ((), self.values[name], {"units": unit})
-            data[f"{name}_se"] = ((), self.errors[name], {"units": unit, "long_name": f"standard error of {name}"})
+        data: dict[str, Any] = {
+            name: ((), value, {"units": unit, "long_name": text})
+            for name, (value, unit, text) in self._numbers().items()
+        }
         coordinates: dict[str, Any] = {}
         if self.settings.record:
             coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
@@ -100,7 +115,14 @@ class Run:
         return xarray.Dataset(data, coordinates, attributes)
 
 
-def run(oscillator: Oscillator, *, progress: Progress | None = None, **given: Any) -> Run:
+def run(
+    oscillator: Oscillator,
+    *,
+    rtol: float | None = None,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    progress: Progress | None = None,
+    **given: Any,
+) -> Run:
     """Simulate, and return a plain `Run`.  See `simulate` for the arguments, which are the same.
 
     Examples
@@ -110,6 +132,8 @@ def run(oscillator: Oscillator, *, progress: Progress | None = None, **given: An
     >>> found.values["x_mean"] > 0.0
     True
     """
+    if rtol is not None:
+        return _run_to(oscillator, rtol, quantities, progress, given)
     settings = resolve(oscillator, **given)
     begun = time.perf_counter()
     adapted = None
@@ -124,10 +148,36 @@ def run(oscillator: Oscillator, *, progress: Progress | None = None, **given: An
         settings=settings,
         values=values,
         errors=errors,
-        diagnostics=_diagnostics(settings, made, ensemble, adapted, time.perf_counter() - begun),
+        budgets={},
+        diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=_warnings(oscillator, settings, adapted, values, errors),
         time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
         record=mirror(oscillator) * ensemble.record,
+    )
+
+
+def _run_to(
+    oscillator: Oscillator, rtol: float, quantities: Sequence[str], progress: Progress | None, given: dict[str, Any]
+) -> Run:
+    """The run that `reach` decides on."""
+    chosen = sorted(set(given) - {"seed", "threads"})
+    if chosen:
+        raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
+    begun = time.perf_counter()
+    found = reach(oscillator, rtol, quantities=quantities, progress=progress, **given)
+    settings, adapted = found.settings, found.adapted
+    diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
+    warned = _warnings(oscillator, settings, adapted, found.values, found.errors, coarse_is_corrected=True)
+    return Run(
+        oscillator=oscillator,
+        settings=settings,
+        values=found.values,
+        errors=found.errors,
+        budgets=found.budgets,
+        diagnostics={**diagnostics, "pairs": found.pairs},
+        warnings=(*warned, found.shortfall) if found.shortfall else warned,
+        time=np.zeros(0),
+        record=np.zeros((0, settings.steps + 1, 2)),
     )
 
 
@@ -137,6 +187,12 @@ def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
     Parameters
     ----------
     oscillator : Oscillator
+    rtol : float
+        Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then chosen so that the total
+        error (95 % of the sampling error, plus bounds on what step, memory and start leave) of each of ``quantities``
+        is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
+    quantities : sequence of str
+        What ``rtol`` speaks of, ``("amplitude_mean_square",)`` if left out.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -177,8 +233,9 @@ def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
         Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, ``amplitude_mean_square`` (x^2 + v^2 / Omega^2),
         ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
         ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
-        end of the run, each with a twin ``_se``; attributes ``oscillator``, ``settings``, ``diagnostics`` (JSON) and
-        ``warnings``.
+        end of the run, each with a twin ``_se``; with ``rtol`` the first seven also have ``_step_bias``,
+        ``_memory_bias``, ``_transient`` and their total ``_error``.  Attributes ``oscillator``, ``settings``,
+        ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------
@@ -212,7 +269,7 @@ def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
 
 
 def _diagnostics(
-    settings: Settings, made: Tables, ensemble: Ensemble, adapted: Adapted | None, seconds: float
+    settings: Settings, made: Tables, rows: npt.NDArray[np.float64], adapted: Adapted | None, seconds: float
 ) -> dict[str, Any]:
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME
@@ -225,7 +282,7 @@ def _diagnostics(
         "start_residual": None if adapted is None else adapted.residual,
         "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
-        "collapses": int(ensemble.rows[:, COLUMNS.index("collapses")].sum()),
+        "collapses": int(rows[:, COLUMNS.index("collapses")].sum()),
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": {name: version(name) for name in ("springpot", "numba", "llvmlite", "numpy")}
@@ -239,10 +296,11 @@ def _warnings(
     adapted: Adapted | None,
     values: dict[str, float],
     errors: dict[str, float],
+    coarse_is_corrected: bool = False,
 ) -> tuple[str, ...]:
     found = []
     fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
-    if settings.step * fastest > limit:
+    if settings.step * fastest > limit and not coarse_is_corrected:
         found.append(
             f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of 1 % and "
             f"more are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."

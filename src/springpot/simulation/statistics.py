@@ -17,7 +17,7 @@ from springpot.simulation.ensemble import Tables, mirror
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import Settings
 
-__all__ = ["UNITS", "estimates"]
+__all__ = ["UNITS", "estimates", "linearised", "standard_error"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -60,6 +60,20 @@ def estimates(
     values, errors : dict
         Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN.
     """
+    found = linearised(oscillator, settings, made, rows)
+    return (
+        {name: found[name][0] for name in UNITS},
+        {name: standard_error(found[name][1]) for name in UNITS},
+    )
+
+
+def linearised(
+    oscillator: Oscillator, settings: Settings, made: Tables, rows: Floats
+) -> dict[str, tuple[float, Floats]]:
+    """Each value with what every path contributes to it: samples whose mean it is, to first order in their spread.
+
+    So differences and sums of estimates from the same paths get their standard errors right.
+    """
     low, high = settings.window_steps
     steps, time, sign = high - low, (high - low) * settings.step, mirror(oscillator)
     column = dict(zip(COLUMNS, rows.T, strict=True))
@@ -83,10 +97,10 @@ def estimates(
         "v_mean_square_end": column["v_end"] ** 2,
         "amplitude_mean_square_end": column["x_end"] ** 2 + column["v_end"] ** 2 / stiffness,
     }
-    found = {name: _mean(samples) for name, samples in per_path.items()}
+    found = {name: (float(samples.mean()), samples) for name, samples in per_path.items()}
     found["impact_speed_mean"] = _ratio(column["impact_speeds"], column["impacts"])
     found["impact_speed_mean_square"] = _ratio(column["impact_speed_squares"], column["impacts"])
-    return {name: found[name][0] for name in UNITS}, {name: found[name][1] for name in UNITS}
+    return found
 
 
 def _residual(out: Floats, fed: float, held: Floats) -> Floats:
@@ -96,16 +110,13 @@ def _residual(out: Floats, fed: float, held: Floats) -> Floats:
     return np.divide(-out, held, out=np.full_like(out, np.nan), where=held > 0.0)
 
 
-def _mean(samples: Floats) -> tuple[float, float]:
-    return float(samples.mean()), _standard_error(samples)
-
-
-def _ratio(above: Floats, below: Floats) -> tuple[float, float]:
+def _ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
     if not below.sum() > 0.0:
-        return math.nan, math.nan
+        return math.nan, np.full_like(above, np.nan)
     ratio = float(above.sum() / below.sum())
-    return ratio, _standard_error(above - ratio * below) / float(below.mean())
+    return ratio, ratio + (above - ratio * below) / float(below.mean())
 
 
-def _standard_error(samples: Floats) -> float:
+def standard_error(samples: Floats) -> float:
+    """Standard error of the mean of independent samples; NaN for a single one."""
     return float(samples.std(ddof=1) / math.sqrt(samples.size)) if samples.size > 1 else math.nan

@@ -1,0 +1,286 @@
+"""The fewest exponentials that follow the weights of the past: best approximation in the relative maximum norm.
+
+A sum with n terms, e(t) = sum_k w_k exp(-s_k t) / c(t) - 1, is the best one with n terms or fewer as soon as its error
+takes its largest size at 2 n + 1 lags with alternating signs: another sum that were better everywhere would differ from
+it by a combination of at most 2 n exponentials with 2 n changes of sign, and such a combination has at most 2 n - 1.
+For the same reason an alternation of errors of size m, even where they are not level, proves that no sum with n terms
+has an error below m.  So the number of terms found here is not only small but the smallest, where the proof succeeds.
+
+The error is levelled by Remez's exchange: Newton's method on e(t_j) = (-1)^j E at the present extremes t_j.  Three
+things make that work in double precision:
+
+* The unknowns are log s_k and log(w_k / spacing_k), with spacing_k the distance of log s_k's neighbours.  Rates and
+  weights stay positive, and the nearly free motions of the problem (all rates drift along, in step with the weights)
+  are nearly straight lines in these variables.
+* The number of terms grows one by one: at a fixed place from either end of the row of rates, the unknowns are smooth
+  functions of the number of terms and are extrapolated.
+* Damped least squares come first where the extrapolation is not good enough for the exchange.
+
+The smallest singular values of the Jacobian are of order E^2, so the error is levelled down to about 1e-9; least
+squares alone lead on to about 1e-11.
+
+References
+----------
+D. Braess and W. Hackbusch, "Approximation of 1/x by exponential sums in [1, oo)", IMA J. Numer. Anal. 25 (2005)
+685-697, for such sums and the exchange; G. Beylkin and L. Monzon, "Approximation by exponential sums revisited",
+Appl. Comput. Harmon. Anal. 28 (2010) 131-149, for powers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.memory.weights import Floats
+
+__all__ = ["Minimax", "fewest_terms", "lag_grid"]
+
+_MOST_TERMS = 64
+_GRID = 2000
+_PER_TERM = 4  # lags per term in the least-squares problem: two in each lobe of the error
+_DAMPING = (0.0, 1e-15, 1e-13, 1e-11, 1e-9)  # of the exchange, relative to the largest singular value
+_LEVEL = 1.001
+
+
+@dataclass(frozen=True, eq=False)
+class Minimax:
+    """A sum and how good it is.
+
+    Attributes
+    ----------
+    rates, weights : ndarray
+        Positive, in the order of increasing rates.
+    error : float
+        Largest relative error on the grid of the fit.
+    fewest : bool
+        Whether fewer terms are proved not to reach the tolerance.
+    """
+
+    rates: Floats
+    weights: Floats
+    error: float
+    fewest: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    unknowns: Floats
+    error: float
+    least: float  # size of the smallest extreme in an alternation of full length: no sum of its length does better
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    lags: Floats
+    exact: Floats
+
+    def errors(self, unknowns: Floats) -> Floats:
+        """Relative errors on the grid; infinite where two rates have changed places."""
+        if not (np.diff(_halves(unknowns)[0]) > 0.0).all():
+            return np.full(self.lags.size, np.inf)
+        rates, logarithms = _sum(unknowns)
+        return np.asarray(np.exp(logarithms - np.multiply.outer(self.lags, rates)).sum(axis=1) / self.exact - 1.0)
+
+    def jacobian(self, unknowns: Floats) -> tuple[Floats, Floats]:
+        """Relative errors and their derivatives."""
+        rates, logarithms = _sum(unknowns)
+        decay = np.multiply.outer(self.lags, rates)
+        terms = np.exp(logarithms - decay) / self.exact[:, None]
+        spacings, differences = _spacings(_halves(unknowns)[0])
+        by_rates = terms @ (differences / spacings[:, None]) - decay * terms
+        return terms.sum(axis=1) - 1.0, np.hstack([by_rates, terms])
+
+    def some(self, chosen: object) -> _Problem:
+        return _Problem(self.lags[chosen], self.exact[chosen])  # type: ignore[index]
+
+
+def lag_grid(longest: float, size: int) -> Floats:
+    """Lags from 1 to ``longest``, evenly in log t but twice as dense at both ends, where the error is quickest.
+
+    Examples
+    --------
+    >>> lag_grid(100.0, 3).round(6)
+    array([  1.,  10., 100.])
+    """
+    u = np.linspace(-1.0, 1.0, size)
+    position = 0.5 + 0.25 * u + 0.25 * np.sin(0.5 * math.pi * u)
+    grid: Floats = np.exp(math.log(longest) * position)
+    grid[0], grid[-1] = 1.0, longest
+    return grid
+
+
+def fewest_terms(
+    exact: Callable[[Floats], Floats], guess: Callable[[int], tuple[Floats, Floats]], longest: float, tolerance: float
+) -> Minimax | None:
+    """The shortest sum within a tolerance of ``exact`` on [1, longest].
+
+    Parameters
+    ----------
+    exact : callable
+        The function at some lags; completely monotone, so that positive sums can follow it.
+    guess : callable
+        Rates and weights of a rough sum with a given number of terms.
+    longest : float
+        Longest lag, above 1.
+    tolerance : float
+        Relative.
+
+    Returns
+    -------
+    Minimax or None
+        None where double precision does not lead there.
+
+    Examples
+    --------
+    >>> def guess(terms):
+    ...     edges = np.geomspace(1e-2, 2.0, terms + 1)
+    ...     return np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
+    >>> found = fewest_terms(lambda t: 1.0 / t, guess, 10.0, 1e-3)
+    >>> found.rates.size, found.error < 1e-3, found.fewest
+    (4, True, True)
+    """
+    lags = lag_grid(longest, _GRID)
+    problem = _Problem(lags, exact(lags))
+
+    def guessed(terms: int) -> _Sum:
+        rates, weights = guess(terms)
+        y = np.log(rates)
+        return _improve(problem, np.concatenate([y, np.log(weights / _spacings(y)[0])]))
+
+    with np.errstate(all="ignore"):  # a step that leads astray overflows, and is refused
+        terms = max(1, round(math.log(longest) / 2.2))
+        found = guessed(terms)
+        if found.error <= tolerance:
+            while terms > 1 and (shorter := guessed(terms - 1)).error <= tolerance:
+                terms, found = terms - 1, shorter
+            return _result(found, terms == 1 or shorter.least > tolerance)
+        solved = {terms: found}
+        while terms < _MOST_TERMS:
+            terms += 1
+            start = _extrapolated(solved, terms)
+            previous, found = found, guessed(terms) if start is None else _improve(problem, start)
+            if found.error <= tolerance:
+                return _result(found, previous.least > tolerance)
+            if not found.error < 0.95 * previous.error:
+                return None
+            solved[terms] = found
+    return None
+
+
+def _result(found: _Sum, fewest: bool) -> Minimax:
+    rates, logarithms = _sum(found.unknowns)
+    return Minimax(rates, np.exp(logarithms), found.error, fewest)
+
+
+def _halves(unknowns: Floats) -> tuple[Floats, Floats]:
+    return unknowns[: unknowns.size // 2], unknowns[unknowns.size // 2 :]
+
+
+def _spacings(log_rates: Floats) -> tuple[Floats, Floats]:
+    """The spacing at each rate, half the distance of its neighbours, and the matrix that makes it."""
+    count = log_rates.size
+    if count == 1:
+        return np.ones(1), np.zeros((1, 1))
+    differences = 0.5 * (np.eye(count, k=1) - np.eye(count, k=-1))
+    differences[0, :2] = differences[-1, -2:] = -1.0, 1.0
+    # sums of two positive numbers, never cancelled
+    steps = np.diff(log_rates)
+    return np.concatenate([steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:]]), differences
+
+
+def _sum(unknowns: Floats) -> tuple[Floats, Floats]:
+    """Rates and logarithms of the weights."""
+    log_rates, log_densities = _halves(unknowns)
+    return np.exp(log_rates), log_densities + np.log(_spacings(log_rates)[0])
+
+
+def _extremes(errors: Floats) -> Floats:
+    """The largest error, with its sign, of each run of errors of one sign, and its place."""
+    cuts = np.flatnonzero((errors[1:] > 0.0) != (errors[:-1] > 0.0)) + 1
+    return np.array([run[np.abs(errors[run]).argmax()] for run in np.split(np.arange(errors.size), cuts)])
+
+
+def _improve(problem: _Problem, unknowns: Floats) -> _Sum:
+    full = unknowns.size + 1
+    if _extremes(problem.errors(unknowns)).size != full:
+        stride = max(1, problem.lags.size // (_PER_TERM * unknowns.size // 2))
+        unknowns = _least_squares(problem.some(slice(None, None, stride)), unknowns)
+    unknowns = _levelled(problem, unknowns)
+    errors = problem.errors(unknowns)
+    sizes = np.abs(errors[_extremes(errors)])
+    largest = float(sizes.max())
+    return _Sum(unknowns, largest if math.isfinite(largest) else math.inf, float(sizes.min()) * (sizes.size == full))
+
+
+def _least_squares(problem: _Problem, unknowns: Floats) -> Floats:
+    """Levenberg's and Marquardt's damped steps, until one gains less than two per cent."""
+    errors, jacobian = problem.jacobian(unknowns)
+    damping, left = 1e-3, 60
+    while left and np.isfinite(jacobian).all():
+        u, s, v = np.linalg.svd(jacobian, full_matrices=False)
+        projected = u.T @ errors
+        while left:
+            left -= 1
+            step = v.T @ (s / (s * s + damping * s[0] ** 2) * projected)
+            tried = problem.errors(unknowns - step)
+            if np.abs(step).max() < 3.0 and tried @ tried < errors @ errors:
+                break
+            damping *= 8.0
+        else:
+            break
+        gained = 1.0 - (tried @ tried) / (errors @ errors)
+        unknowns = unknowns - step
+        if gained < 0.02:
+            break
+        errors, jacobian = problem.jacobian(unknowns)
+        damping /= 30.0
+    return unknowns
+
+
+def _levelled(problem: _Problem, unknowns: Floats) -> Floats:
+    """Remez's exchange, as long as the largest error falls and the errors alternate in full."""
+    errors = problem.errors(unknowns)
+    places = _extremes(errors)
+    for _ in range(8):
+        sizes = np.abs(errors[places])
+        largest = sizes.max()
+        if places.size != unknowns.size + 1 or not largest > _LEVEL * sizes.min():
+            break
+        at_places, jacobian = problem.some(places).jacobian(unknowns)
+        u, s, v = np.linalg.svd(np.hstack([jacobian, -largest * np.sign(at_places)[:, None]]))
+        projected = u.T @ at_places
+        for damping in _DAMPING:
+            step = (v.T @ (projected * s / (s * s + (damping * s[0]) ** 2)))[:-1]
+            if not np.abs(step).max() < 1.0:
+                continue
+            tried = problem.errors(unknowns - step)
+            tried_places = _extremes(tried)
+            if tried_places.size == places.size and np.abs(tried[tried_places]).max() < largest:
+                unknowns, errors, places = unknowns - step, tried, tried_places
+                break
+        else:
+            break
+    return unknowns
+
+
+def _extrapolated(solved: dict[int, _Sum], terms: int) -> Floats | None:
+    """The unknowns of the next sum from those of up to four before it, polynomials in 1 / terms, from either end."""
+    known = [n for n in sorted(solved)[-4:] if n > terms // 2]
+    if len(known) < 2:
+        return None
+    inverse = 1.0 / np.array(known)
+    halves = []
+    for half in (0, 1):
+        row = np.zeros(terms)
+        for n, q in zip(known, inverse, strict=True):
+            others = inverse[inverse != q]
+            share = float(np.prod((1.0 / terms - others) / (q - others)))
+            values = _halves(solved[n].unknowns)[half]
+            middle = terms // 2 + terms % 2
+            row[:middle] += share * values[:middle]
+            row[middle:] += share * values[n - (terms - middle) :]
+        halves.append(row)
+    return np.concatenate(halves)

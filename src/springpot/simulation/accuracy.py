@@ -1,0 +1,352 @@
+"""The error budget: "this quantity to 1 %", and where the per cent goes.
+
+The run starts adapted.  Two levels estimate each quantity: many paths at a coarse step h, and fewer pairs of paths at h
+and h/2 on the same noise, whose mean difference D is added (Giles, "Multilevel Monte Carlo methods", Acta Numerica 24,
+2015).  D also tells the step's bias: a method of order p that changes by D from h to h/2 is still off by D/(2^p - 1).
+Paths that strike a wall soon part whatever noise they share, so the difference keeps a fifth to a half of the variance
+and more levels would not pay; the budget needs the pairs all the same.
+
+Paths are added until the sum of the parts is below what was asked for, and the step is halved where its bias stands in
+the way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize
+
+from springpot.oscillator import Oscillator, finite_number
+from springpot.simulation.adapted import Adapted, adapt
+from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
+from springpot.simulation.lanes import LANES
+from springpot.simulation.settings import Settings, fastest_rate, relaxation_time, resolve
+from springpot.simulation.statistics import linearised, standard_error
+
+__all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
+
+CONTROLLED = (
+    "amplitude_mean_square",
+    "x_mean",
+    "x_mean_square",
+    "v_mean_square",
+    "impact_rate",
+    "impact_speed_mean",
+    "impact_speed_mean_square",
+)
+"""Quantities that have a budget."""
+
+NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
+COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
+FINEST_STEP = 1e-3
+FIRST_PATHS = 1024
+PILOT_PATHS = 2048
+MOST_PATH_STEPS = 3e11
+SINGLE_PRECISION = 1e-4  # largest relative effect of memory in single precision that was ever seen, twice over
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What one estimate may be off by, in its own unit.
+
+    Attributes
+    ----------
+    standard_error : float
+        Of the value, from the spread between independent paths.
+    step_bias, memory_bias, transient : float
+        Bounds on what the step, the memory's approximation and the start leave.
+    """
+
+    standard_error: float
+    step_bias: float
+    memory_bias: float
+    transient: float
+
+    @property
+    def total(self) -> float:
+        """Half-width of the total interval: 95 % of the sampling error plus the three bounds."""
+        return NORMAL * self.standard_error + self.step_bias + self.memory_bias + self.transient
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """Outcome of `reach`.
+
+    Attributes
+    ----------
+    settings : Settings
+        Of the coarse level; ``paths`` counts the coarse level and both members of the pairs.
+    adapted : Adapted
+    values : dict
+        Every estimate, extrapolated to half the coarse step.
+    errors : dict
+        Their standard errors.
+    budgets : dict
+        A `Budget` for each of CONTROLLED.
+    made : Tables
+        Of the coarse level.
+    rows : ndarray
+        Of the coarse level.
+    pairs : int
+        Number of pairs of paths.
+    shortfall : str
+        Empty, or one sentence that says what could not be reached and why.
+    """
+
+    settings: Settings
+    adapted: Adapted
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    made: Tables
+    rows: Floats
+    pairs: int
+    shortfall: str
+
+
+class _Level:
+    """Paths of one step size, in one stream, extended as needed."""
+
+    def __init__(self, oscillator: Oscillator, settings: Settings, stream: int, halved: bool) -> None:
+        self.oscillator, self.settings, self.stream, self.halved = oscillator, settings, stream, halved
+        self.made = tables(oscillator, settings)
+        self.rows: list[Floats] = []
+
+    @property
+    def paths(self) -> int:
+        return sum(len(rows) for rows in self.rows)
+
+    def extend(self, paths: int) -> None:
+        more = -(-(paths - self.paths) // LANES) * LANES
+        if more > 0:
+            settings = replace(self.settings, paths=more)
+            found = advance(
+                self.oscillator, settings, self.made, stream=self.stream, skipped=self.paths, halved=self.halved
+            )
+            self.rows.append(found.rows)
+
+    def samples(self) -> dict[str, tuple[float, Floats]]:
+        return linearised(self.oscillator, self.settings, self.made, np.concatenate(self.rows))
+
+
+@dataclass(frozen=True, eq=False)
+class _Levels:
+    coarse: _Level
+    pair_coarse: _Level
+    pair_fine: _Level
+
+    @property
+    def path_steps(self) -> float:
+        levels = (self.coarse, self.pair_coarse, self.pair_fine)
+        return sum(float(level.paths) * level.settings.steps for level in levels)
+
+
+def reach(
+    oscillator: Oscillator,
+    rtol: float,
+    *,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Reached:
+    """Estimate quantities so that the total error of each is below ``rtol`` of its value.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        With a stationary state.
+    rtol : float
+        In [1e-4, 0.5].
+    quantities : sequence of str
+        Names from CONTROLLED.
+    seed, threads
+        As in `springpot.simulate`.
+    progress : callable
+        Called with an estimate of the fraction done.
+
+    Returns
+    -------
+    Reached
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong or there is no stationary state.
+    """
+    rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
+    wanted = _checked(oscillator, quantities)
+    fastest = fastest_rate(oscillator)
+    base = resolve(oscillator, seed=seed, threads=threads, start="stationary")
+    adapted = adapt(oscillator, base, paths=PILOT_PATHS)
+    base = replace(base, initial_position=adapted.position)
+    step = COARSEST_STEP / fastest
+    levels = _levels(oscillator, base, step, rtol)
+    spent = 0.0
+    targets = (FIRST_PATHS, FIRST_PATHS // 2)
+    while True:
+        levels.coarse.extend(targets[0])
+        levels.pair_coarse.extend(targets[1])
+        levels.pair_fine.extend(targets[1])
+        values, errors, budgets, differences = _combine(oscillator, levels, adapted)
+        worst = max(wanted, key=lambda name: budgets[name].total / abs(values[name]))
+        reached = budgets[worst].total / abs(values[worst])
+        if progress is not None:
+            progress(min(1.0, (rtol / reached) ** 2))
+        if reached <= rtol:
+            shortfall = ""
+            break
+        difference, its_error = differences[worst]
+        if abs(difference) > 3.0 * its_error and budgets[worst].step_bias > 0.4 * rtol * abs(values[worst]):
+            if step * fastest <= FINEST_STEP:
+                shortfall = _sentence(worst, reached, rtol, f"its bias at a step of {step:.2g} s is still too large")
+                break
+            spent += levels.path_steps
+            step *= 0.5
+            levels = _levels(oscillator, base, step, rtol)
+            targets = (FIRST_PATHS, FIRST_PATHS // 2)
+            continue
+        targets = _targets(levels, wanted, values, budgets, differences, rtol)
+        more = max(targets[0] - levels.coarse.paths, 0) + 3 * max(targets[1] - levels.pair_coarse.paths, 0)
+        if more == 0:
+            shortfall = _sentence(worst, reached, rtol, "what its start and its memory leave does not average out")
+            break
+        if spent + levels.path_steps + more * levels.coarse.settings.steps > MOST_PATH_STEPS:
+            shortfall = _sentence(worst, reached, rtol, f"it would take more than {MOST_PATH_STEPS:.0e} path-steps")
+            break
+    return Reached(
+        settings=replace(levels.coarse.settings, paths=levels.coarse.paths + 2 * levels.pair_coarse.paths),
+        adapted=adapted,
+        values=values,
+        errors=errors,
+        budgets=budgets,
+        made=levels.coarse.made,
+        rows=np.concatenate(levels.coarse.rows),
+        pairs=levels.pair_coarse.paths,
+        shortfall=shortfall,
+    )
+
+
+def _checked(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
+    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    struck = oscillator.barrier is not None
+    allowed = tuple(name for name in CONTROLLED if struck or not (name.startswith("impact") or name == "x_mean"))
+    if not names or not set(names) <= set(allowed):
+        given = ", ".join(map(str, names)) or "nothing"
+        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}.")
+    return names
+
+
+def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float) -> _Levels:
+    """A window of ten relaxation times that begins when the start is forgotten to a thirtieth of ``rtol``."""
+    relaxation = max(relaxation_time(oscillator), 2.0 / oscillator.natural_frequency)
+    begin = relaxation * math.log(3.0 / rtol)
+    begin, length = (step * math.ceil(time / step) for time in (begin, 10.0 * relaxation))
+    coarse = replace(base, step=step, duration=begin + length, window=(begin, begin + length))
+    fine = replace(coarse, step=0.5 * step)
+    return _Levels(
+        _Level(oscillator, coarse, 0, False), _Level(oscillator, coarse, 3, True), _Level(oscillator, fine, 3, False)
+    )
+
+
+def _combine(
+    oscillator: Oscillator, levels: _Levels, adapted: Adapted
+) -> tuple[dict[str, float], dict[str, float], dict[str, Budget], dict[str, tuple[float, float]]]:
+    """Values, standard errors, budgets and the differences between the steps, of all quantities."""
+    many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
+    values, errors, budgets = {}, {}, {}
+    differences = {}
+    settings = levels.coarse.settings
+    left = _left_of_the_start(oscillator, settings, adapted)
+    memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
+    for name in many:
+        difference = fine[name][0] - coarse[name][0]
+        its_error = standard_error(fine[name][1] - coarse[name][1])
+        values[name] = many[name][0] + difference
+        errors[name] = math.hypot(standard_error(many[name][1]), its_error)
+        differences[name] = difference, its_error
+        if name in CONTROLLED:
+            budgets[name] = Budget(
+                standard_error=errors[name],
+                step_bias=(abs(difference) + its_error) / (2.0 ** _order(oscillator, name) - 1.0),
+                memory_bias=memory * abs(values[name]),
+                transient=left * abs(values[name]),
+            )
+    return values, errors, budgets, differences
+
+
+def _order(oscillator: Oscillator, name: str) -> float:
+    """Order of the step's bias that is taken for granted: 1, or less where slow impacts crowd."""
+    if oscillator.barrier is None or not name.startswith("impact"):
+        return 1.0
+    return max(slow_impact_order(oscillator.barrier.restitution), 0.1)
+
+
+def slow_impact_order(restitution: float) -> float:
+    """Order in the step of the impact rate's bias, between 0 and 1.
+
+    Near a lossy wall under white noise the flux of impacts slower than v goes like v^-s with the root s in [-2, 0) of
+    r^s = 2 cos(pi (1 + s) / 3), and a step h blurs speeds of the order sqrt(h): the bias goes like h^(-s/2).  At and
+    below r = exp(-pi / sqrt 3) = 0.163 there is no such root and the rate is infinite.
+
+    Examples
+    --------
+    >>> [round(slow_impact_order(r), 3) for r in (1.0, 0.5, 0.25, 0.1)]
+    [1.0, 0.5, 0.131, 0.0]
+    """
+    if restitution <= math.exp(-math.pi / math.sqrt(3.0)):
+        return 0.0
+    if restitution == 1.0:
+        return 1.0
+    root = optimize.brentq(lambda s: restitution**s - 2.0 * math.cos(math.pi * (1.0 + s) / 3.0), -2.0, -1e-9)
+    return -0.5 * float(root)
+
+
+def _left_of_the_start(oscillator: Oscillator, settings: Settings, adapted: Adapted) -> float:
+    """Relative bound on what the start leaves: the energy's transient, and the memory of a start not quite adapted."""
+    relaxation = relaxation_time(oscillator)
+    begin, end = settings.window
+    energy = relaxation / (end - begin) * math.exp(-begin / relaxation)
+    order, frequency = oscillator.springpot.order, oscillator.natural_frequency
+    if order == 1.0:
+        return energy
+    fading = (frequency * begin) ** -order / math.gamma(1.0 - order)
+    unsettled = adapted.residual + adapted.residual_se
+    return energy + float(unsettled * oscillator.dimensionless_coefficient * fading)
+
+
+def _targets(
+    levels: _Levels,
+    wanted: Sequence[str],
+    values: dict[str, float],
+    budgets: dict[str, Budget],
+    differences: dict[str, tuple[float, float]],
+    rtol: float,
+) -> tuple[int, int]:
+    """Paths of the coarse level and pairs that should do: the cheapest split for the standard error still allowed.
+
+    At most eight times what there is, for the variances are estimates themselves.
+    """
+    many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
+    paths, pairs = levels.coarse.paths, levels.pair_coarse.paths
+    best = [paths, pairs]
+    for name in wanted:
+        budget, (difference, its_error) = budgets[name], differences[name]
+        weight = budget.step_bias / (abs(difference) + its_error)  # of the difference in the budget
+        free = rtol * abs(values[name]) - budget.memory_bias - budget.transient
+        free -= weight * max(abs(difference) - its_error, 0.0)
+        goal = 0.9 * max(free, 0.0) / (NORMAL + 2.0 * weight)
+        variances = many[name][1].var(), (fine[name][1] - coarse[name][1]).var()
+        if goal <= 0.0:
+            continue
+        spread = math.sqrt(variances[0]) + math.sqrt(3.0 * variances[1])
+        needed = (spread * math.sqrt(variances[0]) / goal**2, spread * math.sqrt(variances[1] / 3.0) / goal**2)
+        best = [max(b, int(n) + 1) for b, n in zip(best, needed, strict=True)]
+    return min(best[0], 8 * paths), min(best[1], 8 * pairs)
+
+
+def _sentence(name: str, reached: float, rtol: float, why: str) -> str:
+    return f"{name} is known to {100.0 * reached:.2g} %, not to the {100.0 * rtol:.2g} % asked for: {why}."
