@@ -28,19 +28,23 @@ Appl. Comput. Harmon. Anal. 28 (2010) 131-149, for powers.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.memory.weights import Floats
 
 __all__ = ["Minimax", "fewest_terms", "lag_grid"]
 
+Places = npt.NDArray[np.intp]
+
 _MOST_TERMS = 64
 _GRID = 2000
-_PER_TERM = 4  # lags per term in the least-squares problem: two in each lobe of the error
+_PER_TERM = 8  # lags per term in the least-squares problem: four in each lobe of the error
 _DAMPING = (0.0, 1e-15, 1e-13, 1e-11, 1e-9)  # of the exchange, relative to the largest singular value
 _LEVEL = 1.001
 
@@ -79,7 +83,7 @@ class _Problem:
 
     def errors(self, unknowns: Floats) -> Floats:
         """Relative errors on the grid; infinite where two rates have changed places."""
-        if not (np.diff(_halves(unknowns)[0]) > 0.0).all():
+        if (np.diff(_halves(unknowns)[0]) <= 0.0).any():
             return np.full(self.lags.size, np.inf)
         rates, logarithms = _sum(unknowns)
         return np.asarray(np.exp(logarithms - np.multiply.outer(self.lags, rates)).sum(axis=1) / self.exact - 1.0)
@@ -93,8 +97,8 @@ class _Problem:
         by_rates = terms @ (differences / spacings[:, None]) - decay * terms
         return terms.sum(axis=1) - 1.0, np.hstack([by_rates, terms])
 
-    def some(self, chosen: object) -> _Problem:
-        return _Problem(self.lags[chosen], self.exact[chosen])  # type: ignore[index]
+    def some(self, chosen: slice | Places) -> _Problem:
+        return _Problem(self.lags[chosen], self.exact[chosen])
 
 
 def lag_grid(longest: float, size: int) -> Floats:
@@ -150,21 +154,23 @@ def fewest_terms(
         y = np.log(rates)
         return _improve(problem, np.concatenate([y, np.log(weights / _spacings(y)[0])]))
 
-    with np.errstate(all="ignore"):  # a step that leads astray overflows, and is refused
+    # a step that leads astray overflows, and is refused
+    with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
         terms = max(1, round(math.log(longest) / 2.2))
         found = guessed(terms)
         if found.error <= tolerance:
             while terms > 1 and (shorter := guessed(terms - 1)).error <= tolerance:
                 terms, found = terms - 1, shorter
             return _result(found, terms == 1 or shorter.least > tolerance)
-        solved = {terms: found}
+        solved, stalled = {terms: found}, 0
         while terms < _MOST_TERMS:
             terms += 1
             start = _extrapolated(solved, terms)
             previous, found = found, guessed(terms) if start is None else _improve(problem, start)
             if found.error <= tolerance:
                 return _result(found, previous.least > tolerance)
-            if not found.error < 0.95 * previous.error:
+            stalled = stalled + 1 if not found.error < 0.95 * previous.error else 0
+            if stalled == 2:
                 return None
             solved[terms] = found
     return None
@@ -197,8 +203,8 @@ def _sum(unknowns: Floats) -> tuple[Floats, Floats]:
     return np.exp(log_rates), log_densities + np.log(_spacings(log_rates)[0])
 
 
-def _extremes(errors: Floats) -> Floats:
-    """The largest error, with its sign, of each run of errors of one sign, and its place."""
+def _extremes(errors: Floats) -> Places:
+    """Where the error is largest in each run of errors of one sign."""
     cuts = np.flatnonzero((errors[1:] > 0.0) != (errors[:-1] > 0.0)) + 1
     return np.array([run[np.abs(errors[run]).argmax()] for run in np.split(np.arange(errors.size), cuts)])
 
@@ -272,6 +278,7 @@ def _extrapolated(solved: dict[int, _Sum], terms: int) -> Floats | None:
     if len(known) < 2:
         return None
     inverse = 1.0 / np.array(known)
+    middle = (terms + 1) // 2  # each half counted from its own end
     halves = []
     for half in (0, 1):
         row = np.zeros(terms)
@@ -279,7 +286,6 @@ def _extrapolated(solved: dict[int, _Sum], terms: int) -> Floats | None:
             others = inverse[inverse != q]
             share = float(np.prod((1.0 / terms - others) / (q - others)))
             values = _halves(solved[n].unknowns)[half]
-            middle = terms // 2 + terms % 2
             row[:middle] += share * values[:middle]
             row[middle:] += share * values[n - (terms - middle) :]
         halves.append(row)

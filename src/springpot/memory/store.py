@@ -1,0 +1,96 @@
+"""Sums of exponentials on disk, each in a small file of its own under the digest of what it was asked for.
+
+The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder of the platform; it may be deleted at any time.  A
+file is written under another name and then moved into place, so that readers never see half of one, and it is read only
+if its digest is right and it answers the very question.  Whatever goes wrong with the folder or a file, a sum is
+computed anew: the store saves time and decides nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from springpot.memory.weights import Floats
+
+__all__ = ["folder", "load", "save"]
+
+Key = Mapping[str, str | float]
+
+
+def folder() -> Path | None:
+    """Where sums are kept, or None if this user has no home.
+
+    Examples
+    --------
+    >>> import os
+    >>> os.environ["SPRINGPOT_CACHE_DIR"] = "/some/where"
+    >>> folder().as_posix()
+    '/some/where/memory'
+    >>> del os.environ["SPRINGPOT_CACHE_DIR"]
+    """
+    if chosen := os.environ.get("SPRINGPOT_CACHE_DIR"):
+        return Path(chosen) / "memory"
+    # a relative XDG_CACHE_HOME is to be ignored, says its specification
+    if (shared := os.environ.get("XDG_CACHE_HOME")) and Path(shared).is_absolute():
+        return Path(shared) / "springpot" / "memory"
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return None
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "springpot" / "Cache" / "memory"
+    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "springpot" / "memory"
+
+
+def load(key: Key) -> tuple[Floats, Floats, float] | None:
+    """Rates, weights and relative error kept under this key, to the bit, or None."""
+    if (place := _place(key)) is None:
+        return None
+    try:
+        kept = json.loads(place.read_bytes())
+        content = kept["content"]
+        if kept["digest"] != _digest(content) or content["key"] != key:
+            return None
+        rates, weights = (np.array(content[name], np.float64) for name in ("rates", "weights"))
+        return rates, weights, float(content["relative_error"])
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):  # no such file, or not one of ours
+        return None
+
+
+def save(key: Key, rates: Floats, weights: Floats, relative_error: float) -> None:
+    """Keep a sum, if there is a folder that takes it."""
+    if (place := _place(key)) is None:
+        return
+    content = {
+        "key": dict(key), "rates": rates.tolist(), "weights": weights.tolist(), "relative_error": relative_error,
+    }  # fmt: skip
+    with contextlib.suppress(OSError):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".", dir=place.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                json.dump({"content": content, "digest": _digest(content)}, file)
+            os.replace(name, place)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(name)
+            raise
+
+
+def _place(key: Key) -> Path | None:
+    where = folder()
+    return None if where is None else where / f"{_digest(dict(key))}.json"
+
+
+def _digest(content: object) -> str:
+    # Python writes the shortest decimal that reads back as the same double: equal text, equal bits
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,186 @@
+"""Sums kept on disk: the same bits as fresh ones, and no harm from any file or folder."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
+
+sums = importlib.import_module("springpot.memory.exponential_sum")
+
+
+def ask() -> ExponentialSum:
+    return exponential_sum("grunwald", 0.37, 5000, 1e-5)
+
+
+def forget() -> None:
+    sums._kept.cache_clear()
+
+
+def same(a: ExponentialSum, b: ExponentialSum) -> bool:
+    def bits(s: ExponentialSum) -> tuple[object, ...]:
+        return s.rates.tobytes(), s.weights.tobytes(), s.relative_error, s.shortest, s.longest
+
+    return bits(a) == bits(b)
+
+
+@pytest.fixture
+def never_made(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    def forbid() -> None:
+        monkeypatch.setattr(sums, "_made", lambda *_: pytest.fail("made anew"))
+
+    return forbid
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-12])
+def test_from_disk_to_the_bit(fresh_folder: Path, never_made: Callable[[], None], tolerance: float) -> None:
+    first = exponential_sum("average", 1 / 3, 5000, tolerance)
+    assert len(list(fresh_folder.iterdir())) == 1
+    forget()
+    never_made()
+    assert same(first, exponential_sum("average", 1 / 3, 5000, tolerance))
+
+
+def test_a_fresh_sum_has_the_same_bits_each_time(fresh_folder: Path) -> None:
+    first = ask()
+    for file in fresh_folder.iterdir():
+        file.unlink()
+    forget()
+    assert same(first, ask())
+    code = (
+        "from springpot.memory import exponential_sum as e; s = e('grunwald', 0.37, 5000, 1e-5);"
+        "print((s.rates.tobytes() + s.weights.tobytes()).hex())"
+    )
+    environment = {**os.environ, "SPRINGPOT_CACHE_DIR": str(fresh_folder / "another")}
+    other = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    assert other == (first.rates.tobytes() + first.weights.tobytes()).hex()
+
+
+def test_each_question_has_its_own_file(fresh_folder: Path) -> None:
+    ask()
+    exponential_sum("average", 0.37, 5000, 1e-5)
+    exponential_sum("grunwald", 0.37, 5001, 1e-5)
+    exponential_sum("grunwald", 0.37, 5000, 2e-5)
+    exponential_sum("grunwald", np.nextafter(0.37, 1.0), 5000, 1e-5)
+    power_law_sum(0.37, 1.0, 5000.0, 1e-5)
+    assert len(list(fresh_folder.iterdir())) == 6
+    power_law_sum(0.37, 2.0, 10_000.0, 1e-5)  # the same range in other units
+    assert len(list(fresh_folder.iterdir())) == 6
+
+
+def changed_digit(text: bytes) -> bytes:
+    content = json.loads(text)
+    content["content"]["weights"][0] *= 1.0 + 1e-12
+    return json.dumps(content).encode()
+
+
+def another_question(text: bytes) -> bytes:
+    """A sound file, but the answer to something else."""
+    content = json.loads(text)["content"]
+    content["key"]["order"] = 0.38
+    return json.dumps({"content": content, "digest": store._digest(content)}).encode()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        changed_digit,
+        another_question,
+        lambda text: text[: len(text) // 2],
+        lambda text: b"",
+        lambda text: b"\x00\xff" * 100,
+        lambda text: b"[1, 2]",
+        lambda text: b'{"content": 3, "digest": 4}',
+        lambda text: b"[" * 100_000,
+        lambda text: text.replace(b"grunwald", b"average!"),
+    ],
+)  # fmt: skip
+def test_a_damaged_or_foreign_file_is_replaced(fresh_folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    first = ask()
+    (file,) = fresh_folder.iterdir()
+    sound = file.read_bytes()
+    file.write_bytes(damage(sound))
+    forget()
+    assert same(first, ask())
+    assert [f.read_bytes() for f in fresh_folder.iterdir()] == [sound]
+
+
+def test_a_folder_where_the_file_should_be(fresh_folder: Path) -> None:
+    first = ask()
+    (file,) = fresh_folder.iterdir()
+    file.unlink()
+    file.mkdir()
+    forget()
+    assert same(first, ask())
+    assert list(fresh_folder.iterdir()) == [file]  # nothing half-written stays behind
+
+
+def test_no_folder_can_be_made(tmp_path: Path, fresh_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path / "file"))
+    assert ask().rates.size
+    assert not fresh_folder.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="everything is writable for root")
+def test_a_folder_that_is_read_only(fresh_folder: Path) -> None:
+    fresh_folder.mkdir(parents=True)
+    fresh_folder.chmod(0o500)
+    assert ask().rates.size
+    assert not list(fresh_folder.iterdir())
+
+
+def test_a_full_disk(fresh_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(store.json, "dump", full)
+    assert ask().rates.size
+    assert not list(fresh_folder.iterdir())
+
+
+def test_where_the_folder_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    monkeypatch.delenv("SPRINGPOT_CACHE_DIR", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert store.folder() == tmp_path / ".cache" / "springpot" / "memory"
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    assert store.folder() == tmp_path / ".cache" / "springpot" / "memory"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "shared"))
+    assert store.folder() == tmp_path / "shared" / "springpot" / "memory"
+    monkeypatch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path / "chosen"))
+    assert store.folder() == tmp_path / "chosen" / "memory"
+
+
+def test_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("SPRINGPOT_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", none)
+    forget()
+    assert store.folder() is None
+    assert ask().rates.size
+
+
+def test_reading_is_quick(fresh_folder: Path) -> None:
+    ask()
+    times = []
+    for _ in range(20):
+        forget()
+        start = time.perf_counter()
+        ask()
+        times.append(time.perf_counter() - start)
+    assert min(times) < 2e-3
