@@ -1,5 +1,6 @@
 """Stochastic averaging: the closed form, what follows from it, and where it refuses."""
 
+import itertools
 import json
 import math
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.simulation import run
 from springpot.theory import Averaging, NoStationaryState, NotCovered, all_methods, averaging
 from springpot.theory.averaging import harmonic_sum
 from springpot.theory.result import MOMENTS
@@ -228,7 +230,88 @@ def test_warning_where_the_springpot_is_not_light():
     assert "c = C Omega^(alpha-2) = 1" in averaging(oscillator()).warnings[0]
     assert averaging(oscillator(0.5, 0.05)).warnings == ()
     assert averaging(oscillator(1.0)).warnings == ()
+    assert "5, 8, 10, 7 % too high" in averaging(oscillator(0.5, 0.5)).warnings[0]
+    assert len(averaging(oscillator()).warnings[0].split()) < 35
     assert "factor Omega = 3" in averaging(oscillator(0.7, 0.2, omega=3.0), form="printed").warnings[0]
+
+
+@pytest.mark.parametrize("barrier", [Barrier(), None])
+def test_warning_where_nothing_was_checked(barrier):
+    (warning,) = averaging(oscillator(0.5, 100.0, barrier=barrier)).warnings
+    assert "unchecked" in warning
+    assert "100" in warning
+    assert ("+8, +7, -2, -19, -40 %" if barrier else "2, 8, 25, 43, 61 % too low") in warning
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("c", "error"), [(3.0, 7), (30.0, -19)])
+def test_the_errors_of_a_strong_springpot_are_what_the_warning_says(c, error):
+    asked = oscillator(0.5, c)
+    formula, found = averaging(asked), run(asked, paths=1024, start="stationary", duration=300.0)
+    gap = 100 * (formula.amplitude_mean_square / found.values["amplitude_mean_square"] - 1)
+    assert gap == pytest.approx(error, abs=1.5)
+    assert 1.1 < formula.impact_rate / found.values["impact_rate"] < 4.0
+
+
+@pytest.mark.parametrize("c", [3.0, 30.0])
+def test_a_strong_springpot_without_a_wall_against_the_exact_spectrum(c):
+    def power(w: float) -> float:
+        return (1 + w**2) / abs(1 - w**2 + c * (1j * w) ** 0.5) ** 2 / math.pi
+
+    cuts = [0.0, 0.5, 2.0, 3 * c ** (2 / 3), math.inf]
+    exact = sum(quad(power, low, high, limit=400)[0] for low, high in itertools.pairwise(cuts))
+    error = averaging(oscillator(0.5, c, barrier=None)).amplitude_mean_square / exact - 1
+    assert error == pytest.approx({3.0: -0.08, 30.0: -0.43}[c], abs=0.005)
+
+
+@pytest.mark.parametrize("value", [3, None, "oscillator", Springpot(0.5, 1.0)])
+def test_what_is_not_an_oscillator(value):
+    for solve in (averaging, all_methods):
+        with pytest.raises(TypeError, match=r"^oscillator must be an Oscillator, not "):
+            solve(value)
+
+
+def test_infinite_time():
+    result = averaging(oscillator())
+    mu = result.amplitude_mean_square
+    np.testing.assert_allclose(result.mean_square([math.inf, 1e300, 0.0], initial=3.0), [mu, mu, 3.0], rtol=1e-14)
+    assert float(result.x_density(0.5, time=math.inf)) == pytest.approx(float(result.x_density(0.5)))
+    with pytest.raises(NoStationaryState, match="grows"):
+        averaging(oscillator(0.0)).mean_square(math.inf)
+
+
+def test_densities_far_away_are_zero():
+    result = averaging(oscillator())
+    for density in (result.amplitude_density, result.x_density, result.v_density, result.impact_speed_density):
+        np.testing.assert_array_equal(density([1e200, math.inf]), 0.0)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, -1.0, [1.0, 0.0], math.nan, math.inf])
+def test_drift_refuses(amplitude):
+    with pytest.raises(ValueError, match=r"^amplitude must be positive"):
+        averaging(oscillator()).drift(amplitude)
+
+
+@pytest.mark.parametrize("value", ["a", "1", None, [1.0, "b"], [[1.0], [1.0, 2.0]], 1j, True])
+def test_what_is_not_a_number_is_named(value):
+    result = averaging(oscillator())
+    for ask, name in (
+        (result.mean_square, "time"),
+        (result.drift, "amplitude"),
+        (result.amplitude_density, "amplitude"),
+        (result.x_density, "displacement"),
+        (result.v_density, "velocity"),
+        (result.impact_speed_density, "speed"),
+    ):
+        with pytest.raises(TypeError, match=f"^{name} must be a real number"):
+            ask(value)
+
+
+def test_a_density_has_one_time():
+    with pytest.raises(TypeError, match=r"^time must be one number"):
+        averaging(oscillator()).x_density(1.0, time=[1.0, 2.0])
+    with pytest.raises(ValueError, match="NaN is not a time"):
+        averaging(oscillator()).x_density(1.0, time=math.nan)
 
 
 def test_dictionary_is_what_the_command_prints():
