@@ -52,7 +52,10 @@ def finite_number(
     """
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a real number, not {value!r} ({type(value).__name__}).{_sentence(hint)}")
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond double precision
+        number = math.inf
     inside = (number > low if open_low else number >= low) and number <= high
     if not math.isfinite(number) or not inside:
         raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
@@ -142,7 +145,7 @@ class Barrier:
             self.position, "position", low=-LARGEST, high=LARGEST, hint="It is the place of the wall."))
         _set(self, "restitution", finite_number(
             self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."))
-        if self.side not in ("above", "below"):
+        if not isinstance(self.side, str) or self.side not in ("above", "below"):
             raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {self.side!r}.")
 
 

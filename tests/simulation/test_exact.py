@@ -102,7 +102,7 @@ def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: 
     made = tables(problem, settings)
     rows = advance(problem, settings, made).rows
     low, high = settings.window_steps
-    per_second = {"impacts", "impact_speeds", "impact_speed_squares"}
+    per_second = {"impacts", "impact_speeds", "impact_speed_squares", "energy_first", "energy_last"}
     scale = {name: 1 / ((high - low) * (settings.step if name in per_second else 1.0)) for name in COLUMNS}
     return {name: column * scale[name] for name, column in zip(COLUMNS, rows.T, strict=True)}, made.expected_power
 
@@ -114,19 +114,23 @@ def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: 
 def test_stationary_identities(order: float, coefficient: float, restitution: float, position: float) -> None:
     """Means of d/dt of v, x v and the energy vanish: force, virial and energy balance, path by path."""
     problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
-    mean, fed = _stationary_rows(problem, 300.0, 10_000, 0.01)
+    mean, fed = _stationary_rows(problem, 300.0, 40_000, 0.02)
     push = (1 + restitution) * mean["impact_speeds"]
     loss = 0.5 * (1 - restitution**2) * mean["impact_speed_squares"]
+    gain = mean["energy_last"] - mean["energy_first"]
+    # each with the terms in it that must be noticed if they are 2 % off
     balances = {
-        "force": (push - mean["x"] - mean["force"], mean["x"]),
-        "virial": (mean["v_square"] - mean["x_square"] - mean["virial"] + position * push, mean["v_square"]),
-        "energy": (mean["power"] + loss - fed, np.full_like(loss, fed)),
+        "force": (push - mean["x"] - mean["force"], [push, mean["x"]]),
+        "virial": (
+            mean["v_square"] - mean["x_square"] - mean["virial"] + position * push,
+            [mean["v_square"], mean["x_square"], mean["virial"]] if order < 1 else [mean["v_square"]],
+        ),
+        "energy": (mean["power"] + loss + gain - fed, [mean["power"], loss] if restitution < 1 else [mean["power"]]),
     }
-    for name, (residual, size) in balances.items():
+    for name, (residual, terms) in balances.items():
         error = residual.std(ddof=1) / math.sqrt(residual.size)
-        assert error < 0.005 * size.mean(), name
-        # the last term allows for what the adapted start leaves (below 0.3 %) and for the step
-        assert abs(residual.mean()) < 4 * error + 0.004 * size.mean(), f"{name}: {residual.mean()} +- {error}"
+        assert all(error < 0.005 * term.mean() for term in terms), f"{name} is not sharp enough"
+        assert abs(residual.mean()) < 4 * error, f"{name}: {residual.mean()} +- {error}"
 
 
 @pytest.mark.parametrize(
@@ -181,8 +185,9 @@ def _free_response(
 
 
 @pytest.mark.parametrize("derivative", ["caputo", "riemann-liouville"])
+@pytest.mark.parametrize("scheme", ["default", "grunwald"])
 @pytest.mark.parametrize("order", [0.0, 0.2, 0.5, 0.8, 1.0])
-def test_free_response_converges_to_the_laplace_inversion(order: float, derivative: str) -> None:
+def test_free_response_converges_to_the_laplace_inversion(order: float, scheme: str, derivative: str) -> None:
     times = np.arange(1.0, 11.0)
     exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, times, derivative == "caputo")
     problem = oscillator(order, 0.7, 1.3, 0.0, None)
@@ -190,15 +195,59 @@ def test_free_response_converges_to_the_laplace_inversion(order: float, derivati
     for step in (0.05, 0.0125):
         found = run(
             problem, paths=1, duration=10.0, step=step, initial_position=1.0, initial_velocity=0.4, record=1,
-            derivative=derivative, memory_tolerance=1e-11,
+            derivative=derivative, memory_tolerance=1e-11, scheme=scheme,
         )  # fmt: skip
         errors.append(np.abs(found.record[0, np.rint(times / step).astype(int), 0] - exact).max())
     measured_order = math.log(errors[0] / errors[1], 4.0)
     # smooth motion: 2 where there is no memory (0 and 1), 2 - order between; the impulse at t = 0 of
     # Riemann-Liouville's x(0) t^-order makes it 1 at order 1
     expected = 2.0 if order in (0.0, 1.0) and derivative == "caputo" else min(2.0 - order, 2.0)
+    if scheme == "grunwald":
+        expected = 1.0
     assert measured_order > expected - 0.15
-    assert errors[1] < (2e-4 if derivative == "caputo" else 3e-3)
+    assert errors[1] < (0.02 if scheme == "grunwald" else 2e-4 if derivative == "caputo" else 3e-3)
+
+
+def test_a_grazing_impact_between_two_points_above_the_wall_is_not_missed() -> None:
+    """C = q = 0, wall at -1: a path that dips under the wall inside the first half step, above it at both ends."""
+    u, half = 0.048, 0.2
+    depth = 0.3 * u * u / 2
+    c, s = math.cos(half), math.sin(half)
+    x0, v0 = c * (-1 + depth) + s * u, -c * u + s * (-1 + depth)
+    assert x0 > -1.0
+    assert math.hypot(x0, v0) > 1.0
+    found = run(
+        oscillator(0.5, 0.0, 1.0, 0.0, -1.0, 0.5), paths=1, duration=1.6, step=0.4, window=(0.0, 1.6),
+        initial_position=x0, initial_velocity=v0,
+    )  # fmt: skip
+    assert found.values["impact_rate"] > 0.0
+
+
+def test_columns_of_the_springpot_where_they_are_known() -> None:
+    """At order 0 the force is C x, at order 1 it is C v."""
+    spring = run(oscillator(0.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0))
+    assert spring.values["springpot_force_mean"] == pytest.approx(0.7 * spring.values["x_mean"], rel=2e-3)
+    assert spring.values["springpot_virial"] == pytest.approx(0.7 * spring.values["x_mean_square"], rel=2e-3)
+    dashpot = run(oscillator(1.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0))
+    assert dashpot.values["springpot_power"] == pytest.approx(0.7 * dashpot.values["v_mean_square"], rel=6e-3)
+    start = run(oscillator(1.0, 0.7, 1.0, 0.0, None), paths=1, duration=1.0, step=1e-3, window=(0.0, 1.0),
+                initial_position=1.0, record=1)  # fmt: skip
+    assert start.values["springpot_force_mean"] == pytest.approx(0.7 * (start.record[0, -1, 0] - 1.0), rel=1e-3)
+
+
+def test_energies_below_the_collapse_do_not_depend_on_the_step() -> None:
+    runs = [run(oscillator(1.0, 0.5, restitution=0.1), paths=20_000, step=step, seed=i) for i, step in
+            enumerate((0.02, 0.005))]  # fmt: skip
+    for name in ("x_mean_square", "v_mean_square"):
+        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        assert max(errors) < 0.005 * values[0]
+        assert abs(values[0] - values[1]) < 4 * math.hypot(*errors)
+
+
+@pytest.mark.parametrize("velocity", [1e-320, 1e-200, 1e-15])
+def test_a_touch_too_soft_to_count_is_rest(velocity: float) -> None:
+    found = run(oscillator(0.5, 0.0, 1.0, 0.0, 1.0), paths=1, duration=1.0, initial_velocity=velocity, record=1)
+    assert (found.record[0, 1:] == [1.0, 0.0]).all()
 
 
 def test_without_springpot_and_noise_energy_is_kept_and_lost_at_impacts_only() -> None:

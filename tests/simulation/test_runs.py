@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.memory import direct
 from springpot.simulation import UNITS, run
+from springpot.simulation.ensemble import tables
 from springpot.simulation.oracle import direct_path
 from springpot.simulation.settings import resolve
 
@@ -50,15 +52,26 @@ def test_amplitude_at_the_papers_setting() -> None:
         assert found.errors["amplitude_mean_square"] < 0.0035 * wanted
 
 
-def test_the_two_schemes_agree_at_the_papers_step() -> None:
+@pytest.mark.parametrize(("order", "restitution", "position"), [(0.5, 1.0, 0.0), (1.0, 0.8, 0.2)])
+def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: float, position: float) -> None:
+    problem = oscillator(order, 1.0, 1.0, 1.0, position, restitution)
     runs = [
-        run(oscillator(), paths=14_000, duration=100.0, step=1e-3, window=(50.0, 100.0), scheme=scheme, seed=seed)
-        for scheme, seed in (("default", 3), ("grunwald", 4))
+        run(problem, paths=21_000, duration=100.0, step=step, window=(50.0, 100.0), scheme=scheme, seed=seed)
+        for scheme, seed, step in (("default", 3, 5e-3), ("grunwald", 4, 1e-3))
     ]
-    for name in ("amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "impact_rate"):
+    names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "springpot_power"]
+    if restitution == 1.0:
+        names += ["impact_speed_mean", "impact_speed_mean_square", "impact_rate"]
+    for name in names:
         values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
-        assert max(errors) < 0.004 * values[0]
+        assert max(errors) < (0.0032 if name == "amplitude_mean_square" else 0.005) * values[0], name
         assert abs(values[0] - values[1]) < 3 * math.hypot(*errors), name
+    # a lossy wall makes many slow impacts, of which the paper's scheme sees more (it is 1 % off in rate and in mean speed
+    # at this step); momentum and energy exchanged with the wall per second are hardly theirs
+    for power in ("impact_speed_mean", "impact_speed_mean_square"):
+        exchanged = [r.values["impact_rate"] * r.values[power] for r in runs]
+        errors = [e * r.errors[power] / r.values[power] for e, r in zip(exchanged, runs, strict=True)]
+        assert abs(exchanged[0] - exchanged[1]) < 3 * math.hypot(*errors), power
 
 
 def test_omega_three() -> None:
@@ -92,6 +105,71 @@ def test_adapted_starts_leave_less_than_a_per_cent(
 ) -> None:
     found = run(oscillator(order, coefficient, 1.0, 1.0, position, restitution), paths=64, start="stationary")
     assert found.diagnostics["start_residual"] < 0.01
+
+
+def test_an_adapted_start_that_would_take_too_long_to_find_is_averaging_s_and_says_so() -> None:
+    found = run(oscillator(0.5, 1e-4), paths=64, duration=200.0, step=0.1, start="stationary")
+    assert found.diagnostics["start_residual"] is None
+    assert any("adapted start is that of averaging" in w for w in found.warnings)
+    assert found.settings.initial_position == pytest.approx(85.5, rel=0.01)
+
+
+def test_a_lossy_wall_out_of_reach_does_not_shorten_the_default_run() -> None:
+    found = run(oscillator(1.0, 0.01, position=-1000.0, restitution=0.5), paths=700)
+    assert abs(found.values["amplitude_mean_square"] - 100.0) < 4 * found.errors["amplitude_mean_square"]
+    assert found.settings.duration >= 1000.0
+
+
+def test_a_strong_springpots_creep_is_warned_about() -> None:
+    found = run(oscillator(0.5, 1000.0, position=None), paths=64, duration=5.0)
+    assert any("inside the transient" in w for w in found.warnings)
+
+
+def test_a_motion_that_still_grows_is_warned_about() -> None:
+    """A springpot whose slow part averaging does not know: x(0) far out, long forgotten by its energy estimate."""
+    found = run(oscillator(1.0, 0.01, position=-3.0, restitution=0.5), paths=3000, duration=60.0, window=(2.0, 60.0))
+    assert any("transient" in w or "not stationary" in w for w in found.warnings)
+
+
+def test_memory_tables_in_single_precision_keep_their_rates() -> None:
+    """What the kernel multiplies with, after rounding: the weights of the past over a million steps."""
+    problem = oscillator()
+    settings = resolve(problem, duration=10_000.0, step=0.01)
+    assert settings.precision == "float32"
+    memory = tables(problem, settings).memory
+    powers, weights = (np.asarray(a, np.float64).reshape(-1, 4) for a in (memory.powers, memory.weights))
+    groups = np.unique(np.geomspace(1, 240_000, 300).astype(int))
+    kept = (weights[:, 0] * (1.0 + powers[:, 3]) ** groups[:, None]).sum(axis=1)
+    wanted = direct("average", 0.5, 1_000_000)[4 * groups + 1] * 0.01**-0.5
+    assert np.abs(kept / wanted - 1.0).max() < 3e-6
+
+
+@pytest.mark.parametrize("scale", [1e-40, 1e-9, 1e12, 1e24])
+def test_any_unit_of_length_gives_the_same_motion(scale: float) -> None:
+    one = run(oscillator(position=0.3), paths=64, duration=20.0, step=0.02)
+    other = run(oscillator(intensity=scale**2, position=0.3 * scale), paths=64, duration=20.0, step=0.02)
+    assert other.values["x_mean"] / scale == pytest.approx(one.values["x_mean"], rel=1e-4)
+    assert other.values["impact_rate"] == pytest.approx(one.values["impact_rate"], rel=1e-2)
+    assert not any("balance" in w for w in other.warnings)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_any_unit_of_time_gives_the_same_motion(scale: float) -> None:
+    one = run(oscillator(), paths=64, duration=20.0, step=0.02)
+    other = run(oscillator(0.5, scale**1.5, scale, scale**3), paths=64, duration=20.0 / scale, step=0.02 / scale)
+    assert other.values["x_mean"] == pytest.approx(one.values["x_mean"], rel=1e-3)
+    assert other.values["v_mean_square"] / scale**2 == pytest.approx(one.values["v_mean_square"], rel=1e-3)
+
+
+@pytest.mark.parametrize("velocity", [1e20, 1e50])
+def test_a_huge_start_ends(velocity: float) -> None:
+    found = run(oscillator(), paths=2, duration=5.0, initial_velocity=velocity)
+    assert math.isfinite(found.values["x_mean_square"])
+
+
+def test_a_contact_tolerance_too_wide_for_the_motion_is_warned_about() -> None:
+    found = run(oscillator(intensity=1e-8), paths=64, duration=50.0, step=0.005, scheme="grunwald")
+    assert any(w.startswith("contact_tolerance") for w in found.warnings)
 
 
 def test_four_times_the_intensity_doubles_the_path_bit_for_bit() -> None:

@@ -2,6 +2,6 @@
 
 from springpot.simulation.accuracy import CONTROLLED, Budget
 from springpot.simulation.run import Run, run, simulate
-from springpot.simulation.statistics import UNITS
+from springpot.units import UNITS
 
 __all__ = ["CONTROLLED", "UNITS", "Budget", "Run", "run", "simulate"]

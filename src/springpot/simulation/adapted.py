@@ -9,20 +9,22 @@ secant iteration, and a last pilot on fresh normals that measures what is left.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.simulation.ensemble import advance, mirror, tables
-from springpot.simulation.settings import Settings, default_step, relaxation_time
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.settings import Settings, creep_time, default_step, energy_time, mirror
 from springpot.simulation.statistics import estimates
 from springpot.theory import averaging
 
 __all__ = ["Adapted", "adapt"]
 
-PILOT_PATHS = 8192
+PILOT_PATHS = (8192, 65536)
 FEWEST_PATHS = 1024
 PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
 WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
+SETTLED = 3.0  # relaxation times that a pilot must leave out before its average
 MOST_PILOTS = 8  # before the one that measures the residual
 
 
@@ -35,7 +37,8 @@ class Adapted:
     position : float
         x(0), in m.
     residual : float
-        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot.
+        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it.
+        NaN if pilots long enough to tell would take too long; x(0) is then that of averaging.
     residual_se : float
         Its standard error.
     pilots : int
@@ -48,7 +51,7 @@ class Adapted:
     pilots: int
 
 
-def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATHS) -> Adapted:
+def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = None) -> Adapted:
     """Find x(0) = E[x] for an adapted start.
 
     Parameters
@@ -57,7 +60,7 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATH
     settings : Settings
         Of the run to come; its seed and threads are used.
     paths : int
-        Most paths of a pilot run.
+        Most paths of a pilot run; if left out, as many as the run has, within [8192, 65536].
 
     Returns
     -------
@@ -66,9 +69,13 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATH
     """
     if oscillator.barrier is None:
         return Adapted(0.0, 0.0, 0.0, 0)
-    pilot = _pilot_settings(oscillator, settings, paths)
+    most = min(max(settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
+    pilot = _pilot_settings(oscillator, settings, most)
     sign = mirror(oscillator)
     wall = sign * oscillator.barrier.position
+    now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
+    if pilot.window[0] < SETTLED * energy_time(oscillator):
+        return Adapted(sign * now, math.nan, math.nan, 0)
 
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
@@ -77,7 +84,6 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATH
         values, errors = estimates(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
         return sign * values["x_mean"], errors["x_mean"], values["x_mean_square"] ** 0.5
 
-    now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
     tried: list[tuple[float, float]] = []  # starts and the means they reached
     while True:
         reached, error, spread = mean(now, 1)
@@ -87,7 +93,9 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int = PILOT_PATH
             break
         now = max(wall, now + (reached - now) / (1.0 - _slope(tried)))
     check, error, spread = mean(now, 2)
-    return Adapted(sign * now, abs(check - now) / spread, error / spread, len(tried) + 1)
+    # both last pilots, on independent normals, say where the fixed point is
+    settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
+    return Adapted(sign * max(wall, settled), abs(check - now) / spread, error / spread, len(tried) + 1)
 
 
 def _slope(tried: list[tuple[float, float]]) -> float:
@@ -104,7 +112,8 @@ def _slope(tried: list[tuple[float, float]]) -> float:
 def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
     step = 5.0 * default_step(oscillator, "default")
-    duration = 10.0 * max(relaxation_time(oscillator), 10.0 / oscillator.natural_frequency)
+    longest = 10.0 / oscillator.natural_frequency
+    duration = 10.0 * max(energy_time(oscillator), min(creep_time(oscillator), 10.0 * longest), longest)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
     return replace(

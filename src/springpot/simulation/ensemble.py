@@ -22,9 +22,9 @@ from springpot.simulation.kernel import COLUMNS, Memory, Start, block
 from springpot.simulation.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.parts import Euler, NoWall, Rigid, Splitting, euler, fly, newest_weight_splitting, splitting
 from springpot.simulation.random import key_words
-from springpot.simulation.settings import Settings
+from springpot.simulation.settings import Settings, fastest_rate, mirror
 
-__all__ = ["Ensemble", "Tables", "advance", "mirror", "tables"]
+__all__ = ["Ensemble", "Tables", "advance", "tables"]
 
 Progress = Callable[[float], None]
 Floats = npt.NDArray[np.float64]
@@ -42,6 +42,9 @@ class Tables:
         Force in each step that stems from x(0), or empty (Caputo's derivative, or x(0) = 0).
     expected_power : float
         Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step.
+    length, time : float
+        The kernel's units, powers of two, in m and s: whatever the problem's scales, what it computes with is near 1,
+        and a change of scale by a power of two changes no bit.
     sum : ExponentialSum
         The memory before it was given units.
     """
@@ -52,6 +55,8 @@ class Tables:
     start: Start
     drive: npt.NDArray[np.floating]
     expected_power: float
+    length: float
+    time: float
     sum: ExponentialSum
 
 
@@ -70,11 +75,6 @@ class Ensemble:
     record: Floats
 
 
-def mirror(oscillator: Oscillator) -> float:
-    """1 for a wall below the motion (or none), -1 for a wall above it."""
-    return -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
-
-
 def family(settings: Settings) -> Family:
     """The weights of the past that a scheme uses."""
     return "grunwald" if settings.scheme == "grunwald" else "average"
@@ -82,30 +82,48 @@ def family(settings: Settings) -> Family:
 
 def tables(oscillator: Oscillator, settings: Settings) -> Tables:
     """Everything the kernel needs, computed once per run."""
-    order, coefficient = oscillator.springpot.order, oscillator.springpot.coefficient
-    frequency, intensity, step = oscillator.natural_frequency, oscillator.excitation.intensity, settings.step
-    barrier, sign = oscillator.barrier, mirror(oscillator)
+    length, time = _units(oscillator, settings)
+    order, sign = oscillator.springpot.order, mirror(oscillator)
+    coefficient = oscillator.springpot.coefficient * time ** (2.0 - order)
+    frequency, step = oscillator.natural_frequency * time, settings.step / time
+    intensity = oscillator.excitation.intensity / length**2 * time**3
+    x0, v0 = sign * settings.initial_position / length, sign * settings.initial_velocity / length * time
     scale = coefficient * step**-order
     past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
     weights = direct(family(settings), order, 4)
     scheme: Splitting | Euler
     if settings.scheme == "grunwald":
-        scheme = euler(frequency, intensity, step, settings.contact_tolerance)
-        newest, expected = weights[0], 0.5 * intensity
+        scheme = euler(frequency, intensity, step, settings.contact_tolerance / length)
+        newest, share = weights[0], 1.0
     else:
         scheme = splitting(frequency, order, coefficient, intensity, step)
-        newest, expected = newest_weight_splitting(order), 0.5 * intensity * scheme.drag / step
-    x0 = sign * settings.initial_position
-    wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position, barrier.restitution)
+        newest, share = newest_weight_splitting(order), scheme.drag / step
+    barrier = oscillator.barrier
+    wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position / length, barrier.restitution)
     return Tables(
         scheme=scheme,
         wall=wall,
         memory=_memory(past, scale, newest, weights, settings.precision),
-        start=_start(scheme, wall, frequency, x0, sign * settings.initial_velocity),
+        start=_start(scheme, wall, frequency, x0, v0),
         drive=_drive(order, scale, x0, settings),
-        expected_power=expected,
+        expected_power=0.5 * oscillator.excitation.intensity * share,
+        length=length,
+        time=time,
         sum=past,
     )
+
+
+def _units(oscillator: Oscillator, settings: Settings) -> tuple[float, float]:
+    """Powers of two near the largest length and the shortest time of the problem."""
+    time = 2.0 ** round(-math.log2(fastest_rate(oscillator)))
+    lengths = (
+        oscillator.length_scale,
+        abs(settings.initial_position),
+        abs(settings.initial_velocity) / oscillator.natural_frequency,
+        0.0 if oscillator.barrier is None else abs(oscillator.barrier.position),
+    )
+    longest = max(lengths)
+    return (2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0), time
 
 
 def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, precision: str) -> Memory:
@@ -116,11 +134,11 @@ def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, 
     rates, strengths = np.zeros(size), np.zeros(size)
     rates[: past.rates.size], strengths[: past.rates.size] = past.rates, scale * past.weights
     powers = np.exp(-np.outer(rates, np.arange(1, GROUP + 1)))
-    if not size:  # the kernel reads the type of its memory from the first entry
-        powers, strengths = np.zeros((0, GROUP)), np.zeros(0)
+    weights_of_modes = strengths[:, None] * powers
+    powers[:, -1] = np.expm1(-GROUP * rates)
     return Memory(
         powers.ravel().astype(precision),
-        (strengths[:, None] * powers).ravel().astype(precision),
+        weights_of_modes.ravel().astype(precision),
         *(np.dtype(precision).type(scale * w) for w in (newest, *weights[1:4])),
     )
 
@@ -162,13 +180,12 @@ def advance(
     blocks = -(-settings.paths // LANES)
     rows = np.empty((blocks * LANES, len(COLUMNS)))
     record = np.empty((settings.record, settings.steps + 1, 2))
-    record[:, 0] = mirror(oscillator) * settings.initial_position, mirror(oscillator) * settings.initial_velocity
     stop = np.zeros(1, np.uint8)
     k0, k1 = key_words(settings.seed)
     low, high = settings.window_steps
     next_block = itertools.count()
     done = itertools.count(1)
-    stiffness = oscillator.natural_frequency**2
+    stiffness = (oscillator.natural_frequency * made.time) ** 2
 
     def work() -> None:
         while not stop[0] and (number := next(next_block)) < blocks:
@@ -194,4 +211,13 @@ def advance(
             raise
     for future in futures:
         future.result()
-    return Ensemble(rows[: settings.paths], record)
+    speed = made.length / made.time
+    record *= made.length, speed
+    record[:, 0] = mirror(oscillator) * settings.initial_position, mirror(oscillator) * settings.initial_velocity
+    units = {
+        "x": made.length, "x_square": made.length**2, "v_square": speed**2, "force": speed / made.time,
+        "power": speed**2 / made.time, "virial": speed**2, "impacts": 1.0, "impact_speeds": speed,
+        "impact_speed_squares": speed**2, "collapses": 1.0, "energy_first": speed**2, "energy_last": speed**2,
+        "x_end": made.length, "v_end": speed,
+    }  # fmt: skip
+    return Ensemble(rows[: settings.paths] * [units[name] for name in COLUMNS], record)

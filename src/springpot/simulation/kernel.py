@@ -42,7 +42,7 @@ STOP_EVERY = 256  # groups between two looks at the stop flag
 class Memory(NamedTuple):
     """The springpot's past, in units of force: modes (their powers and weights) and the newest increments."""
 
-    powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 of each mode
+    powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 - 1 of each mode
     weights: npt.NDArray[np.floating]  # (4 * modes,) w a, w a^2, w a^3, w a^4
     newest: np.floating  # weight of the last increment
     recent1: np.floating  # of the one before, and so on
@@ -74,15 +74,17 @@ def _remember(z, d, h, modes, powers, weights):
     for i in range(GROUP * LANES):
         h[i] = powers[0] * f32(0)
     for k in range(0, modes, 2):
-        a1, a2, a3, a4 = powers[4 * k], powers[4 * k + 1], powers[4 * k + 2], powers[4 * k + 3]
-        b1, b2, b3, b4 = powers[4 * k + 4], powers[4 * k + 5], powers[4 * k + 6], powers[4 * k + 7]
+        # the loss a^4 - 1 instead of a^4: slow modes would lose their rate to the rounding of a number so close to 1
+        a1, a2, a3, a_loss = powers[4 * k], powers[4 * k + 1], powers[4 * k + 2], powers[4 * k + 3]
+        b1, b2, b3, b_loss = powers[4 * k + 4], powers[4 * k + 5], powers[4 * k + 6], powers[4 * k + 7]
         u1, u2, u3, u4 = weights[4 * k], weights[4 * k + 1], weights[4 * k + 2], weights[4 * k + 3]
         w1, w2, w3, w4 = weights[4 * k + 4], weights[4 * k + 5], weights[4 * k + 6], weights[4 * k + 7]
         i, j = k * LANES, (k + 1) * LANES
         for lane in range(LANES):
             d0, d1, d2, d3 = d[lane], d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane]
-            y = a4 * z[i + lane] + a3 * d0 + a2 * d1 + a1 * d2 + d3
-            q = b4 * z[j + lane] + b3 * d0 + b2 * d1 + b1 * d2 + d3
+            y, q = z[i + lane], z[j + lane]
+            y += a_loss * y + a3 * d0 + a2 * d1 + a1 * d2 + d3
+            q += b_loss * q + b3 * d0 + b2 * d1 + b1 * d2 + d3
             z[i + lane] = y
             z[j + lane] = q
             h[lane] += u1 * y + w1 * q
@@ -107,7 +109,7 @@ def _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched):
         seen.x_kick[at] = x
         seen.force[at] = pull
         seen.speed[at] = 0.5 * (v + kicked)
-    return x_next, v_next, clearance(scheme, wall, x_seen, x_next), before, after
+    return x_next, v_next, clearance(scheme, wall, x, x_seen, x_next), before, after
 
 
 @njit(**INLINE)
@@ -219,7 +221,7 @@ def block(
     is that of a run twice as fine, ``record`` takes x and v of the first paths at every observation (empty: none),
     ``stop`` holds a flag that ends the block early, ``out`` takes one row of COLUMNS per lane.
     """
-    zero = memory.powers[0] * f32(0)  # of the type in which memory is kept
+    zero = memory.newest * f32(0)  # of the type in which memory is kept
     modes = memory.powers.size // 4
     z = _modes(zero)
     h = _four(zero)

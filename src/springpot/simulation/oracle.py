@@ -13,11 +13,11 @@ from numba import njit
 
 from springpot.memory import direct
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import family, mirror, tables
+from springpot.simulation.ensemble import family, tables
 from springpot.simulation.lanes import FAST, f64
 from springpot.simulation.parts import bounce, kick
 from springpot.simulation.random import normals
-from springpot.simulation.settings import Settings
+from springpot.simulation.settings import Settings, mirror
 
 __all__ = ["DirectPath", "direct_path"]
 
@@ -62,15 +62,16 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
     (101,)
     """
     made = tables(oscillator, settings)
-    scale = oscillator.springpot.coefficient * settings.step**-oscillator.springpot.order
-    weights = scale * direct(family(settings), oscillator.springpot.order, settings.steps + 1)
+    order = oscillator.springpot.order
+    scale = oscillator.springpot.coefficient * settings.step**-order * made.time**2
+    weights = scale * direct(family(settings), order, settings.steps + 1)
     weights[0] = made.memory.newest
     g = normals(settings.seed, path + 1, settings.steps)[path]
     x, v, impacts = np.empty(settings.steps + 1), np.empty(settings.steps + 1), np.empty(settings.steps)
     _walk(made.scheme, made.wall, weights, made.drive, made.start, g, x, v, impacts)
-    sign = mirror(oscillator)
-    x[0], v[0] = sign * settings.initial_position, sign * settings.initial_velocity
-    return DirectPath(sign * x, sign * v, impacts)
+    x, v = mirror(oscillator) * made.length * x, mirror(oscillator) * made.length / made.time * v
+    x[0], v[0] = settings.initial_position, settings.initial_velocity
+    return DirectPath(x, v, impacts)
 
 
 @njit(**FAST)

@@ -8,7 +8,7 @@ kernel serves every oscillator and a new part does not touch the kernel.  The qu
     in it.
 ``drift(scheme, x, v)``
     From one kick to the next as if there were no wall: state at the observation, state at the end.
-``clearance(scheme, wall, xm, x)``
+``clearance(scheme, wall, x0, xm, x)``
     How far a drift that looks like this stays from the wall; negative if it may have met it.  Asked of every lane.
 ``bounce(scheme, wall, x, v)``
     The drift again, with the wall in it.  Asked of the few lanes that were struck.
@@ -40,6 +40,7 @@ __all__ = ["Euler", "NoWall", "Rigid", "Splitting", "bounce", "clearance", "drif
 
 # A chatter against a preload is over when a hop lasts less than this fraction of a half step.
 SHORTEST_HOP = 1e-4
+SHORTEST_ELASTIC_HOP = 1e-12  # elastic hops are counted, not walked, down to what rounding leaves of them
 
 
 class Splitting(NamedTuple):
@@ -124,7 +125,7 @@ def drift(scheme: Any, x: Any, v: Any) -> Any:
     raise NotImplementedError
 
 
-def clearance(scheme: Any, wall: Any, xm: Any, x: Any) -> Any:
+def clearance(scheme: Any, wall: Any, x0: Any, xm: Any, x: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -169,7 +170,7 @@ def _drift_splitting(scheme, x, v):
 
 
 @_answers(clearance, Splitting, NoWall)
-def _clear_of_nothing(scheme, wall, xm, x):
+def _clear_of_nothing(scheme, wall, x0, xm, x):
     return 1.0
 
 
@@ -180,11 +181,11 @@ def _bounce_never(scheme, wall, x, v):
 
 
 @_answers(clearance, Splitting, Rigid)
-def _clearance_splitting(scheme, wall, xm, x):
+def _clearance_splitting(scheme, wall, x0, xm, x):
     # with a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above:
-    # at most by (acceleration at the wall) (half step)^2 / 8
+    # by at most (acceleration at the wall) (half step)^2 / 8 below the lower of them
     dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return min(xm, x) - (wall.position + dip)
+    return min(x0, min(xm, x)) - (wall.position + dip)
 
 
 @_answers(bounce, Splitting, Rigid)
@@ -219,7 +220,7 @@ def fly(position, restitution, frequency, x, v, phase):
             u = restitution * arriving
         if position > 0.0 and x == position and u >= 0.0:  # a preload: the mass hops
             hop = 2.0 * math.atan2(u, position)
-            if restitution == 1.0 and hop > 0.0:
+            if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
                 impacts += whole
                 speeds += whole * frequency * u
@@ -228,11 +229,11 @@ def fly(position, restitution, frequency, x, v, phase):
             elif hop < SHORTEST_HOP * phase and hop < left:
                 return position, 0.0, (impacts, speeds, squares, 1.0 if impacts > 0.0 else 0.0)
         square = u * u + (x - position) * (x + position)
-        if square <= 0.0:  # a gap never closed
+        if not square > 0.0:  # a gap never closed (or a path that is no number any more)
             break
         height = math.sqrt(square)  # u at the wall
         until = math.atan2(height, position) - math.atan2(-u, x)
-        if until >= left:
+        if not until < left:
             break
         left -= until
         arriving = height
@@ -253,7 +254,7 @@ def _drift_euler(scheme, x, v):
 
 
 @_answers(clearance, Euler, NoWall)
-def _clear_of_nothing_euler(scheme, wall, xm, x):
+def _clear_of_nothing_euler(scheme, wall, x0, xm, x):
     return 1.0
 
 
@@ -264,7 +265,7 @@ def _bounce_never_euler(scheme, wall, x, v):
 
 
 @_answers(clearance, Euler, Rigid)
-def _clearance_euler(scheme, wall, xm, x):
+def _clearance_euler(scheme, wall, x0, xm, x):
     # a path that moves away behind the wall is asked again too, and told that nothing happened
     return x - (wall.position + scheme.contact)
 
@@ -272,7 +273,7 @@ def _clearance_euler(scheme, wall, xm, x):
 @_answers(bounce, Euler, Rigid)
 def _bounce_euler(scheme, wall, x, v):
     xm, _, xn, vn = drift(scheme, x, v)
-    hit = clearance(scheme, wall, xm, xn) <= 0.0 and vn < 0.0
+    hit = clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0
     counted = (1.0, -vn, vn * vn, 0.0) if hit else (0.0, 0.0, 0.0, 0.0)
     vn = -wall.restitution * vn if hit else vn
     return xn, vn, xn, vn, counted, (0.0, 0.0, 0.0, 0.0)

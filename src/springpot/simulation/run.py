@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,11 @@ import numpy.typing as npt
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import Budget, reach
 from springpot.simulation.adapted import Adapted, adapt
-from springpot.simulation.ensemble import Progress, Tables, advance, mirror, tables
+from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import Settings, fastest_rate, relaxation_time, resolve
-from springpot.simulation.statistics import UNITS, estimates
+from springpot.simulation.settings import Options, Settings, energy_time, fastest_rate, mirror, relaxation_time, resolve
+from springpot.simulation.statistics import estimates, standard_error
+from springpot.units import UNITS
 
 if TYPE_CHECKING:
     import xarray
@@ -29,8 +30,9 @@ __all__ = ["Run", "run", "simulate"]
 # McKean (1963): at and below this restitution white noise makes infinitely many impacts in a finite time
 COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
-COARSE = {"default": 0.05, "grunwald": 0.01}  # step * fastest rate beyond which errors of 1 % are to be expected
+COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
+MOST_TRANSIENT = 0.01  # left where the window begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,7 @@ def run(
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
     progress: Progress | None = None,
-    **given: Any,
+    **given: Unpack[Options],
 ) -> Run:
     """Simulate, and return a plain `Run`.  See `simulate` for the arguments, which are the same.
 
@@ -132,6 +134,11 @@ def run(
     >>> found.values["x_mean"] > 0.0
     True
     """
+    for name in given:
+        if name not in Options.__annotations__:
+            raise TypeError(f"there is no argument {name!r}; there are {', '.join(sorted(Options.__annotations__))}.")
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
     if rtol is not None:
         return _run_to(oscillator, rtol, quantities, progress, given)
     settings = resolve(oscillator, **given)
@@ -150,24 +157,33 @@ def run(
         errors=errors,
         budgets={},
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
-        warnings=_warnings(oscillator, settings, adapted, values, errors),
+        warnings=_warnings(oscillator, settings, adapted, values, errors, _drift(ensemble.rows)),
         time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
         record=mirror(oscillator) * ensemble.record,
     )
 
 
 def _run_to(
-    oscillator: Oscillator, rtol: float, quantities: Sequence[str], progress: Progress | None, given: dict[str, Any]
+    oscillator: Oscillator, rtol: float, quantities: Sequence[str], progress: Progress | None, given: Options
 ) -> Run:
     """The run that `reach` decides on."""
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
-    found = reach(oscillator, rtol, quantities=quantities, progress=progress, **given)
+    found = reach(
+        oscillator,
+        rtol,
+        quantities=quantities,
+        seed=given.get("seed", 1),
+        threads=given.get("threads"),
+        progress=progress,
+    )
     settings, adapted = found.settings, found.adapted
     diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
-    warned = _warnings(oscillator, settings, adapted, found.values, found.errors, coarse_is_corrected=True)
+    # the coarse level's step is corrected for, and part of the budget
+    fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
+    warned = _warnings(oscillator, fine, adapted, found.values, found.errors, _drift(found.rows))
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -181,7 +197,14 @@ def _run_to(
     )
 
 
-def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
+def simulate(
+    oscillator: Oscillator,
+    *,
+    rtol: float | None = None,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    progress: Progress | None = None,
+    **given: Unpack[Options],
+) -> xarray.Dataset:
     """Monte Carlo of an oscillator: response levels, impact rate and impact speeds, each with its standard error.
 
     Parameters
@@ -262,10 +285,16 @@ def simulate(oscillator: Oscillator, **given: Any) -> xarray.Dataset:
     """
     import warnings
 
-    found = run(oscillator, **given)
+    found = run(oscillator, rtol=rtol, quantities=quantities, progress=progress, **given)
     for sentence in found.warnings:
         warnings.warn(sentence, stacklevel=2)
     return found.to_dataset()
+
+
+def _drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Mean energy gained over the window, and its standard error."""
+    gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
+    return float(gained.mean()), standard_error(gained)
 
 
 def _diagnostics(
@@ -279,8 +308,8 @@ def _diagnostics(
         "memory_terms": int(made.sum.rates.size),
         "memory_error": made.sum.relative_error,
         "memory_precision": settings.precision,
-        "start_residual": None if adapted is None else adapted.residual,
-        "start_residual_se": None if adapted is None else adapted.residual_se,
+        "start_residual": None if adapted is None or math.isnan(adapted.residual) else adapted.residual,
+        "start_residual_se": None if adapted is None or math.isnan(adapted.residual) else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
         "collapses": int(rows[:, COLUMNS.index("collapses")].sum()),
         "seconds": seconds,
@@ -296,28 +325,56 @@ def _warnings(
     adapted: Adapted | None,
     values: dict[str, float],
     errors: dict[str, float],
-    coarse_is_corrected: bool = False,
+    drift: tuple[float, float],
 ) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number; ``drift`` is the energy gained over the window, and its error."""
+    found = [*_about_settings(oscillator, settings, values), *_about_start(adapted)]
+    if not math.isfinite(values["amplitude_mean_square"]):
+        return (*found, "the response is not a finite number: a much finer step may help.")
+    energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
+    gained, its_error = drift
+    settled = oscillator.excitation.intensity > 0.0 and _transient_left(oscillator, settings) <= MOST_TRANSIENT
+    if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
+        found.append(
+            f"the mean energy still changed by {100.0 * gained / energy:.2g} % over the window "
+            f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
+            "window."
+        )
+    residual, error = values["energy_residual"], errors["energy_residual"]
+    # what single-precision memory and rounding make of a large energy is no failure
+    fed = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
+    floor = max(0.01, 1e-4 * energy / fed) if fed > 0.0 else 0.01
+    if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
+        found.append(
+            f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
+            f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
+        )
+    return tuple(found)
+
+
+def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
     found = []
     fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
-    if settings.step * fastest > limit and not coarse_is_corrected:
+    if settings.step * fastest > limit * (1.0 + 1e-9):
         found.append(
-            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of 1 % and "
-            f"more are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
+            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
+            f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
         )
-    relaxation = relaxation_time(oscillator)
-    left = math.exp(-settings.window[0] / relaxation) if relaxation > 0.0 else 0.0
-    if oscillator.excitation.intensity > 0.0 and left > 0.01:
+    left = _transient_left(oscillator, settings)
+    if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT:
+        relaxation = relaxation_time(oscillator)
         found.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
-            if math.isinf(relaxation)
-            else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.2g} % of the "
-            f"initial energy deficit is left there; start it after {4.6 * relaxation:.3g} s for stationary values."
+            if math.isinf(energy_time(oscillator))
+            else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
+            f"is left there; start it after {4.6 * relaxation:.3g} s for stationary values."
         )
-    if adapted is not None and adapted.residual > MOST_RESIDUAL:
+    size = math.sqrt(max(values["x_mean_square"], 0.0))
+    if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
         found.append(
-            f"the adapted start is off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
-            f"(standard error {100.0 * adapted.residual_se:.1g} %)."
+            f"contact_tolerance is {settings.contact_tolerance:g} m, not small against the root mean square "
+            f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
+            f"{1e-4 * size:.1g} m."
         )
     if oscillator.barrier is not None and oscillator.barrier.restitution <= COLLAPSE_BELOW:
         found.append(
@@ -325,12 +382,22 @@ def _warnings(
             "white noise makes infinitely many impacts in a finite time, so the impact rate depends on the step and "
             "means nothing; energies do."
         )
-    residual, error = values["energy_residual"], errors["energy_residual"]
-    if math.isfinite(residual) and abs(residual) > max(FAR_OFF * (error if math.isfinite(error) else 0.0), 0.01):
-        found.append(
-            f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
-            f"{100.0 * error:.1g} %): the step is too coarse."
-        )
-    if not math.isfinite(values["amplitude_mean_square"]):
-        found.append("the response grew beyond all numbers: the step is too coarse for this coefficient.")
-    return tuple(found)
+    return found
+
+
+def _transient_left(oscillator: Oscillator, settings: Settings) -> float:
+    """Share of the transient that is left where the window begins."""
+    return math.exp(-settings.window[0] / relaxation_time(oscillator))
+
+
+def _about_start(adapted: Adapted | None) -> list[str]:
+    if adapted is None:
+        return []
+    if math.isnan(adapted.residual):
+        return ["the adapted start is that of averaging: pilot runs long enough to check it would take too long."]
+    if adapted.residual > MOST_RESIDUAL:
+        return [
+            f"the adapted start was off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
+            f"(standard error {100.0 * adapted.residual_se:.1g} %) before its last correction."
+        ]
+    return []

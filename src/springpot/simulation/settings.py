@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import numbers
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypedDict, get_args
 
-from springpot.oscillator import Oscillator, finite_number
+from springpot.oscillator import LARGEST, Barrier, Oscillator, finite_number
 from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
 
@@ -18,9 +19,31 @@ StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 
 MOST_STEPS = 100_000_000
+LONGEST_DEFAULT = 2_000_000  # steps
+MOST_PATHS = 50_000_000  # 5.6 GB of sums
 MOST_RECORDED = 50_000_000
+LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision memory would show
 COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
 CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
+
+
+class Options(TypedDict, total=False):
+    """What a caller may give to a run; `springpot.simulation.simulate` says what each one means."""
+
+    paths: int
+    duration: float | None
+    step: float | None
+    window: tuple[float, float] | None
+    seed: int
+    threads: int | None
+    scheme: Scheme
+    start: StartKind
+    initial_position: float | None
+    initial_velocity: float
+    derivative: Derivative
+    memory_tolerance: float
+    contact_tolerance: float
+    record: int
 
 
 @dataclass(frozen=True)
@@ -33,7 +56,7 @@ class Settings:
     duration, step : float
         In s; the step divides the duration.
     window : tuple of float
-        Averages are taken over window[0] < t <= window[1].
+        Averages are taken over window[0] < t <= window[1], both whole numbers of steps.
     seed : int
     threads : int
     scheme : {"default", "grunwald"}
@@ -78,7 +101,7 @@ class Settings:
     @property
     def precision(self) -> str:
         """NumPy's name of the type in which memory modes are kept."""
-        return "float32" if self.memory_tolerance >= 1e-7 else "float64"
+        return "float32" if self.memory_tolerance >= 1e-7 and self.steps <= LONGEST_SINGLE else "float64"
 
     def to_dict(self) -> dict[str, Any]:
         """All settings as plain numbers, words and lists."""
@@ -94,25 +117,58 @@ def fastest_rate(oscillator: Oscillator) -> float:
 def relaxation_time(oscillator: Oscillator) -> float:
     """Estimate of the time in which the energy forgets its start, in s; infinite without any loss.
 
-    1 / (2 beta) from averaging with the wall moved to the equilibrium; where the springpot is stronger than the spring,
-    the time (C / Omega^2)^(1 / alpha) of creep back to the equilibrium, if longer (at most 100 / Omega).
+    The longer of `energy_time` and `creep_time`.
     """
-    if oscillator.barrier is not None:
-        oscillator = replace(oscillator, barrier=replace(oscillator.barrier, position=0.0))
-    rate = 2.0 * averaging(oscillator).decay_rate
-    spring, frequency = oscillator.springpot, oscillator.natural_frequency
-    creep = 0.0
-    if oscillator.dimensionless_coefficient > 1.0 and spring.order > 0.0:
-        logarithm = math.log(spring.coefficient / frequency**2) / spring.order
-        creep = min(math.exp(min(logarithm, 700.0)), 100.0 / frequency)
-    return max(1.0 / rate, creep) if rate > 0.0 else math.inf
+    return max(energy_time(oscillator), creep_time(oscillator))
 
 
-def default_duration(oscillator: Oscillator) -> float:
-    """100 / Omega (the paper's length), or longer so that half of it outlasts the transient ten times."""
+def energy_time(oscillator: Oscillator) -> float:
+    """1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
+
+    The part of beta that is due to lossy impacts counts with the share of cycles wide enough to reach the wall, and the
+    time to grow up to a gap is added.
+    """
+    frequency, barrier = oscillator.natural_frequency, oscillator.barrier
+    elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
+    rate = 2.0 * averaging(elastic).decay_rate
+    growth = 0.0
+    if barrier is not None and barrier.restitution < 1.0:
+        gap = max(0.0, -mirror(oscillator) * barrier.position)
+        intensity = oscillator.excitation.intensity
+        # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
+        struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
+        impacts = 2.0 * averaging(replace(oscillator, barrier=Barrier(0.0, barrier.restitution))).decay_rate - rate
+        rate += struck * impacts
+        growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
+    return 1.0 / rate + growth if rate > 0.0 else math.inf
+
+
+def creep_time(oscillator: Oscillator) -> float:
+    """(C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0.
+
+    The time of creep back to the equilibrium: what happens below this frequency takes this long to show.
+    """
+    spring = oscillator.springpot
+    if oscillator.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
+        return 0.0
+    logarithm = math.log(spring.coefficient / oscillator.natural_frequency**2) / spring.order
+    return math.exp(logarithm) if logarithm < 700.0 else math.inf
+
+
+def mirror(oscillator: Oscillator) -> float:
+    """1 for a wall below the motion (or none), -1 for a wall above it."""
+    return -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
+
+
+def default_duration(oscillator: Oscillator, step: float) -> float:
+    """100 / Omega (the paper's length), or longer so that half of it outlasts the transient ten times.
+
+    At most 1e4 / Omega and two million steps: a user who wants to wait longer for a slow oscillator says so.
+    """
     frequency = oscillator.natural_frequency
     long_enough = 20.0 * relaxation_time(oscillator)
-    return 100.0 / frequency if math.isinf(long_enough) else min(max(100.0 / frequency, long_enough), 1e4 / frequency)
+    wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
+    return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
 def default_step(oscillator: Oscillator, scheme: Scheme) -> float:
@@ -150,7 +206,7 @@ def resolve(
     _one_of(scheme, "scheme", get_args(Scheme))
     _one_of(start, "start", get_args(StartKind))
     _one_of(derivative, "derivative", get_args(Derivative))
-    paths = _whole(paths, "paths", 1, 2**32 - 1)
+    paths = _whole(paths, "paths", 1, MOST_PATHS)
     seed = _whole(seed, "seed", 0, 2**64 - 1)
     threads = checked_threads(threads)
     duration, step, steps = _grid(oscillator, duration, step, scheme)
@@ -171,10 +227,10 @@ def resolve(
         scheme=scheme,
         start=start,
         initial_position=_initial_position(oscillator, initial_position, start, derivative),
-        initial_velocity=finite_number(initial_velocity, "initial_velocity"),
+        initial_velocity=finite_number(initial_velocity, "initial_velocity", low=-LARGEST, high=LARGEST),
         derivative=derivative,
         memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
-        contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0),
+        contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
     )
 
@@ -182,16 +238,14 @@ def resolve(
 def _grid(
     oscillator: Oscillator, duration: float | None, step: float | None, scheme: Scheme
 ) -> tuple[float, float, int]:
-    duration = (
-        default_duration(oscillator)
-        if duration is None
-        else finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
-    )
-    step = (
-        min(default_step(oscillator, scheme), duration)
-        if step is None
-        else finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
-    )
+    if duration is not None:
+        duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
+    if step is None:
+        step = default_step(oscillator, scheme) if duration is None else min(default_step(oscillator, scheme), duration)
+    else:
+        step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
+    if duration is None:
+        duration = default_duration(oscillator, step)
     if step > duration:
         raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
     fastest = fastest_rate(oscillator)
@@ -203,9 +257,12 @@ def _grid(
         )
     ratio = duration / step
     if ratio > MOST_STEPS:
+        advice = f"a duration of at most {MOST_STEPS * step:.3g} s"
+        if duration / MOST_STEPS * fastest <= COARSEST:
+            advice = f"a step of at least {duration / MOST_STEPS:.3g} s or {advice}"
         raise ValueError(
-            f"step of {step:g} s makes {ratio:.3g} steps of the duration of {duration:g} s; at most {MOST_STEPS:,} "
-            f"are run: use a step of at least {duration / MOST_STEPS:.3g} s or a shorter duration."
+            f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s; at most {MOST_STEPS:,} are run: "
+            f"use {advice}."
         )
     # the number of steps is the whole number not below duration / step, rounding apart
     steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))
@@ -214,8 +271,8 @@ def _grid(
 
 def _window(window: tuple[float, float] | None, duration: float, step: float) -> tuple[float, float]:
     if window is None:
-        return 0.5 * duration, duration
-    if isinstance(window, str) or not hasattr(window, "__len__") or len(window) != 2:
+        window = 0.5 * duration, duration
+    if not isinstance(window, Sequence) or isinstance(window, str) or len(window) != 2:
         raise TypeError(f"window must be a pair of times (start, end), not {window!r}.")
     begin = finite_number(window[0], "window start", low=0.0)
     end = finite_number(window[1], "window end", low=0.0)
@@ -223,9 +280,10 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
         raise ValueError(f"window must start before it ends, but it runs from {begin:g} s to {end:g} s.")
     if end > duration * (1.0 + 1e-12):
         raise ValueError(f"window ends at {end:g} s, after the end of the run at {duration:g} s.")
-    if round(end / step) <= round(begin / step):
+    first, last = round(begin / step), min(round(end / step), round(duration / step))
+    if last <= first:
         raise ValueError(f"window from {begin:g} s to {end:g} s holds no step of {step:g} s: make it longer.")
-    return begin, min(end, duration)
+    return first * step, last * step  # what is averaged over: whole steps
 
 
 def _initial_position(
@@ -239,18 +297,18 @@ def _initial_position(
             raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
         if oscillator.excitation.intensity == 0.0:
             raise ValueError("intensity must be positive with start='stationary': without noise the motion dies out.")
-        if math.isinf(relaxation_time(oscillator)):
+        if math.isinf(energy_time(oscillator)):
             raise NoStationaryState(
                 "start='stationary' needs a stationary state, and there is none: order 0 or coefficient 0 with an "
                 "elastic wall (or none) dissipates nothing, and the energy grows as q t / 2."
             )
         return math.nan  # found by the pilot runs
     if barrier is None:
-        return 0.0 if given is None else finite_number(given, "initial_position")
-    sign = 1.0 if barrier.side == "above" else -1.0
+        return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
+    sign = mirror(oscillator)
     if given is None:
         return sign * max(sign * barrier.position, 0.0)  # at the equilibrium, or resting on the wall
-    given = finite_number(given, "initial_position")
+    given = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
     if sign * given < sign * barrier.position:
         wanted = "at least" if sign > 0.0 else "at most"
         raise ValueError(
@@ -280,5 +338,5 @@ def _whole(value: object, name: str, low: int, high: int) -> int:
 
 
 def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
-    if value not in words:
+    if not isinstance(value, str) or value not in words:
         raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {value!r}.")
