@@ -128,7 +128,10 @@ def test_the_error_alternates_so_no_shorter_sum_will_do(target: str) -> None:
     """With 2 n + 1 level extremes the sum is the best one with n terms; the best one with n - 1 is not enough."""
     order, longest, tolerance = 0.4, 1e5, 1e-6
     found = fewest_terms(
-        lambda t: at_lags(target, order, t), lambda n: _cells(target, order, longest, n), longest, tolerance
+        lambda t: at_lags(target, order, t),
+        lambda n, stretch: _cells(target, order, longest, n, stretch),
+        longest,
+        tolerance,
     )
     assert found is not None
     assert found.fewest

@@ -152,7 +152,10 @@ def _made(target: Target, order: float, longest: float, tolerance: float) -> tup
     exact = at_lags(target, order, lags)
     if tolerance >= _FINEST:
         best = fewest_terms(
-            lambda t: at_lags(target, order, t), lambda terms: _cells(target, order, end, terms), end, tolerance
+            lambda t: at_lags(target, order, t),
+            lambda n, stretch: _cells(target, order, end, n, stretch),
+            end,
+            tolerance,
         )
         if best is not None:
             error = _error(best.rates, best.weights, lags, exact)
@@ -166,11 +169,21 @@ def _error(rates: Floats, weights: Floats, lags: Floats, exact: Floats) -> float
     return float(np.abs(terms.sum(axis=1) / exact - 1.0).max())
 
 
-def _cells(target: Target, order: float, longest: float, terms: int) -> tuple[Floats, Floats]:
-    """A rough sum: the mass of the density in cells of log s, each at its middle."""
-    rates = np.geomspace(0.7 / longest, 1.5, terms) if terms > 1 else np.array([longest**-0.5])
-    edges = np.concatenate([[0.0], np.sqrt(rates[1:] * rates[:-1]), 2.0 * rates[-1:]])
-    return rates, density(target, order, rates) * np.diff(edges**order) / order
+def _cells(target: Target, order: float, longest: float, terms: int, stretch: float) -> tuple[Floats, Floats]:
+    """A rough sum: s^(alpha - 1) in cells even in log s, the slowest from 0 on, each gathered at its mean rate."""
+    if terms == 1:
+        edges = np.array([math.exp(stretch) / math.sqrt(longest)])
+    else:
+        edges = np.geomspace(math.exp(-stretch) / longest, 3.0 * math.exp(stretch), terms)
+    widths = np.diff(np.log(edges))
+    ahead = edges[:-1]
+
+    def masses(power: float) -> Floats:
+        """Integrals of s^(power - 1), without the cancellation of nearly equal powers."""
+        return np.concatenate([edges[:1] ** power, ahead**power * np.expm1(power * widths)]) / power
+
+    rates = masses(order + 1.0) / masses(order)
+    return rates, density(target, order, rates) * masses(order)
 
 
 def mclean(target: Target, order: float, longest: float, tolerance: float) -> tuple[Floats, Floats, float]:

@@ -42,11 +42,14 @@ __all__ = ["Minimax", "fewest_terms", "lag_grid"]
 
 Places = npt.NDArray[np.intp]
 
-_MOST_TERMS = 64
+_MOST_TERMS = 48
 _GRID = 2000
 _PER_TERM = 8  # lags per term in the least-squares problem: four in each lobe of the error
-_DAMPING = (0.0, 1e-15, 1e-13, 1e-11, 1e-9)  # of the exchange, relative to the largest singular value
+_DAMPING = (0.0, 1e-15, 1e-13, 1e-11, 1e-9)  # of the exchange, relative to the norm of the matrix
 _LEVEL = 1.001
+_ONE_THREAD = 8000  # entries of a matrix; OpenBLAS starts threads at 8192
+_GUESSED = 16  # up to so many terms, guesses of these stretches are tried where there is nothing better
+_STRETCHES = (0.0, 0.7, 1.5, 2.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +96,16 @@ class _Problem:
         rates, logarithms = _sum(unknowns)
         decay = np.multiply.outer(self.lags, rates)
         terms = np.exp(logarithms - decay) / self.exact[:, None]
-        spacings, differences = _spacings(_halves(unknowns)[0])
-        by_rates = terms @ (differences / spacings[:, None]) - decay * terms
+        # the weights are spacing times density, and a spacing changes with the rates on either side
+        by_spacings = terms / _spacings(_halves(unknowns)[0])
+        by_rates = -decay * terms
+        if rates.size > 1:
+            inner = by_spacings[:, 1:-1] / 2.0
+            by_rates[:, 2:] += inner
+            by_rates[:, :-2] -= inner
+            for this, near, far in ((by_spacings[:, 0], 0, 1), (by_spacings[:, -1], -2, -1)):
+                by_rates[:, near] -= this
+                by_rates[:, far] += this
         return terms.sum(axis=1) - 1.0, np.hstack([by_rates, terms])
 
     def some(self, chosen: slice | Places) -> _Problem:
@@ -117,7 +128,10 @@ def lag_grid(longest: float, size: int) -> Floats:
 
 
 def fewest_terms(
-    exact: Callable[[Floats], Floats], guess: Callable[[int], tuple[Floats, Floats]], longest: float, tolerance: float
+    exact: Callable[[Floats], Floats],
+    guess: Callable[[int, float], tuple[Floats, Floats]],
+    longest: float,
+    tolerance: float,
 ) -> Minimax | None:
     """The shortest sum within a tolerance of ``exact`` on [1, longest].
 
@@ -126,7 +140,8 @@ def fewest_terms(
     exact : callable
         The function at some lags; completely monotone, so that positive sums can follow it.
     guess : callable
-        Rates and weights of a rough sum with a given number of terms.
+        Rates and weights of a rough sum with a given number of terms; the row of rates stretched at both ends by a
+        given factor, as a logarithm.
     longest : float
         Longest lag, above 1.
     tolerance : float
@@ -139,8 +154,8 @@ def fewest_terms(
 
     Examples
     --------
-    >>> def guess(terms):
-    ...     edges = np.geomspace(1e-2, 2.0, terms + 1)
+    >>> def guess(terms, stretch):
+    ...     edges = np.geomspace(0.05 * np.exp(-stretch), 3.0 * np.exp(stretch), terms + 1)
     ...     return np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
     >>> found = fewest_terms(lambda t: 1.0 / t, guess, 10.0, 1e-3)
     >>> found.rates.size, found.error < 1e-3, found.fewest
@@ -149,24 +164,34 @@ def fewest_terms(
     lags = lag_grid(longest, _GRID)
     problem = _Problem(lags, exact(lags))
 
-    def guessed(terms: int) -> _Sum:
-        rates, weights = guess(terms)
-        y = np.log(rates)
-        return _improve(problem, np.concatenate([y, np.log(weights / _spacings(y)[0])]))
+    def best(terms: int, solved: dict[int, _Sum]) -> _Sum:
+        """From the shorter sums, or from whichever guess leads furthest."""
+        found = None
+        if (start := _extrapolated(solved, terms)) is not None:
+            found = _improve(problem, start)
+        for stretch in _STRETCHES if terms <= _GUESSED else ():
+            if found is not None and found.least > 0.99 * found.error:
+                break
+            rates, weights = guess(terms, stretch)
+            y = np.log(rates)
+            other = _improve(problem, np.concatenate([y, np.log(weights / _spacings(y))]))
+            if found is None or other.error < found.error:
+                found = other
+        assert found is not None
+        return found
 
     # a step that leads astray overflows, and is refused
     with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
-        terms = max(1, round(math.log(longest) / 2.2))
-        found = guessed(terms)
+        terms = min(max(1, round(math.log(longest) / 2.2)), _GUESSED)
+        found = best(terms, {})
         if found.error <= tolerance:
-            while terms > 1 and (shorter := guessed(terms - 1)).error <= tolerance:
+            while terms > 1 and (shorter := best(terms - 1, {})).error <= tolerance:
                 terms, found = terms - 1, shorter
             return _result(found, terms == 1 or shorter.least > tolerance)
         solved, stalled = {terms: found}, 0
         while terms < _MOST_TERMS:
             terms += 1
-            start = _extrapolated(solved, terms)
-            previous, found = found, guessed(terms) if start is None else _improve(problem, start)
+            previous, found = found, best(terms, solved)
             if found.error <= tolerance:
                 return _result(found, previous.least > tolerance)
             stalled = stalled + 1 if not found.error < 0.95 * previous.error else 0
@@ -185,22 +210,18 @@ def _halves(unknowns: Floats) -> tuple[Floats, Floats]:
     return unknowns[: unknowns.size // 2], unknowns[unknowns.size // 2 :]
 
 
-def _spacings(log_rates: Floats) -> tuple[Floats, Floats]:
-    """The spacing at each rate, half the distance of its neighbours, and the matrix that makes it."""
-    count = log_rates.size
-    if count == 1:
-        return np.ones(1), np.zeros((1, 1))
-    differences = 0.5 * (np.eye(count, k=1) - np.eye(count, k=-1))
-    differences[0, :2] = differences[-1, -2:] = -1.0, 1.0
-    # sums of two positive numbers, never cancelled
+def _spacings(log_rates: Floats) -> Floats:
+    """The spacing at each rate: half the distance of its neighbours, at the ends the distance of the one."""
+    if log_rates.size == 1:
+        return np.ones(1)
     steps = np.diff(log_rates)
-    return np.concatenate([steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:]]), differences
+    return np.concatenate([steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:]])
 
 
 def _sum(unknowns: Floats) -> tuple[Floats, Floats]:
     """Rates and logarithms of the weights."""
     log_rates, log_densities = _halves(unknowns)
-    return np.exp(log_rates), log_densities + np.log(_spacings(log_rates)[0])
+    return np.exp(log_rates), log_densities + np.log(_spacings(log_rates))
 
 
 def _extremes(errors: Floats) -> Places:
@@ -226,11 +247,10 @@ def _least_squares(problem: _Problem, unknowns: Floats) -> Floats:
     errors, jacobian = problem.jacobian(unknowns)
     damping, left = 1e-3, 60
     while left and np.isfinite(jacobian).all():
-        u, s, v = np.linalg.svd(jacobian, full_matrices=False)
-        projected = u.T @ errors
+        triangle = _triangle(np.column_stack([jacobian, errors]))
         while left:
             left -= 1
-            step = v.T @ (s / (s * s + damping * s[0] ** 2) * projected)
+            step = _damped(triangle, math.sqrt(damping))
             tried = problem.errors(unknowns - step)
             if np.abs(step).max() < 3.0 and tried @ tried < errors @ errors:
                 break
@@ -256,10 +276,9 @@ def _levelled(problem: _Problem, unknowns: Floats) -> Floats:
         if places.size != unknowns.size + 1 or not largest > _LEVEL * sizes.min():
             break
         at_places, jacobian = problem.some(places).jacobian(unknowns)
-        u, s, v = np.linalg.svd(np.hstack([jacobian, -largest * np.sign(at_places)[:, None]]))
-        projected = u.T @ at_places
+        rows = np.column_stack([jacobian, -largest * np.sign(at_places), at_places])
         for damping in _DAMPING:
-            step = (v.T @ (projected * s / (s * s + (damping * s[0]) ** 2)))[:-1]
+            step = _damped(rows, damping)[:-1]
             if not np.abs(step).max() < 1.0:
                 continue
             tried = problem.errors(unknowns - step)
@@ -270,6 +289,28 @@ def _levelled(problem: _Problem, unknowns: Floats) -> Floats:
         else:
             break
     return unknowns
+
+
+def _damped(rows: Floats, damping: float) -> Floats:
+    """The step x of least |A x - b|^2 + (damping |A|)^2 |x|^2, rows = (A, b)."""
+    count = rows.shape[1] - 1
+    size = damping * math.sqrt((rows[:, :-1] ** 2).sum())
+    triangle = _triangle(np.vstack([rows, np.eye(count, count + 1) * size]) if size else rows)
+    return np.asarray(np.linalg.solve(triangle[:count, :count], triangle[:count, count]))
+
+
+def _triangle(rows: Floats) -> Floats:
+    """The triangular factor of a matrix, a few rows at a time.
+
+    So small that the linear algebra beneath stays on one thread: many threads for a matrix of this size gain nothing,
+    and on a busy machine they wait for each other a hundred times longer than they work.
+    """
+    count = rows.shape[1]
+    height = max(8, _ONE_THREAD // count - count)
+    triangle = rows[:count]
+    for first in range(count, rows.shape[0], height):
+        triangle = np.asarray(np.linalg.qr(np.vstack([triangle, rows[first : first + height]]), mode="r"))
+    return triangle if rows.shape[0] > count else np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def _extrapolated(solved: dict[int, _Sum], terms: int) -> Floats | None:
