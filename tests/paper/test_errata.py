@@ -7,14 +7,15 @@ import pytest
 from springpot.paper.errata import ERRATA, prefactor_of_the_cosine, sign_of_the_sine
 
 # How far the computed number may be from the correction: rounding, or the next term of an expansion where one is cut.
-TOLERANCE = {3: 1e-8, 4: 1e-2, 7: 2e-3}
-FINDINGS = [(erratum, finding) for erratum in ERRATA for finding in erratum.check()]
+TOLERANCE = {1: 5e-3, 2: 5e-3, 3: 1e-8, 4: 1e-2, 7: 2e-3}
 
 
-@pytest.mark.parametrize(("erratum", "finding"), FINDINGS, ids=[f"{e.number}-{f.what}" for e, f in FINDINGS])
-def test_the_correction_agrees(erratum, finding):
+@pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.title)
+def test_the_correction_agrees(erratum):
     within = TOLERANCE.get(erratum.number, 1e-8)
-    assert finding.computed == pytest.approx(finding.corrected, rel=within, abs=1e-8)
+    near_zero = 1e-3 if erratum.number == 1 else 1e-8
+    for finding in erratum.check():
+        assert finding.computed == pytest.approx(finding.corrected, rel=within, abs=near_zero), finding.what
 
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.title)

@@ -10,9 +10,10 @@ import pytest
 
 from springpot.oscillator import Oscillator, Springpot
 from springpot.paper import figures, montecarlo, pages, reproduce
-from springpot.paper.montecarlo import Gap, Point, collapse, settled, shortfall, write_rows
+from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall, write_rows
 
-HEADER = ["alpha", "q", "mu_printed", "mu_corrected", "mu_mc", "mu_mc_se", "mu_end", "mu_end_se"]
+HEADER = ["alpha", "q", "mu_printed", "mu_corrected", "mu_mc", "mu_mc_se", "mu_end", "mu_end_se", "mu_adapted",
+          "mu_adapted_se", "start_residual"]
 SMALL = {"alphas": (0.7, 1.0), "intensities": (1.0, 5.0), "paths": 256, "duration": 40.0, "step": 4e-3}
 
 
@@ -42,7 +43,7 @@ def test_fig2_files_and_progress(small_fig2):
     written, header, rows, heard = small_fig2
     assert [path.name for path in written] == ["fig2.csv", "fig2.png", "fig2.md"]
     assert is_png(written[1])
-    assert header[:8] == HEADER
+    assert header == HEADER
     assert [(row.q, row.alpha) for row in rows] == [(1.0, 0.7), (1.0, 1.0), (5.0, 0.7), (5.0, 1.0)]
     np.testing.assert_allclose(heard, [0.25, 0.5, 0.75, 1.0])
 
@@ -58,7 +59,13 @@ def test_fig2_numbers(small_fig2):
 
 def test_fig2_text(small_fig2):
     text = small_fig2[0][2].read_text(encoding="utf-8")
-    assert re.search(r"chi-square of \d+\.\d for 2 degrees of freedom", text)
+    assert re.search(r"\| from rest \| \d+\.\d \| 2 \|", text)
+    assert re.search(r"\| adapted \| \d+\.\d \| 2 \|", text)
+    assert re.search(r"the formula is [+-]\d+\.\d ± \d+\.\d % off", text)
+    worst = max(row.start_residual for row in small_fig2[2])
+    assert f"is {100 * worst:.2g} % of the root mean" in text
+    for name in small_fig2[1]:
+        assert re.search(rf"^\| (\w+, )?{name}[ ,]", text, flags=re.MULTILINE), name
     assert "x^2 + v^2 / Omega^2" in text
 
 
@@ -67,14 +74,21 @@ def test_runs_are_independent(small_fig2):
     assert len({row.mu_mc / row.q for row in rows}) == len({row.mu_adapted / row.q for row in rows}) == 4
 
 
-def test_rows_are_kept_when_interrupted(tmp_path, small_fig2):
+def test_rows_are_kept_when_interrupted_and_the_old_file_too(tmp_path, small_fig2):
     def rows():
         yield small_fig2[2][0]
         raise KeyboardInterrupt
 
+    table = tmp_path / "fig2.csv"
+    table.write_text("old")
     with pytest.raises(KeyboardInterrupt):
-        write_rows(tmp_path / "part.csv", rows(), lambda fraction, text: None, 2)
-    assert len((tmp_path / "part.csv").read_text(encoding="utf-8").splitlines()) == 2
+        write_rows(table, rows(), lambda fraction, text: None, 2)
+    assert table.read_text() == "old"
+    part = tmp_path / "fig2.csv.part"
+    assert len(part.read_text(encoding="utf-8").splitlines()) == 2
+    write_rows(table, small_fig2[2], lambda fraction, text: None, 4)
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 5
+    assert not part.exists()
 
 
 def test_the_paper_has_21_orders_and_3_intensities():
@@ -85,9 +99,10 @@ def test_the_paper_has_21_orders_and_3_intensities():
 
 def test_collapse_of_random_curves_is_a_chi_square():
     generator = np.random.default_rng(1)
-    base = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.02, 2.0, 0.02, 2.0, 0.02)
+    base = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.02, 2.0, 0.02, 2.0, 0.02, 0.001)
     rows = [
-        replace(base, alpha=alpha, q=q, mu_mc=q * (2 + 0.02 * q * generator.normal()), mu_mc_se=0.02 * q * q)
+        replace(base, alpha=alpha, q=q, mu_mc=q * (2 + 0.02 * q * generator.normal()), mu_mc_se=0.02 * q * q,
+                mu_adapted=2.0 * q)
         for alpha in np.linspace(0.1, 1, 200)
         for q in (1.0, 5.0, 10.0)
     ]
@@ -97,6 +112,10 @@ def test_collapse_of_random_curves_is_a_chi_square():
     assert 2.5 < found.largest < 5.0
     shifted = [replace(row, mu_mc=row.mu_mc * (1.1 if row.q == 5.0 else 1.0)) for row in rows]
     assert collapse(shifted).probability < 1e-6
+    assert collapse(shifted, "adapted").chi_square < 1e-6  # those were not shifted
+    averages = pooled(rows, "rest")
+    assert len(averages) == 200
+    assert sum(((mu.value - 2) / mu.error) ** 2 for mu in averages.values()) == pytest.approx(200, abs=80)
 
 
 def test_transient_of_the_run_from_rest():
@@ -109,12 +128,15 @@ def test_transient_of_the_run_from_rest():
 
 def test_errata_page_has_every_erratum_and_the_gap():
     gap = Gap(0.5, 1.0, 2.296, 2.12, 0.01, 2.13, 0.01, 1.88, 2.38)
-    text = pages.errata_page([gap], "Settings.")
+    trend = [(Oscillator(omega, Springpot(0.7, 0.2)), Estimate(1.0, 0.01)) for omega in (0.3, 3.0)]
+    text = pages.errata_page([gap], trend, "Settings.")
     assert [int(n) for n in re.findall(r"^## (\d)\.", text, flags=re.MULTILINE)] == [1, 2, 3, 4, 5, 6, 7]
-    assert "+8.3 %" in text
+    assert "+8.3 ± 0.5 %" in text
+    assert "c = 0.96, the springpot" in text
+    assert text.count("Settings.") == 2
     assert "nan" not in text
     tables = [line for line in text.splitlines() if line.startswith("|")]
-    assert {len(re.split(r"(?<!\\)\|", line)) for line in tables} == {6, 11}
+    assert {len(re.split(r"(?<!\\)\|", line)) for line in tables} == {6, 8, 11}
 
 
 def test_gaps_are_measured():
@@ -132,5 +154,24 @@ def test_unknown_part(tmp_path):
 
 def test_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="cannot be written"):
+    with pytest.raises(NotADirectoryError, match=r"file' is not a folder\.$"):
         reproduce("fig1", tmp_path / "file")
+    with pytest.raises(OSError, match="cannot be written"):
+        reproduce("fig1", tmp_path / "file" / "below")
+
+
+@pytest.mark.parametrize("what", ["fig1", "all"])
+def test_a_folder_where_a_file_should_go(tmp_path, what):
+    (tmp_path / "fig1.png").mkdir()
+    with pytest.raises(IsADirectoryError, match=r"fig1\.png' is a folder, and a file of that name"):
+        reproduce(what, tmp_path)
+
+
+def test_no_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=r"^out must name a folder"):
+        reproduce("fig1", "")
+    for wrong in (None, 3, b"here"):
+        with pytest.raises(TypeError, match=r"^out must be the name of a folder"):
+            reproduce("fig1", wrong)
+    assert not list(tmp_path.iterdir())

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
 from typing import Literal
@@ -12,6 +13,11 @@ __all__ = ["reproduce"]
 
 # Share of the whole in computing time, for one progress bar over all parts.
 _SHARES = {"fig1": 0.01, "fig2": 0.87, "errata": 0.12}
+_FILES = {
+    "fig1": ("fig1.png",),
+    "fig2": ("fig2.csv", "fig2.csv.part", "fig2.png", "fig2.md"),
+    "errata": ("errata.md", "errata.png"),
+}
 
 
 def reproduce(
@@ -28,7 +34,8 @@ def reproduce(
         ``"fig1"`` is the Fourier series, ``"fig2"`` the mean square amplitude with its Monte Carlo, ``"errata"`` a page
         of the slips in the print with the numbers that show them, and a picture of the main one.
     out : str or path
-        Folder for the files; made where it does not exist.
+        Folder for the files; made where it does not exist.  The rows of ``fig2.csv`` are kept in ``fig2.csv.part`` as
+        they come, and renamed when all are there: an interrupted run leaves that file, and the others as they were.
     progress : callable, optional
         Called with the fraction done, from 0 to 1, and a line of text.
     threads : int, optional
@@ -42,9 +49,9 @@ def reproduce(
     Raises
     ------
     TypeError, ValueError
-        If ``what`` is another word or ``threads`` not a whole number from 1 to 4096.
+        If ``what`` is another word, ``out`` empty or not a path, or ``threads`` not a whole number from 1 to 4096.
     OSError
-        If the folder cannot be made or written.
+        If the folder cannot be made or written, ``out`` is a file, or a folder has the name of a file to be written.
 
     Examples
     --------
@@ -56,10 +63,10 @@ def reproduce(
     from springpot.simulation.settings import checked_threads
 
     threads = checked_threads(threads)
-    folder = _writable(Path(out))
+    parts = tuple(_SHARES) if what == "all" else (what,)
+    folder = _writable(_folder(out), [name for part in parts for name in _FILES[part]])
     from springpot.paper import figures
 
-    parts = tuple(_SHARES) if what == "all" else (what,)
     total = sum(_SHARES[part] for part in parts)
     written: list[Path] = []
     before = 0.0
@@ -81,8 +88,21 @@ def reproduce(
     return written
 
 
-def _writable(folder: Path) -> Path:
+def _folder(out: str | PathLike[str]) -> Path:
+    if not isinstance(out, str | PathLike) or not isinstance(os.fspath(out), str):
+        raise TypeError(f"out must be the name of a folder, not {out!r}.")
+    if not os.fspath(out):
+        raise ValueError("out must name a folder, and it is empty; the current folder is '.'.")
+    return Path(out)
+
+
+def _writable(folder: Path, names: Iterable[str]) -> Path:
     """Make the folder and try it, before any long computation."""
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"{str(folder)!r} is not a folder.")
+    for name in names:
+        if (folder / name).is_dir():
+            raise IsADirectoryError(f"{str(folder / name)!r} is a folder, and a file of that name is to be written.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from springpot.figures import COLOURS, new_figure, save
 from springpot.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.paper import montecarlo, pages
-from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Point
+from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.simulation import run
 from springpot.theory import Averaging, averaging
 from springpot.theory.fourier import partial_sum, truncation_bound, truncation_error
@@ -106,7 +106,8 @@ def fig2(
     Returns
     -------
     list of Path
-        ``fig2.csv``, written row by row as points finish, ``fig2.png`` and ``fig2.md``.
+        ``fig2.csv``, ``fig2.png`` and ``fig2.md``.  While points are being computed the rows done are in
+        ``fig2.csv.part``; an interrupted run leaves that file and no other.
 
     Raises
     ------
@@ -124,7 +125,7 @@ def fig2(
         f"of a start: {paths} paths, step {10 * step:g} s, mean over {duration / 2:g} s after the transient."
     )
     text = out / "fig2.md"
-    text.write_text(pages.fig2_page(rows, montecarlo.collapse(rows), settings, duration), encoding="utf-8")
+    text.write_text(pages.fig2_page(rows, settings, duration), encoding="utf-8")
     return [table, _draw_fig2(out / "fig2.png", rows, duration), text]
 
 
@@ -155,15 +156,17 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
     ):
         curves.plot([], [], color=COLOURS["black"], linestyle="none", marker=marker, markersize=size,
                     fillstyle=_fill(marker), label=label)  # fmt: skip
-    definition = r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $C = \Omega = 1$,  bars: 95 %"
-    curves.legend(loc="upper right", frameon=False, title=definition)
+    definition = r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $C = \Omega = 1$"
+    curves.legend(
+        loc="upper right", frameon=False, title=f"{definition}\n95 % bars are smaller than the markers in this panel"
+    )
     curves.set_yscale("log")
     curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
     curves.text(0.008, 0.03, "α = 0: no stationary state", rotation=90, va="bottom", color="0.35", size="small",
                 transform=curves.get_xaxis_transform())  # fmt: skip
     for ratios, start in ((from_rest, "from rest"), (from_adapted, "adapted start")):
         ratios.axhline(1.0, color=COLOURS["black"], linewidth=1.2)
-        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}  [–]")
+        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}, bars: 95 %  [–]")
     reached = [1.0 - montecarlo.shortfall(Oscillator(1.0, Springpot(float(alpha), 1.0)), duration) for alpha in fine]
     from_rest.plot(fine, reached, color="0.45", linewidth=1.2, linestyle="--", label="Eq. 19, not yet stationary")
     from_rest.legend(loc="lower right", frameon=False, fontsize="small")
@@ -204,18 +207,19 @@ def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Pr
         measured.append(gap)
         progress(len(measured) / total, f"errata: alpha = {gap.alpha:g}, C = {gap.coefficient:g}")
     settings = f"{paths} paths, step {step:g} s, mean over t = {duration / 2:g} to {duration:g} s."
-    page = out / "errata.md"
-    page.write_text(pages.errata_page(measured, settings), encoding="utf-8")
-
     simulated = []
     for number, omega in enumerate(_OMEGAS):
         answer = run(
             _tuned(float(omega)), paths=paths, duration=duration, step=step, window=(duration / 2, duration),
             seed=1000 * seed + 700 + number, threads=threads, start="stationary",
         )  # fmt: skip
-        simulated.append((answer.values["amplitude_mean_square"], answer.errors["amplitude_mean_square"]))
+        simulated.append(Estimate(answer.values["amplitude_mean_square"], answer.errors["amplitude_mean_square"]))
         progress((len(measured) + len(simulated)) / total, f"errata: Omega = {omega:.3g}")
-    return [page, _draw_errata(out / "errata.png", np.array(simulated))]
+    page = out / "errata.md"
+    trend = [(_tuned(float(omega)), found) for omega, found in zip(_OMEGAS, simulated, strict=True)]
+    page.write_text(pages.errata_page(measured, trend, settings), encoding="utf-8")
+    drawn = np.array([(found.value, found.error) for found in simulated])
+    return [page, _draw_errata(out / "errata.png", drawn)]
 
 
 def _draw_errata(path: Path, simulated: FloatArray) -> Path:
@@ -228,7 +232,8 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
         axes.plot(fine, printed / scale, color=COLOURS["vermilion"], linestyle="--", label="Eq. 20 as printed")
         axes.plot(fine, corrected / scale, color=COLOURS["blue"], label="Eq. 20 corrected")
         mu, error = simulated.T / point_scale
-        _bars(axes, _OMEGAS, mu, error, COLOURS["black"], *_REST, label="Monte Carlo, 95 %")
+        label = "Monte Carlo (95 % bars\nare smaller than the markers)"
+        _bars(axes, _OMEGAS, mu, error, COLOURS["black"], *_REST, label=label)
     curves.set_xscale("log")
     curves.set_yscale("log")
     curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")

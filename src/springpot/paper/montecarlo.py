@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy import special
@@ -19,11 +20,13 @@ __all__ = [
     "ALPHAS",
     "INTENSITIES",
     "Collapse",
+    "Estimate",
     "Gap",
     "Point",
     "collapse",
     "gaps",
     "points",
+    "pooled",
     "settled",
     "shortfall",
     "write_rows",
@@ -36,6 +39,8 @@ INTENSITIES = (1.0, 5.0, 10.0)
 """q of the three curves of Fig. 2, in m^2 s^-3."""
 
 Progress = Callable[[float, str], None]
+StartKind = Literal["rest", "adapted"]
+_STARTS: tuple[Literal["rest"], Literal["stationary"]] = ("rest", "stationary")  # as `run` names them
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,8 @@ class Point:
         Mean over paths at the end of that run.
     mu_adapted, mu_adapted_se : float
         Mean over paths and time in a run that starts from the stationary mean, with no memory of a start.
+    start_residual : float
+        How far x(0) of that run was from its mean displacement, over the root mean square displacement.
     """
 
     alpha: float
@@ -65,6 +72,31 @@ class Point:
     mu_end_se: float
     mu_adapted: float
     mu_adapted_se: float
+    start_residual: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its standard error.
+
+    Parameters
+    ----------
+    value, error : float
+    """
+
+    value: float
+    error: float
+
+    def under(self, formula: float) -> Estimate:
+        """The formula over this estimate, less 1: how far the formula is too high.
+
+        Examples
+        --------
+        >>> Estimate(2.0, 0.02).under(2.2)
+        Estimate(value=0.10000000000000009, error=0.011000000000000001)
+        """
+        ratio = formula / self.value
+        return Estimate(ratio - 1.0, abs(ratio) * self.error / abs(self.value))
 
 
 @dataclass(frozen=True)
@@ -171,6 +203,7 @@ def points(
                 mu_end_se=rest.errors["amplitude_mean_square_end"],
                 mu_adapted=adapted.values["amplitude_mean_square"],
                 mu_adapted_se=adapted.errors["amplitude_mean_square"],
+                start_residual=adapted.diagnostics["start_residual"],
             )
 
 
@@ -199,12 +232,15 @@ def shortfall(oscillator: Oscillator, duration: float) -> float:
 
 
 def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int) -> list[Point]:
-    """Write points to a CSV file as they come, so that an interrupted run keeps what is done.
+    """Write points to a CSV file as they come.
+
+    The rows go to a file beside it, with ``.part`` at the end of its name, which takes its place when all are there.
+    An interrupted run thus keeps what is done in that file, and never mixes it with the result of an earlier run.
 
     Parameters
     ----------
     path : Path
-        Replaced where it exists.
+        Replaced where it exists, at the end.
     rows : iterable of Point
     progress : callable
         Called with the fraction done and a line of text after each row.
@@ -221,7 +257,8 @@ def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int
         If the file cannot be written.
     """
     done: list[Point] = []
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    part = path.with_name(f"{path.name}.part")
+    with part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([field.name for field in fields(Point)])
         for row in rows:
@@ -229,31 +266,55 @@ def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int
             stream.flush()
             done.append(row)
             progress(len(done) / total, f"fig2: alpha = {row.alpha:g}, q = {row.q:g}")
+    part.replace(path)
     return done
 
 
-def collapse(rows: Sequence[Point]) -> Collapse:
+def pooled(rows: Sequence[Point], start: StartKind) -> dict[float, Estimate]:
+    """Mu / q for each alpha: the mean over the intensities, each with the weight of its precision.
+
+    Examples
+    --------
+    >>> row = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.3, 2.0, 0.1, 2.0, 0.1, 0.0)
+    >>> other = Point(0.5, 5.0, 10.0, 10.0, 11.0, 2.0, 10.0, 0.5, 10.0, 0.5, 0.0)
+    >>> {alpha: (round(mu.value, 3), round(mu.error, 3)) for alpha, mu in pooled([row, other], "rest").items()}
+    {0.5: (2.072, 0.24)}
+    """
+    found = {}
+    for alpha in sorted({row.alpha for row in rows}):
+        group = _over_q(rows, alpha, start)
+        weight = math.fsum(each.error**-2 for each in group)
+        found[alpha] = Estimate(math.fsum(each.value * each.error**-2 for each in group) / weight, weight**-0.5)
+    return found
+
+
+def _over_q(rows: Sequence[Point], alpha: float, start: StartKind) -> list[Estimate]:
+    if start == "rest":
+        return [Estimate(row.mu_mc / row.q, row.mu_mc_se / row.q) for row in rows if row.alpha == alpha]
+    return [Estimate(row.mu_adapted / row.q, row.mu_adapted_se / row.q) for row in rows if row.alpha == alpha]
+
+
+def collapse(rows: Sequence[Point], start: StartKind = "rest") -> Collapse:
     """Compare the curves of Fig. 2 with each other after dividing each by its q.
 
     By the scaling of the equation mu / q is one function of alpha, whatever the formula: this tests the simulation.
 
     Examples
     --------
-    >>> row = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.1, 2.0, 0.1, 2.0, 0.1)
-    >>> other = Point(0.5, 5.0, 10.0, 10.0, 11.0, 0.5, 10.0, 0.5, 10.0, 0.5)
+    >>> row = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.1, 2.0, 0.1, 2.0, 0.1, 0.0)
+    >>> other = Point(0.5, 5.0, 10.0, 10.0, 11.0, 0.5, 10.0, 0.5, 10.0, 0.5, 0.0)
     >>> round(collapse([row, other]).chi_square, 6), collapse([row, other]).degrees
     (2.0, 1)
     """
     chi_square, degrees, largest = 0.0, 0, 0.0
-    for alpha in sorted({row.alpha for row in rows}):
-        group = [(row.mu_mc / row.q, row.mu_mc_se / row.q) for row in rows if row.alpha == alpha]
-        weight = math.fsum(error**-2 for _, error in group)
-        mean = math.fsum(value * error**-2 for value, error in group) / weight
-        chi_square += math.fsum(((value - mean) / error) ** 2 for value, error in group)
+    for alpha, mean in pooled(rows, start).items():
+        group = _over_q(rows, alpha, start)
+        chi_square += math.fsum(((each.value - mean.value) / each.error) ** 2 for each in group)
         degrees += len(group) - 1
         if len(group) > 1:
             # a point pulls the common mean towards itself, which makes its distance from it smaller than its error
-            largest = max(largest, *(abs(value - mean) / math.sqrt(error**2 - 1 / weight) for value, error in group))
+            far = (abs(each.value - mean.value) / math.sqrt(each.error**2 - mean.error**2) for each in group)
+            largest = max(largest, *far)
     return Collapse(chi_square, degrees, float(special.chdtrc(degrees, chi_square)), largest)
 
 
@@ -288,10 +349,10 @@ def gaps(
         rest, adapted = (
             run(
                 oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
-                seed=1000 * seed + 500 + 2 * number + shift, threads=threads, start=start,
+                seed=1000 * seed + 500 + 2 * number + _STARTS.index(start), threads=threads, start=start,
             )
-            for shift, start in enumerate(("rest", "stationary"))
-        )
+            for start in _STARTS
+        )  # fmt: skip
         yield Gap(
             alpha=alpha,
             coefficient=coefficient,

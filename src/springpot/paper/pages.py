@@ -3,21 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from springpot.oscillator import Oscillator, Springpot
 from springpot.paper.errata import ERRATA, Erratum
-from springpot.paper.montecarlo import Collapse, Gap, Point, shortfall
+from springpot.paper.montecarlo import Collapse, Estimate, Gap, Point, collapse, pooled, shortfall
+from springpot.theory import averaging
 
 __all__ = ["errata_page", "fig2_page"]
 
+_FORMS: tuple[Literal["printed"], Literal["corrected"]] = ("printed", "corrected")
+_COLUMNS = (
+    ("alpha", "1", "order of the derivative"),
+    ("q", "m^2 s^-3", "intensity of the noise"),
+    ("mu_printed, mu_corrected", "m^2", "Eq. 20 as printed and corrected (the same at Omega = 1)"),
+    ("mu_mc, mu_mc_se", "m^2", "run from rest: mean over the paths and the second half of the run"),
+    ("mu_end, mu_end_se", "m^2", "the same run: mean over the paths at its end"),
+    ("mu_adapted, mu_adapted_se", "m^2", "adapted run: mean over the paths and the time after the transient"),
+    ("start_residual", "1", "adapted run: distance of x(0) from its mean displacement, over the root mean square of x"),
+)
 
-def fig2_page(rows: Sequence[Point], scaling: Collapse, settings: str, duration: float) -> str:
+
+def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
     """Words for Fig. 2.
 
     Parameters
     ----------
     rows : sequence of Point
-    scaling : Collapse
     settings : str
         How the runs were made, in words.
     duration : float
@@ -25,7 +37,11 @@ def fig2_page(rows: Sequence[Point], scaling: Collapse, settings: str, duration:
     """
     least = min(row.alpha for row in rows)
     short = shortfall(Oscillator(1.0, Springpot(least, 1.0)), duration)
-    worst = max(rows, key=lambda row: abs(row.mu_printed / row.mu_adapted - 1.0))
+    formula = {row.alpha: row.mu_printed / row.q for row in rows}
+    rest, adapted = pooled(rows, "rest"), pooled(rows, "adapted")
+    gaps = {alpha: adapted[alpha].under(formula[alpha]) for alpha in formula}
+    worst = max(gaps, key=lambda alpha: abs(gaps[alpha].value))
+    residual = max(rows, key=lambda row: row.start_residual)
     lines = [
         "# Fig. 2: mean square amplitude against the order of the derivative",
         "",
@@ -35,18 +51,25 @@ def fig2_page(rows: Sequence[Point], scaling: Collapse, settings: str, duration:
         "Error bars are 95 % intervals. At alpha = 0 the springpot is a spring, nothing dissipates, and there is no",
         "stationary state.",
         "",
+        "An adapted start is right when x(0) is the stationary mean of x: the farthest off, at "
+        f"alpha = {residual.alpha:g}, q = {residual.q:g}, is {100.0 * residual.start_residual:.2g} % of the root mean",
+        "square displacement, its sampling error included.",
+        "",
         "## The three curves are one",
         "",
         "The equation of motion is the same for every q once lengths are measured in sqrt(q / Omega^3), so they",
-        "must fall on one when divided by q. The runs of the three q have independent random numbers. They give a",
-        f"chi-square of {scaling.chi_square:.1f} for {scaling.degrees} degrees of freedom (a larger one has chance "
-        f"{scaling.probability:.2f});",
-        f"no point is further than {scaling.largest:.1f} standard errors from the others.",
+        "must fall on one when divided by q. The runs of the three q have independent random numbers.",
+        "",
+        *_table(
+            ("runs", "chi-square", "degrees of freedom", "chance of a larger one", "farthest point, standard errors"),
+            [_collapse_row("from rest", collapse(rows, "rest")), _collapse_row("adapted", collapse(rows, "adapted"))],
+        ),
         "",
         "## Formula and Monte Carlo are not",
         "",
-        f"The largest gap to the adapted runs is at alpha = {worst.alpha:g}, q = {worst.q:g}: the formula is "
-        f"{_percent(worst.mu_printed / worst.mu_adapted)} off. From rest a further gap opens at small alpha, where the",
+        f"The largest gap to the adapted runs is at alpha = {worst:g}: the formula is {_percent(gaps[worst])} off (the",
+        f"largest of {len(gaps)} is by chance a little too large). From rest a further gap opens at small alpha, where "
+        "the",
         f"amplitude has not yet grown to its stationary value: by Eq. 19 {100.0 * short:.1f} % of it are missing at "
         f"alpha = {least:g} in the mean over the run's second half (the dashed line of the figure).",
         "",
@@ -54,30 +77,42 @@ def fig2_page(rows: Sequence[Point], scaling: Collapse, settings: str, duration:
             ("alpha", "formula / q", "Monte Carlo / q", "gap", "adapted start / q", "gap"),
             [
                 (
-                    f"{row.alpha:g}",
-                    f"{row.mu_printed / row.q:.4g}",
-                    f"{row.mu_mc / row.q:.4g} ± {row.mu_mc_se / row.q:.2g}",
-                    _percent(row.mu_printed / row.mu_mc),
-                    f"{row.mu_adapted / row.q:.4g} ± {row.mu_adapted_se / row.q:.2g}",
-                    _percent(row.mu_printed / row.mu_adapted),
+                    f"{alpha:g}",
+                    f"{formula[alpha]:.4g}",
+                    _with_error(rest[alpha]),
+                    _percent(rest[alpha].under(formula[alpha])),
+                    _with_error(adapted[alpha]),
+                    _percent(gaps[alpha]),
                 )
-                for row in rows
-                if row.q == rows[0].q
+                for alpha in sorted(formula)
             ],
         ),
         "",
-        f"(q = {rows[0].q:g}; ± is one standard error.)",
+        "Each is the mean over the three q, weighted by precision; ± is one standard error, and a gap is how far the "
+        "formula is too high.",
+        "",
+        "## The columns of `fig2.csv`",
+        "",
+        *_table(("column", "unit", "meaning"), _COLUMNS),
+        "",
+        "A name that ends in `_se` is the standard error of the one before it.",
         "",
     ]
     return "\n".join(lines)
 
 
-def errata_page(gaps: Sequence[Gap], settings: str) -> str:
+def _collapse_row(start: str, found: Collapse) -> tuple[str, ...]:
+    return start, f"{found.chi_square:.1f}", f"{found.degrees}", f"{found.probability:.2f}", f"{found.largest:.1f}"
+
+
+def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]], settings: str) -> str:
     """Words for the errata: each with its numbers, then the gap between the formula and Monte Carlo.
 
     Parameters
     ----------
     gaps : sequence of Gap
+    trend : sequence of (Oscillator, Estimate)
+        What the picture shows: <A^2> of adapted runs, in the order of Omega.
     settings : str
         One sentence that says how the runs were made.
     """
@@ -91,7 +126,15 @@ def errata_page(gaps: Sequence[Gap], settings: str) -> str:
         *(line for erratum in ERRATA for line in _section(erratum)),
         "![Mean square amplitude against the natural frequency](errata.png)",
         "",
-        "The factor Omega of erratum 4, seen in Monte Carlo: the printed formula has the wrong trend.",
+        "The factor Omega of erratum 4, seen in Monte Carlo: the printed formula has the wrong trend. The runs have an",
+        f"adapted start, {settings}",
+        "",
+        *_table(
+            ("Omega", "c = C Omega^(alpha-2)", "as printed", "corrected", "Monte Carlo", "gap of the corrected"),
+            [_trend_row(asked, found) for asked, found in trend],
+        ),
+        "",
+        *_heavy(*trend[0]),
         "",
         "## How excellent the agreement is",
         "",
@@ -105,10 +148,10 @@ def errata_page(gaps: Sequence[Gap], settings: str) -> str:
                     f"{gap.alpha:g}",
                     f"{gap.coefficient:g}",
                     f"{gap.formula:.4g}",
-                    f"{gap.rest:.4g} ± {gap.rest_se:.2g}",
-                    _percent(gap.formula / gap.rest),
-                    f"{gap.adapted:.4g} ± {gap.adapted_se:.2g}",
-                    _percent(gap.formula / gap.adapted),
+                    _with_error(Estimate(gap.rest, gap.rest_se)),
+                    _percent(Estimate(gap.rest, gap.rest_se).under(gap.formula)),
+                    _with_error(Estimate(gap.adapted, gap.adapted_se)),
+                    _percent(Estimate(gap.adapted, gap.adapted_se).under(gap.formula)),
                     f"{gap.twice_x:.4g}",
                     f"{gap.twice_v:.4g}",
                 )
@@ -116,7 +159,7 @@ def errata_page(gaps: Sequence[Gap], settings: str) -> str:
             ],
         ),
         "",
-        f"± is one standard error. {settings}",
+        f"± is one standard error, and a gap is how far the formula is too high. Both starts: {settings}",
         "The last two columns, of the adapted runs, are other readings of *amplitude squared*: averaging cannot tell",
         "them apart, the simulation can.",
         "",
@@ -135,6 +178,30 @@ def _section(erratum: Erratum) -> list[str]:
         "",
         *_table(("", "computed", "as printed", "corrected"), findings),
         "",
+        *((erratum.remark, "") if erratum.remark else ()),
+    ]
+
+
+def _trend_row(asked: Oscillator, found: Estimate) -> tuple[str, ...]:
+    printed, corrected = (averaging(asked, form=form).amplitude_mean_square for form in _FORMS)
+    return (
+        f"{asked.natural_frequency:.3g}",
+        f"{asked.dimensionless_coefficient:.2g}",
+        f"{printed:.4g}",
+        f"{corrected:.4g}",
+        _with_error(found),
+        _percent(found.under(corrected)),
+    )
+
+
+def _heavy(asked: Oscillator, found: Estimate) -> list[str]:
+    """Why the corrected formula is off at the lowest Omega."""
+    gap = found.under(averaging(asked).amplitude_mean_square)
+    return [
+        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. That is no other slip: "
+        f"there c = {asked.dimensionless_coefficient:.2g}, the springpot is",
+        "no longer light, and averaging itself is too high by as much as at C = Omega = 1 (the row alpha = 0.7, C = 1",
+        "of the table below). Towards larger Omega the springpot becomes light and the gap closes.",
     ]
 
 
@@ -150,5 +217,9 @@ def _number(value: float) -> str:
     return f"{0.0 if abs(value) < 1e-8 else value:.5g}"
 
 
-def _percent(ratio: float) -> str:
-    return f"{100.0 * (ratio - 1.0):+.1f} %"
+def _percent(gap: Estimate) -> str:
+    return f"{100.0 * gap.value:+.1f} ± {100.0 * gap.error:.1f} %"
+
+
+def _with_error(found: Estimate) -> str:
+    return f"{found.value:.4g} ± {found.error:.2g}"
