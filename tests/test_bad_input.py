@@ -77,7 +77,7 @@ RUNS: list[tuple[dict[str, Any], str, str | None]] = [
     ({"step": math.nan}, "step", "--step nan"),
     ({"step": 2.0, "duration": 10.0}, "step", "--step 2 --duration 10"),
     ({"step": 0.3, "duration": 0.2}, "step", "--step 0.3 --duration 0.2"),
-    ({"step": 1e-12, "duration": 100.0}, "step", "--step 1e-12 --duration 100"),
+    ({"step": 1e-12, "duration": 100.0}, "duration", "--step 1e-12 --duration 100"),
     ({"step": [0.01]}, "step", None),
     ({"window": (8.0, 2.0), "duration": 10.0}, "window", "--window 8 2 --duration 10"),
     ({"window": (2.0, 2.0), "duration": 10.0}, "window", "--window 2 2 --duration 10"),
@@ -138,10 +138,18 @@ COMMANDS = [
     ("theory 0.5", "0.5"),
     ("simulate --step 0.5 --natural-frequency 100", "--step"),
     ("simulate --side below --initial-position 0.1", "--initial-position"),
-    ("simulate --start stationary --order 0", "start"),
-    ("simulate --start stationary --coefficient 0", "start"),
+    ("simulate --start stationary --order 0", "--start stationary"),
+    ("simulate --start stationary --coefficient 0", "--start stationary"),
     ("simulate --start stationary --intensity 0", "--intensity"),
-    ("simulate --window 1 2 3 --duration 10", "3"),
+    ("simulate --window 1 2 3 --duration 10", "--window"),
+    ("simulate --paths 5000 --rtol .01", "--paths"),
+    ("simulate --rtol .01 --start rest", "--start"),
+    ("simulate --rtol 2", "--rtol"),
+    ("simulate --rtol .01 --quantity speed", "--quantity"),
+    ("simulate --rtol .01 --quantity springpot_power", "--quantity"),
+    ("simulate --rtol .01 --no-barrier --quantity impact_rate", "--quantity"),
+    ("simulate --quantity x_mean", "--rtol"),
+    ("simulate --record 3", "--record"),
     ("simulate --pahts 10", "--pahts"),
     ("simulate --json=perhaps", "--json"),
     ("reproduce fig3", "fig3"),
@@ -233,10 +241,37 @@ def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.C
 
 
 @pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("theory foo", "'foo' is one word too many: springpot theory --help shows what it takes."),
+        ("simulate --window 10 20 30", "'30' is one word too many: --window takes two times, START and END."),
+        ("simulate --window 50", "--window needs two times, START and END."),
+        ("simulate --window a b", "--window must be two times, START and END, not 'a'."),
+        ("theory --order abc", "--order must be a number, not 'abc'."),
+        ("theory --order", "--order needs a value: springpot theory --help says which."),
+        ("theory --order .5 --order .6", "--order must be given only once."),
+        ("simulate --paths many", "--paths must be a whole number, not 'many'."),
+        ("simulate --scheme euler", "--scheme must be 'default' or 'grunwald', not 'euler'."),
+        ("simulate --json=perhaps", "--json is a switch: it takes no value such as 'perhaps'."),
+        ("simulate --record 3", "there is no flag --record: springpot simulate --help lists all flags."),
+        ("simulate --pahts 3", "there is no flag --pahts; did you mean --paths?"),
+        ("reproduce fig3", "WHAT must be 'fig1', 'fig2', 'errata' or 'all', not 'fig3'."),
+        ("simulat", "there is no command 'simulat'; did you mean simulate?"),
+        ("nonsense", "there is no command 'nonsense': the commands are theory, simulate, doctor and reproduce."),
+    ],
+)
+def test_bad_usage_says_what_would_be_right(
+    words: str, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words.split()) == 2
+    assert capsys.readouterr() == ("", f"springpot: {sentence}\n")
+
+
+@pytest.mark.parametrize(
     "words", ["simulate --paths 0", "simulate --step 2 --duration 10 --json", "simulate --window 8 2 --duration 10"]
 )
 def test_a_real_process_refuses(words: str) -> None:
-    command = [sys.executable, "-c", "import sys; from springpot.cli import main; sys.exit(main())", *words.split()]
+    command = [sys.executable, "-m", "springpot", *words.split()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
     assert done.stdout == ""

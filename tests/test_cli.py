@@ -9,8 +9,10 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +20,12 @@ import pytest
 
 import springpot
 from springpot import cli, doctor, paper, simulation
+from springpot.interrupt import leave_at_once
 from springpot.processors import control_group_quota
-from springpot.simulation import UNITS
 from springpot.simulation.settings import resolve
+from springpot.units import UNITS
 
-COMMAND = [sys.executable, "-c", "import sys; from springpot.cli import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-m", "springpot"]
 
 
 class Answer:
@@ -33,6 +36,9 @@ class Answer:
 
     def to_dict(self) -> dict[str, Any]:
         numbers = dict.fromkeys(UNITS, 1.2345678) | {f"{name}_se": 0.0123 for name in UNITS}
+        if "rtol" in self._settings:
+            parts = {"_step_bias": 0.005, "_memory_bias": 1e-7, "_transient": 0.0, "_error": 0.029}
+            numbers |= {f"x_mean{part}": value for part, value in parts.items()}
         return {
             **numbers,
             "impact_speed_mean": None,
@@ -52,7 +58,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
         note.update(settings, oscillator=oscillator)
-        return Answer({name: settings[name] for name in ("paths", "seed", "scheme")})
+        return Answer(settings)
 
     monkeypatch.setattr(simulation, "run", run)
     return note
@@ -128,25 +134,39 @@ def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) ->
     assert "2.2963 m2" in out
 
 
-def test_simulate_asks_for_the_defaults(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+def test_theory_does_without_a_compiler() -> None:
+    code = "import sys; from springpot.cli import main; main(['theory']); print('numba' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "False", done.stderr
+
+
+def test_theory_says_each_warning_once(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["theory", "--coefficient", "1"]) == 0
+    sentences = [line.split(": ", 3)[3] for line in capsys.readouterr().err.splitlines()]
+    assert len(sentences) == len(set(sentences)) > 0
+
+
+def test_warnings_are_grouped_by_sentence() -> None:
+    answers = {"a": {"warnings": ("One.", "Two.")}, "b": {"warnings": ["Two."]}, "c": {}}
+    assert cli._by_sentence(answers) == {"One.": ["a"], "Two.": ["a", "b"]}
+
+
+def test_simulate_leaves_the_defaults_to_the_library(
+    asked: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert cli.main(["simulate", "--json"]) == 0
     capsys.readouterr()
-    assert asked == {
-        "oscillator": springpot.Oscillator(),
-        "paths": 5000,
-        "duration": None,
-        "step": None,
-        "window": None,
-        "seed": 1,
-        "threads": None,
-        "scheme": "default",
-        "start": "rest",
-        "initial_position": None,
-        "initial_velocity": 0.0,
-        "derivative": "caputo",
-        "memory_tolerance": 1e-6,
-        "contact_tolerance": 1e-5,
-    }
+    assert asked == {"oscillator": springpot.Oscillator()}
+
+
+def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--help"]) == 0
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    for name, parameter in signature(resolve).parameters.items():
+        default = parameter.default
+        if name in signature(cli.simulate).parameters and default is not None:
+            entry = text.partition(f" --{name.replace('_', '-')} ")[2].partition(" --")[0]
+            assert f"{default if isinstance(default, str) else format(default, 'g')} if not given" in entry, name
 
 
 def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -182,6 +202,19 @@ def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.Cap
     assert isinstance(asked["paths"], int)
 
 
+def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    words = "--rtol 0.01 --quantity x_mean --quantity impact_rate --seed 3 --threads 2"
+    assert cli.main(["simulate", *words.split()]) == 0
+    capsys.readouterr()
+    assert asked == {
+        "oscillator": springpot.Oscillator(),
+        "rtol": 0.01,
+        "quantities": ["x_mean", "impact_rate"],
+        "seed": 3,
+        "threads": 2,
+    }
+
+
 def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--no-barrier"]) == 0
     capsys.readouterr()
@@ -205,9 +238,29 @@ def test_the_table_shows_values_with_errors_and_units(
     assert rows.keys() == UNITS.keys()
     assert rows["x_mean_square"] == "1.235 +- 0.012 m2"
     assert rows["energy_residual"] == "1.235 +- 0.012"
-    assert rows["impact_speed_mean"] == "none m s-1"
+    assert rows["impact_speed_mean"] == "none"
     assert "oscillator: springpot order 0.5, barrier none" in out
     assert err == "springpot: warning: The window is short.\n"
+
+
+def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
+    assert cells[0] == ["value +- total error", "standard error", "step", "memory", "transient"]
+    assert cells[1] == ["x_mean", "1.235 +- 0.029 m", "0.012", "0.005", "1e-07", "0"]
+    assert cells[2] == ["value +- standard error"]
+    assert cells[3] == ["x_mean_square", "1.235 +- 0.012 m2"]
+    assert {row[0] for row in cells if len(row) > 1} == {*UNITS, "value +- total error"}
+
+
+def test_a_real_run_to_an_error_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--rtol", "0.05", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    name = "amplitude_mean_square"
+    bounds = answer[f"{name}_step_bias"] + answer[f"{name}_memory_bias"] + answer[f"{name}_transient"]
+    assert answer[f"{name}_error"] == pytest.approx(1.96 * answer[f"{name}_se"] + bounds, rel=1e-3)
+    assert answer[f"{name}_error"] < 0.05 * answer[name]
 
 
 @pytest.mark.parametrize(
@@ -217,13 +270,20 @@ def test_the_table_shows_values_with_errors_and_units(
         (123.456, 12.3, "123 +- 12"),
         (123456.0, 1234.0, "123456 +- 1234"),
         (5.2, 0.1, "5.20 +- 0.10"),
-        (1.5e-9, 1.5e-11, "1.5e-09 +- 1.5e-11"),
+        (5.2, 0.0996, "5.20 +- 0.10"),
+        (0.00002, 0.0003, "0.00002 +- 0.00030"),
+        (-1.23e-4, 1.2e-6, "-0.0001230 +- 0.0000012"),
+        (1.5e-9, 1.5e-11, "(1.500 +- 0.015)e-09"),
+        (2.12e50, 1e48, "(2.120 +- 0.010)e+50"),
+        (-1234567.0, 1200.0, "(-1.2346 +- 0.0012)e+06"),
+        (3.0, 2e7, "(0.0 +- 2.0)e+07"),
+        (1.0, 1e-12, "1 +- 1.0e-12"),
         (0.5, 0.0, "0.5 +- 0"),
         (0.5, None, "0.5 (no error known)"),
         (None, None, "none"),
     ],
 )
-def test_values_have_the_digits_their_errors_allow(value: float | None, error: float | None, text: str) -> None:
+def test_values_have_the_digits_of_their_errors(value: float | None, error: float | None, text: str) -> None:
     assert cli._with_error(value, error) == text
 
 
@@ -254,12 +314,21 @@ def test_failures_say_one_sentence(
     assert err.count("\n") == 1
 
 
-def test_the_default_run_is_the_librarys(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    """The command states numbers that the library could also choose; they must be the same ones."""
-    assert cli.main(["simulate"]) == 0
-    oscillator = asked.pop("oscillator")
-    assert resolve(oscillator, **asked) == resolve(oscillator)
-    capsys.readouterr()
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (IsADirectoryError(21, "Is a directory", "out/fig1.png"), "'out/fig1.png' failed: Is a directory."),
+        (OSError(28, "No space left on device"), "reading or writing failed: No space left on device."),
+        (NotADirectoryError("The folder 'x' is a file."), "The folder 'x' is a file."),
+        (MemoryError("Unable to allocate 417. GiB"), "there is not enough memory for this; fewer --paths need less."),
+    ],
+)
+def test_failures_of_the_system_are_sentences(
+    error: Exception, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(simulation, "run", raising(error))
+    assert cli.main(["simulate"]) == 1
+    assert capsys.readouterr() == ("", f"springpot: {sentence}\n")
 
 
 def test_a_refused_argument_is_named_as_its_flag(
@@ -268,6 +337,23 @@ def test_a_refused_argument_is_named_as_its_flag(
     monkeypatch.setattr(simulation, "run", raising(ValueError("memory_tolerance is 2, but at most 1 is allowed.")))
     assert cli.main(["simulate"]) == 2
     assert capsys.readouterr().err == "springpot: --memory-tolerance is 2, but at most 1 is allowed.\n"
+
+
+@pytest.mark.parametrize(
+    ("library", "command"),
+    [
+        ("start='stationary' needs noise.", "--start stationary needs noise."),
+        ("initial_position is -1 (side='above').", "--initial-position is -1 (--side above)."),
+        (
+            "step cannot be given with rtol; only seed and threads can.",
+            "--step cannot be given with --rtol; only seed and threads can.",
+        ),
+        ("quantities must be among x_mean, not y.", "--quantity must be among x_mean, not y."),
+        ("The paths start at the initial_position.", "The paths start at the --initial-position."),
+    ],
+)
+def test_arguments_become_flags(library: str, command: str) -> None:
+    assert cli._in_flags(library) == command
 
 
 def test_reproduce_prints_what_it_wrote(
@@ -294,25 +380,73 @@ def test_a_folder_that_cannot_be_made_is_a_failure(tmp_path: Path, capsys: pytes
     assert err.count("\n") == 1
 
 
+def wait_for(condition: Callable[[], object]) -> None:
+    for _ in range(500):
+        if condition():
+            return
+        time.sleep(0.01)
+    raise AssertionError("waited for 5 s")
+
+
 def test_the_bar_waits_and_writes_to_stderr_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with cli._Bar("working") as bar:
-        bar(0.1)
+    monkeypatch.setattr(cli, "_QUIET_SECONDS", 0.3)
+    with cli._Bar("working", first="finding its feet") as bar:
         assert capsys.readouterr() == ("", "")
-        monkeypatch.setattr(time, "monotonic", lambda: math.inf)
+        wait_for(lambda: bar._bar)
+        assert bar._bar is not None
+        (task,) = bar._bar.tasks
+        assert (task.description, task.total) == ("finding its feet", None)
+        bar(0.25)
+        assert (task.description, task.total, task.completed) == ("working", 1.0, 0.25)
         bar(0.5, "half done")
+        bar._bar.refresh()
     out, err = capsys.readouterr()
     assert out == ""
     assert "half done" in err
 
 
-def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_short_work_shows_no_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with cli._Bar("working") as bar:
-        monkeypatch.setattr(time, "monotonic", lambda: math.inf)
         bar(0.5)
     assert capsys.readouterr() == ("", "")
+    assert not bar._timer.is_alive() or bar._timer.join(5.0) is None
+
+
+def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(cli, "_QUIET_SECONDS", 0.0)
+    before = threading.active_count()
+    with cli._Bar("working") as bar:
+        bar(0.5)
+        assert threading.active_count() == before
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("words", "first"),
+    [
+        ("", "simulating"),
+        ("--start rest", "simulating"),
+        ("--start stationary", "finding the stationary start"),
+        ("--rtol 0.01", "finding the stationary start"),
+    ],
+)
+def test_what_the_bar_says_first(
+    words: str,
+    first: str,
+    asked: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    said: list[str] = []
+    bar = cli._Bar
+    monkeypatch.setattr(cli, "_Bar", lambda text, first: said.append(first) or bar(text, first))
+    assert cli.main(["simulate", *words.split()]) == 0
+    assert said == [first]
+    capsys.readouterr()
 
 
 @pytest.mark.parametrize("passed", [True, False])
@@ -361,14 +495,53 @@ def test_exit_codes_of_a_real_process(words: list[str], code: int) -> None:
         assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_reader_that_goes_away_leaves_no_traceback() -> None:
+def test_a_reader_that_goes_away_is_no_news() -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    done = subprocess.run([*COMMAND, "theory"], stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
+    words = ["theory", "--order", "1", "--coefficient", "0.01"]
+    done = subprocess.run([*COMMAND, *words], stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
     os.close(writing)
     assert done.returncode == 1
-    assert "Traceback" not in done.stderr
-    assert "Exception ignored" not in done.stderr
+    assert done.stderr == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_one_sentence() -> None:
+    words = ["theory", "--order", "1", "--coefficient", "0.01", "--json"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr == "springpot: reading or writing failed: No space left on device.\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize("module", ["springpot.cli", "cyclopts", "springpot.theory", "scipy"])
+def test_an_interrupt_while_modules_load_ends_with_130(module: str) -> None:
+    """The signal arrives just as a module begins to load."""
+    code = f"""
+import os, runpy, signal, sys
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+sys.argv = ["springpot", "theory"]
+runpy.run_module("springpot", run_name="__main__", alter_sys=True)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130, done.stderr
+    assert (done.stdout, done.stderr) == ("", "springpot: interrupted.\n")
+
+
+def test_the_callers_own_handling_of_signals_stays() -> None:
+    for handler in (signal.SIG_IGN, signal.default_int_handler):
+        before = signal.signal(signal.SIGINT, handler)
+        try:
+            with leave_at_once():
+                assert (signal.getsignal(signal.SIGINT) is handler) == (handler is signal.SIG_IGN)
+            assert signal.getsignal(signal.SIGINT) is handler
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")

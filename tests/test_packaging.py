@@ -52,7 +52,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
 def test_the_wheel_announces_the_command(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         (entry,) = [name for name in archive.namelist() if name.endswith("entry_points.txt")]
-        assert "springpot = springpot.cli:main" in archive.read(entry).decode()
+        assert "springpot = springpot.__main__:main" in archive.read(entry).decode()
 
 
 def test_the_lock_names_the_public_index_only() -> None:

@@ -4,25 +4,43 @@ Everything heavy (Numba, SciPy, xarray, matplotlib) is imported inside the comma
 quick.
 
 Exit codes: 0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted; other than 0, one sentence on
-stderr says why and stdout stays empty.
+stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails.
 """
 
 from __future__ import annotations
 
+import contextlib
+import difflib
 import json
 import math
 import os
+import re
 import sys
-import time
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
+from decimal import Decimal
 from inspect import signature
+from itertools import zip_longest
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from cyclopts import App, CycloptsError, Group, Parameter, Token
+from cyclopts import (
+    App,
+    CoercionError,
+    CycloptsError,
+    Group,
+    MissingArgumentError,
+    Parameter,
+    RepeatArgumentError,
+    Token,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
+from springpot.interrupt import leave_at_once
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 
 if TYPE_CHECKING:
@@ -31,6 +49,7 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 _QUIET_SECONDS = 2.0
+_TIMES = "two times, START and END"
 _DEFAULT = Oscillator()
 _WALL = Barrier()
 _OSCILLATOR = Group("Oscillator", sort_key=0)
@@ -57,7 +76,7 @@ def _whole(type_: object, tokens: Sequence[Token]) -> int:
     try:
         return int(tokens[0].value)
     except ValueError:
-        raise ValueError(f"it must be a whole number, not {tokens[0].value!r}.") from None
+        raise CoercionError(token=tokens[0], target_type=int) from None
 
 
 _Whole = Annotated[int, Parameter(converter=_whole)]
@@ -106,20 +125,21 @@ _Threads = Annotated[_Whole | None, Parameter(help="Threads; all that this proce
 def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
     """Closed-form answers: stochastic averaging, as the paper prints it and as corrected."""
     oscillator = flags.oscillator()
-    from springpot.simulation import UNITS
-    from springpot.theory import all_methods
+    with leave_at_once():
+        from springpot.theory import all_methods
+        from springpot.units import UNITS
 
     answers = all_methods(oscillator)
     if json_:
         _print_json({"oscillator": asdict(oscillator), **answers})
         return 0
     units = {**UNITS, "decay_rate": "s-1"}
+    for sentence, methods in _by_sentence(answers).items():
+        _say(f"warning: {' and '.join(methods)}: {sentence}")
     for method, answer in answers.items():
-        for warning in _sentences(answer, "warnings"):
-            _say(f"warning: {method}: {warning}")
         print(f"{method}: {answer.get('statement') or 'stationary state'}")
         known = {name: unit for name, unit in units.items() if _is_number(answer.get(name))}
-        _print_rows([(name, f"{answer[name]:.5g}", unit) for name, unit in known.items()])
+        _print_table([[name, f"{answer[name]:.5g} {unit}"] for name, unit in known.items()])
     return 0
 
 
@@ -127,7 +147,26 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
 def simulate(
     *,
     flags: _Flags = _OscillatorFlags(),
-    paths: Annotated[_Whole, Parameter(group=_MONTE_CARLO, help="Number of independent paths.")] = 5000,
+    rtol: Annotated[
+        float | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Total relative error wanted.  It decides on all of the below; only seed and threads can be given "
+            "with it.",
+        ),
+    ] = None,
+    quantity: Annotated[
+        list[str] | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            negative="",
+            metavar="NAME",
+            help="With --rtol: what must be known so well, amplitude_mean_square if not given; can be repeated.",
+        ),
+    ] = None,
+    paths: Annotated[
+        _Whole | None, Parameter(group=_MONTE_CARLO, help="Number of independent paths; 5000 if not given.")
+    ] = None,
     duration: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="End of the run, in s.")] = None,
     step: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="Time step, in s.")] = None,
     window: Annotated[
@@ -136,50 +175,68 @@ def simulate(
             group=_MONTE_CARLO, negative="", metavar="START END", help="Times between which averages are taken, in s."
         ),
     ] = None,
-    seed: Annotated[_Whole, Parameter(group=_MONTE_CARLO, help="Seed: the same seed gives the same paths.")] = 1,
+    seed: Annotated[
+        _Whole | None,
+        Parameter(group=_MONTE_CARLO, help="Seed: the same seed gives the same paths; 1 if not given."),
+    ] = None,
     threads: Annotated[_Threads, Parameter(group=_MONTE_CARLO)] = None,
     scheme: Annotated[
-        Literal["default", "grunwald"], Parameter(group=_MONTE_CARLO, help="Our scheme, or the paper's.")
-    ] = "default",
+        Literal["default", "grunwald"] | None,
+        Parameter(group=_MONTE_CARLO, help="Our scheme, or the paper's; default if not given."),
+    ] = None,
     start: Annotated[
-        Literal["rest", "stationary"],
-        Parameter(group=_MONTE_CARLO, help="From rest, or adapted: from the stationary mean of x."),
-    ] = "rest",
+        Literal["rest", "stationary"] | None,
+        Parameter(group=_MONTE_CARLO, help="From rest, or adapted: from the stationary mean of x; rest if not given."),
+    ] = None,
     initial_position: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="x(0), in m.")] = None,
-    initial_velocity: Annotated[float, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s.")] = 0.0,
+    initial_velocity: Annotated[
+        float | None, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s; 0 if not given.")
+    ] = None,
     derivative: Annotated[
-        Literal["caputo", "riemann-liouville"], Parameter(group=_MONTE_CARLO, help="They differ when x(0) is not 0.")
-    ] = "caputo",
+        Literal["caputo", "riemann-liouville"] | None,
+        Parameter(group=_MONTE_CARLO, help="They differ when x(0) is not 0; caputo if not given."),
+    ] = None,
     memory_tolerance: Annotated[
-        float, Parameter(group=_MONTE_CARLO, help="Relative error allowed to the memory kernel.")
-    ] = 1e-6,
+        float | None,
+        Parameter(group=_MONTE_CARLO, help="Relative error allowed to the memory kernel; 1e-06 if not given."),
+    ] = None,
     contact_tolerance: Annotated[
-        float, Parameter(group=_MONTE_CARLO, help="Distance at which the paper's scheme sees an impact, in m.")
-    ] = 1e-5,
+        float | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Distance at which the paper's scheme sees an impact, in m; 1e-05 if not given.",
+        ),
+    ] = None,
     json_: _Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
     oscillator = flags.oscillator()
-    from springpot.simulation import UNITS, run
+    if quantity is not None and rtol is None:
+        raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
+    settings: dict[str, Any] = {
+        "rtol": rtol,
+        "quantities": quantity,
+        "paths": paths,
+        "duration": duration,
+        "step": step,
+        "window": window,
+        "seed": seed,
+        "threads": threads,
+        "scheme": scheme,
+        "start": start,
+        "initial_position": initial_position,
+        "initial_velocity": initial_velocity,
+        "derivative": derivative,
+        "memory_tolerance": memory_tolerance,
+        "contact_tolerance": contact_tolerance,
+    }
+    given = {name: value for name, value in settings.items() if value is not None}
+    with leave_at_once():
+        from springpot.simulation import run
 
-    with _Bar("simulating") as bar:
-        answer = run(
-            oscillator,
-            paths=paths,
-            duration=duration,
-            step=step,
-            window=window,
-            seed=seed,
-            threads=threads,
-            scheme=scheme,
-            start=start,
-            initial_position=initial_position,
-            initial_velocity=initial_velocity,
-            derivative=derivative,
-            memory_tolerance=memory_tolerance,
-            contact_tolerance=contact_tolerance,
-            progress=bar,
-        ).to_dict()
+    adapted = start == "stationary" or rtol is not None
+    with _Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
+        answer = run(oscillator, **given, progress=bar).to_dict()
     for warning in _sentences(answer, "warnings"):
         _say(f"warning: {warning}")
     if json_:
@@ -187,20 +244,22 @@ def simulate(
         return 0
     print(f"oscillator: {_plain(answer['oscillator'])}")
     print(f"settings: {_plain(answer['settings'])}")
-    _print_rows([(name, _with_error(answer[name], answer[f"{name}_se"]), unit) for name, unit in UNITS.items()])
+    _print_estimates(answer)
     return 0
 
 
 @app.command
 def doctor(*, json_: _Json = False) -> int:
     """What this machine gives: versions, processor, threads, cache, and a check of about a second."""
-    from springpot.doctor import diagnose
+    with leave_at_once():
+        from springpot import simulation  # noqa: F401  (what takes long to load)
+        from springpot.doctor import diagnose
 
     findings = diagnose()
     if json_:
         _print_json(findings)
     else:
-        _print_rows([(name, _plain(value), "") for name, value in findings.items() if name != "self_check"])
+        _print_table([[name, _plain(value)] for name, value in findings.items() if name != "self_check"])
         print(findings["self_check"]["statement"])
     if findings["self_check"]["passed"]:
         return 0
@@ -216,7 +275,9 @@ def reproduce(
     threads: _Threads = None,
 ) -> int:
     """The paper's figures, their numbers, and the list of its errata."""
-    from springpot.paper import reproduce as make
+    with leave_at_once():
+        from springpot import simulation  # noqa: F401  (what takes long to load)
+        from springpot.paper import reproduce as make
 
     with _Bar(f"reproducing {what}") as bar:
         written = make(what, out, progress=bar, threads=threads)
@@ -226,34 +287,59 @@ def reproduce(
 
 
 class _Bar:
-    """A progress bar on stderr, only on a terminal and only once the work has lasted a while."""
+    """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
 
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._wanted = sys.stderr.isatty()
-        self._from = time.monotonic() + _QUIET_SECONDS
+    It pulses, and says ``first``, until the work tells for the first time how far it is.
+    """
+
+    def __init__(self, text: str, first: str = "") -> None:
+        self._text, self._said = text, first or text
+        self._done: float | None = None
         self._bar: Progress | None = None
+        self._lock = threading.Lock()
+        self._timer = threading.Timer(_QUIET_SECONDS, self._show)
+        self._timer.daemon = True
 
     def __enter__(self) -> _Bar:
+        if sys.stderr is not None and sys.stderr.isatty():
+            self._timer.start()
         return self
 
     def __call__(self, fraction: float, text: str = "") -> None:
-        if not self._wanted or time.monotonic() < self._from:
-            return
-        if self._bar is None:
-            from rich.console import Console
-            from rich.progress import Progress
+        with self._lock:
+            self._done, self._said = fraction, text or self._text
+            if self._bar is not None:
+                self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
 
-            self._bar = Progress(console=Console(stderr=True), transient=True)
-            self._bar.add_task(self._text, total=1.0)
-            self._bar.start()
-        self._bar.update(self._bar.task_ids[0], completed=fraction, description=text or self._text)
+    def _show(self) -> None:
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with self._lock:
+            if self._timer.finished.is_set():  # the work ended while the lines above were loading
+                return
+            bar = Progress(console=Console(stderr=True), transient=True)
+            task = bar.add_task(self._said, total=None if self._done is None else 1.0)
+            bar.update(task, completed=self._done)
+            bar.start()
+            self._bar = bar
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        self._timer.cancel()
+        with self._lock:
+            if self._bar is not None:
+                self._bar.stop()
+
+
+def _by_sentence(answers: Mapping[str, Mapping[str, object]]) -> dict[str, list[str]]:
+    """The methods that give each warning."""
+    methods: dict[str, list[str]] = {}
+    for method, answer in answers.items():
+        for sentence in _sentences(answer, "warnings"):
+            methods.setdefault(sentence, []).append(method)
+    return methods
 
 
 def _sentences(answer: Mapping[str, object], name: str) -> list[str]:
@@ -265,14 +351,27 @@ def _is_number(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _with_error(value: float | None, error: float | None) -> str:
-    """The error to two digits, the value to as many decimals."""
-    if value is None or error is None:
-        return "none" if value is None else f"{value:.5g} (no error known)"
+def _with_error(value: float | None, error: float | None, unit: str = "1") -> str:
+    """The error to two digits, the value to as many decimals, both with one power of ten where that is shorter."""
+    unit = "" if unit == "1" else f" {unit}"
+    if value is None:
+        return "none"
+    if error is None:
+        return f"{value:.5g}{unit} (no error known)"
     if error == 0.0:
-        return f"{value:.5g} +- 0"
-    decimals = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:.{decimals}f} +- {error:.{decimals}f}" if decimals < 8 else f"{value:.7g} +- {error:.2g}"
+        return f"{value:.5g} +- 0{unit}"
+    scale = max(abs(value), error)
+    power = 0 if 1e-4 <= scale < 1e6 else _power(scale)
+    decimals = max(0, power - _power(error) + 1)
+    if decimals > 8:
+        return f"{value:.7g} +- {error:.1e}{unit}"
+    digits = f"{Decimal(value).scaleb(-power):.{decimals}f} +- {Decimal(error).scaleb(-power):.{decimals}f}"
+    return f"({digits})e{power:+03d}{unit}" if power else f"{digits}{unit}"
+
+
+def _power(number: float) -> int:
+    """The power of ten of a number written with two digits."""
+    return int(f"{number:.1e}".partition("e")[2])
 
 
 def _plain(value: object) -> str:
@@ -285,10 +384,32 @@ def _plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _print_rows(rows: Sequence[tuple[str, str, str]]) -> None:
-    width = max((len(name) for name, _, _ in rows), default=0)
-    for name, value, unit in rows:
-        print(f"  {name:<{width}}  {value} {'' if unit == '1' else unit}".rstrip())
+def _print_estimates(answer: Mapping[str, Any]) -> None:
+    """Estimates with a budget first, its parts in columns; then those with a standard error only."""
+    from springpot.units import UNITS
+
+    controlled = [name for name in UNITS if f"{name}_error" in answer]
+    rest = [name for name in UNITS if name not in controlled]
+    if controlled:
+        columns = ("se", "step_bias", "memory_bias", "transient")
+        rows = [
+            [name, _with_error(answer[name], answer[f"{name}_error"], UNITS[name])]
+            + [_plain_short(answer[f"{name}_{column}"]) for column in columns]
+            for name in controlled
+        ]
+        _print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
+    rows = [[name, _with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
+    _print_table([["", "value +- standard error"], *rows] if controlled else rows)
+
+
+def _plain_short(value: float | None) -> str:
+    return "none" if value is None else f"{value:.2g}"
+
+
+def _print_table(rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
+    for row in rows:
+        print("".join(f"  {cell:<{width}}" for cell, width in zip(row, widths, strict=False)).rstrip())
 
 
 def _without_nan(value: Any) -> Any:
@@ -305,18 +426,104 @@ def _print_json(answer: Mapping[str, Any]) -> None:
 
 
 def _say(sentence: str) -> None:
-    print(f"springpot: {sentence}", file=sys.stderr)
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError):
+            print(f"springpot: {sentence}", file=sys.stderr)
 
 
 def _one_sentence(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def _as_flag(sentence: str) -> str:
-    """The library's sentences begin with an argument's name; whoever typed a command knows it as a flag."""
-    name, _, rest = sentence.partition(" ")
-    flags = {field.name for field in fields(_OscillatorFlags)} | set(signature(simulate).parameters)
-    return f"--{name.replace('_', '-')} {rest}" if name in flags else sentence
+def _usage(error: CycloptsError) -> str:
+    """What is wrong with the words of a command, and what would be right."""
+    command = " ".join(["springpot", *(error.command_chain or ())])
+    match error:
+        case UnknownCommandError(unused_tokens=[word, *_]):
+            names = [name for name in app if not name.startswith("-")]
+            return f"there is no command {word!r}{_meant(word, names) or f': the commands are {_listed(names)}.'}"
+        case UnknownOptionError(token=token):
+            word = token.keyword or token.value
+            names = [name for argument in error.argument_collection for name in argument.names]
+            return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
+        case UnusedCliTokensError(unused_tokens=[word, *_]):
+            flag = _flag_before(word, error.root_input_tokens or [])
+            right = f"--window takes {_TIMES}" if flag == "--window" else f"{command} --help shows what it takes"
+            return f"{word!r} is one word too many: {right}."
+        case MissingArgumentError(argument=argument) if argument is not None:
+            wanted = _TIMES if argument.token_count()[0] == 2 else f"a value: {command} --help says which"
+            return f"{error.keyword or argument.name} needs {wanted}."
+        case RepeatArgumentError(token=token):
+            return f"{token.keyword} must be given only once."
+        case CoercionError(token=Token() as token):
+            return _unfit(error, token)
+    error.verbose = False
+    return _one_sentence(error)
+
+
+def _unfit(error: CoercionError, token: Token) -> str:
+    """A word that is not of the kind its flag asks for."""
+    name = token.keyword or (error.argument.name.lstrip("-").upper() if error.argument else "the word")
+    if error.target_type is bool:
+        return f"{name} is a switch: it takes no value such as {token.value!r}."
+    chosen = [repr(word) for word in get_args(error.target_type) if isinstance(word, str)]
+    if chosen:
+        wanted = _listed(chosen, "or")
+    elif error.argument and error.argument.token_count()[0] == 2:
+        wanted = _TIMES
+    else:
+        wanted = "a whole number" if error.target_type is int else "a number"
+    return f"{name} must be {wanted}, not {token.value!r}."
+
+
+def _listed(words: Sequence[str], last: str = "and") -> str:
+    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+
+
+def _meant(word: str, names: Sequence[str]) -> str:
+    """A question, if one of the names is close; without their hyphens, or all flags would look alike."""
+    plain = {name.lstrip("-"): name for name in names}
+    close = difflib.get_close_matches(word.lstrip("-"), plain, n=1, cutoff=0.7)
+    return f"; did you mean {plain[close[0]]}?" if close else ""
+
+
+def _flag_before(word: str, words: Sequence[str]) -> str:
+    before = words[: words.index(word)] if word in words else []
+    return next((flag for flag in reversed(before) if flag.startswith("--")), "")
+
+
+def _in_flags(sentence: str) -> str:
+    """The library's sentences speak of arguments; whoever typed a command knows them as flags."""
+    names = {field.name for field in fields(_OscillatorFlags)} | set(signature(simulate).parameters)
+    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {"quantities": "--quantity", "out": "--out"}
+    any_flag = "|".join(flags)
+    sentence = re.sub(rf"\b({any_flag})='([\w-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
+    # in the middle of a sentence, only those names that are no English words
+    alone = "|".join(name for name in flags if "_" in name or name == "rtol")
+    sentence = re.sub(rf"(?<![\w-])({alone})\b", lambda found: flags[found[1]], sentence)
+    first, space, rest = sentence.partition(" ")
+    return flags.get(first, first) + space + rest
+
+
+def _of_the_system(error: OSError) -> str:
+    """A failure of the operating system without its number; those of the library are sentences already."""
+    if error.strerror is None:
+        return _one_sentence(error)
+    place = "reading or writing" if error.filename is None else repr(os.fspath(error.filename))
+    return f"{place} failed: {error.strerror}."
+
+
+def _flush() -> None:
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _drop_output() -> None:
+    """What can no longer be written must not be tried once more when the process ends."""
+    try:
+        _flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -345,22 +552,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print_error=False,
             result_action="return_value",
         )
-        sys.stdout.flush()
+        _flush()
     except CycloptsError as error:
-        error.verbose = False
-        _say(_one_sentence(error))
+        _say(_usage(error))
         return 2
     except (TypeError, ValueError) as error:
-        _say(_as_flag(_one_sentence(error)))
+        _say(_in_flags(_one_sentence(error)))
         return 2
     except KeyboardInterrupt:
         _say("interrupted.")
         return 130
     except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 1
     except OSError as error:
-        _say(_one_sentence(error))
+        _drop_output()
+        _say(_of_the_system(error))
+        return 1
+    except MemoryError:
+        _say("there is not enough memory for this; fewer --paths need less.")
         return 1
     except Exception as error:
         _say(f"{type(error).__name__}: {_one_sentence(error)}")
