@@ -66,7 +66,7 @@ def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: flo
         values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
         assert max(errors) < (0.0032 if name == "amplitude_mean_square" else 0.005) * values[0], name
         assert abs(values[0] - values[1]) < 3 * math.hypot(*errors), name
-    # a lossy wall makes many slow impacts, of which the paper's scheme sees more (it is 1 % off in rate and in mean speed
+    # a lossy wall makes many slow impacts, of which the paper's scheme sees more (1 % off in rate and mean speed
     # at this step); momentum and energy exchanged with the wall per second are hardly theirs
     for power in ("impact_speed_mean", "impact_speed_mean_square"):
         exchanged = [r.values["impact_rate"] * r.values[power] for r in runs]

@@ -41,6 +41,8 @@ class Adapted:
         NaN if pilots long enough to tell would take too long; x(0) is then that of averaging.
     residual_se : float
         Its standard error.
+    error : float
+        Standard error of x(0) itself, over the root mean square displacement.
     pilots : int
         How many pilot runs were made.
     """
@@ -48,6 +50,7 @@ class Adapted:
     position: float
     residual: float
     residual_se: float
+    error: float
     pilots: int
 
 
@@ -68,14 +71,14 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = Non
         Without a wall x(0) = 0 by symmetry, and no pilot is run.
     """
     if oscillator.barrier is None:
-        return Adapted(0.0, 0.0, 0.0, 0)
+        return Adapted(0.0, 0.0, 0.0, 0.0, 0)
     most = min(max(settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
     pilot = _pilot_settings(oscillator, settings, most)
     sign = mirror(oscillator)
     wall = sign * oscillator.barrier.position
     now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
     if pilot.window[0] < SETTLED * energy_time(oscillator):
-        return Adapted(sign * now, math.nan, math.nan, 0)
+        return Adapted(sign * now, math.nan, math.nan, math.nan, 0)
 
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
@@ -92,10 +95,16 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = Non
         if abs(reached - now) <= max(WANTED * spread, error) or len(tried) == MOST_PILOTS:
             break
         now = max(wall, now + (reached - now) / (1.0 - _slope(tried)))
-    check, error, spread = mean(now, 2)
+    check, its_error, spread = mean(now, 2)
     # both last pilots, on independent normals, say where the fixed point is
     settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
-    return Adapted(sign * max(wall, settled), abs(check - now) / spread, error / spread, len(tried) + 1)
+    return Adapted(
+        position=sign * max(wall, settled),
+        residual=abs(check - now) / spread,
+        residual_se=its_error / spread,
+        error=0.5 * math.hypot(error, its_error) / (1.0 - _slope(tried)) / spread,
+        pilots=len(tried) + 1,
+    )
 
 
 def _slope(tried: list[tuple[float, float]]) -> float:

@@ -1,0 +1,105 @@
+"""The error budget: what was asked for is reached, the parts are there, and the truth lies inside."""
+
+import math
+
+import pytest
+
+import springpot as sp
+from springpot.simulation import CONTROLLED, run
+from springpot.simulation.accuracy import reach, slow_impact_order
+
+from .problems import oscillator, truncated_gaussian
+
+
+@pytest.mark.parametrize("position", [-0.5, 0.0, 0.7])
+def test_every_quantity_of_an_exact_problem_lies_inside_its_total_interval(position: float) -> None:
+    found = run(oscillator(1.0, 0.8, 1.3, 2.0, position), rtol=0.01, quantities=CONTROLLED)
+    exact = truncated_gaussian(position, 0.8, 1.3, 2.0)
+    assert not found.warnings
+    for name in CONTROLLED:
+        budget = found.budgets[name]
+        assert budget.total <= 0.01 * found.values[name]
+        assert abs(found.values[name] - exact[name]) < budget.total, name
+        assert budget.standard_error == found.errors[name] > 0.0
+        parts = budget.step_bias, budget.memory_bias, budget.transient
+        assert min(parts) >= 0.0
+        assert budget.total == pytest.approx(1.959964 * budget.standard_error + sum(parts))
+
+
+def test_with_memory_it_reaches_what_long_runs_at_a_fine_step_found() -> None:
+    found = run(oscillator(), rtol=0.01)
+    assert not found.warnings
+    assert found.settings.start == "stationary"
+    assert abs(found.values["amplitude_mean_square"] - 2.128) < 0.0085 + found.budgets["amplitude_mean_square"].total
+    assert found.budgets["amplitude_mean_square"].total <= 0.01 * found.values["amplitude_mean_square"]
+    numbers = found.to_dict()
+    for part in ("se", "step_bias", "memory_bias", "transient", "error"):
+        assert numbers[f"amplitude_mean_square_{part}"] > 0.0
+
+
+def test_intervals_cover_over_seeds() -> None:
+    """Standard errors alone hold the truth at their level; 40 seeds, so at least 32 of 95 % (four standard errors)."""
+    held = held_in_total = 0
+    for seed in range(40):
+        found = run(oscillator(1.0), rtol=0.05, seed=seed)
+        gap = abs(found.values["amplitude_mean_square"] - 1.0)
+        held += gap < 1.96 * found.errors["amplitude_mean_square"]
+        held_in_total += gap < found.budgets["amplitude_mean_square"].total
+    assert held >= 32
+    assert held_in_total >= 36
+
+
+def test_the_same_seed_gives_the_same_numbers_for_any_number_of_threads() -> None:
+    one, two = (run(oscillator(0.6), rtol=0.05, threads=n, seed=5) for n in (1, 2))
+    assert one.values == two.values
+    assert one.budgets == two.budgets
+
+
+def test_what_cannot_be_reached_is_said() -> None:
+    found = reach(oscillator(), 0.001, most_path_steps=1e7)
+    assert found.shortfall.startswith("amplitude_mean_square is known to ")
+    assert "not to the 0.1 % asked for" in found.shortfall
+    assert found.budgets["amplitude_mean_square"].total > 0.001 * found.values["amplitude_mean_square"]
+
+
+def test_without_a_wall_only_what_exists_can_be_asked_for() -> None:
+    free = oscillator(position=None)
+    found = run(free, rtol=0.03, quantities=("x_mean_square", "v_mean_square"))
+    assert found.values["x_mean_square"] == pytest.approx(0.5318, rel=0.03)
+    with pytest.raises(ValueError, match="quantities must be among"):
+        run(free, rtol=0.03, quantities=("impact_rate",))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"rtol": 0.0}, "rtol must be in"),
+        ({"rtol": math.nan}, "rtol must be in"),
+        ({"rtol": 0.01, "paths": 100}, "paths cannot be given with rtol"),
+        ({"rtol": 0.01, "start": "rest"}, "start cannot be given with rtol"),
+        ({"rtol": 0.01, "quantities": ()}, "quantities must be among"),
+        ({"rtol": 0.01, "quantities": ("energy",)}, "quantities must be among"),
+        ({"rtol": 0.01, "seed": -1}, "seed must be in"),
+    ],
+)
+def test_bad_requests(given: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        run(oscillator(), **given)
+
+
+def test_no_stationary_state_no_budget() -> None:
+    with pytest.raises(ValueError, match="stationary state"):
+        run(oscillator(0.0), rtol=0.1)
+
+
+def test_dataset_holds_the_budget() -> None:
+    data = sp.simulate(oscillator(1.0), rtol=0.1, quantities=("x_mean",))
+    assert float(data["x_mean_error"]) <= 0.1 * float(data["x_mean"])
+    assert data["x_mean_step_bias"].attrs["units"] == "m"
+
+
+def test_order_of_slow_impacts() -> None:
+    for restitution in (0.2, 0.4, 0.9):
+        s = -2.0 * slow_impact_order(restitution)
+        assert restitution**s == pytest.approx(2.0 * math.cos(math.pi * (1.0 + s) / 3.0), abs=1e-9)
+    assert slow_impact_order(0.163) == 0.0
