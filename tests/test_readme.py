@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from springpot import cli
+from springpot.units import UNITS
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -19,8 +20,8 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
 
 
-def test_the_example_prints_what_it_says() -> None:
-    (example,), (output,) = blocks("python"), blocks("text")
+@pytest.mark.parametrize(("example", "output"), list(zip(blocks("python"), blocks("text"), strict=True)))
+def test_the_examples_print_what_they_say(example: str, output: str) -> None:
     assert len([line for line in example.splitlines() if line]) <= 10
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
@@ -33,6 +34,12 @@ def test_the_commands_exist(line: str) -> None:
     program, *words = line.split()
     assert program == "springpot"
     cli.app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+def test_every_number_has_its_line() -> None:
+    table = re.findall(r"^\| (`.*?) \|", TEXT, flags=re.MULTILINE)
+    named = {name for cell in table for name in re.findall(r"`(\w+)`", cell)}
+    assert {*UNITS, "decay_rate", "_se", "_step_bias", "_memory_bias", "_transient", "_error"} <= named
 
 
 @pytest.mark.parametrize("target", re.findall(r"\]\((?!https?:)([^)#]+)\)", TEXT))
