@@ -6,7 +6,6 @@ The names below are loaded when they are first used, so that ``import springpot`
 from __future__ import annotations
 
 import importlib
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
@@ -15,13 +14,17 @@ if TYPE_CHECKING:
     from springpot import theory
     from springpot.simulation import run, simulate
 
-__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "run", "simulate", "theory"]
-__version__ = version("springpot")
+    __version__: str
 
+__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "run", "simulate", "theory"]
 _LATER = {"run": "springpot.simulation", "simulate": "springpot.simulation", "theory": "springpot.theory"}
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("springpot")
     if name not in _LATER:
         raise AttributeError(f"module 'springpot' has no attribute {name!r}")
     module = importlib.import_module(_LATER[name])
