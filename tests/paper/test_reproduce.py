@@ -63,7 +63,9 @@ def test_fig2_text(small_fig2):
     assert re.search(r"\| adapted \| \d+\.\d \| 2 \|", text)
     assert re.search(r"the formula is [+-]\d+\.\d ± \d+\.\d % off", text)
     worst = max(row.start_residual for row in small_fig2[2])
-    assert f"is {100 * worst:.2g} % of the root mean" in text
+    assert f"by at most {100 * worst:.2g} % of the r.m.s. of x" in text
+    unknown = [replace(row, start_residual=math.nan) for row in small_fig2[2]]
+    assert "no pilot run could tell" in pages.fig2_page(unknown, "Settings.", 40.0)
     for name in small_fig2[1]:
         assert re.search(rf"^\| (\w+, )?{name}[ ,]", text, flags=re.MULTILINE), name
     assert "x^2 + v^2 / Omega^2" in text

@@ -166,7 +166,8 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
                 transform=curves.get_xaxis_transform())  # fmt: skip
     for ratios, start in ((from_rest, "from rest"), (from_adapted, "adapted start")):
         ratios.axhline(1.0, color=COLOURS["black"], linewidth=1.2)
-        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}, bars: 95 %  [–]")
+        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}  [–]")
+        ratios.text(0.5, 0.06, "bars: 95 %", ha="center", size="small", transform=ratios.transAxes)
     reached = [1.0 - montecarlo.shortfall(Oscillator(1.0, Springpot(float(alpha), 1.0)), duration) for alpha in fine]
     from_rest.plot(fine, reached, color="0.45", linewidth=1.2, linestyle="--", label="Eq. 19, not yet stationary")
     from_rest.legend(loc="lower right", frameon=False, fontsize="small")

@@ -59,7 +59,8 @@ class Point:
     mu_adapted, mu_adapted_se : float
         Mean over paths and time in a run that starts from the stationary mean, with no memory of a start.
     start_residual : float
-        How far x(0) of that run was from its mean displacement, over the root mean square displacement.
+        How far the last pilot run's mean displacement was from its x(0), over the root mean square displacement; x(0)
+        was then corrected by it.  NaN where no pilot run could tell.
     """
 
     alpha: float

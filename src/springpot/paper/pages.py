@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -20,7 +21,7 @@ _COLUMNS = (
     ("mu_mc, mu_mc_se", "m^2", "run from rest: mean over the paths and the second half of the run"),
     ("mu_end, mu_end_se", "m^2", "the same run: mean over the paths at its end"),
     ("mu_adapted, mu_adapted_se", "m^2", "adapted run: mean over the paths and the time after the transient"),
-    ("start_residual", "1", "adapted run: distance of x(0) from its mean displacement, over the root mean square of x"),
+    ("start_residual", "1", "adapted run: how far the last pilot run's mean of x was from its x(0), over its r.m.s."),
 )
 
 
@@ -41,7 +42,6 @@ def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
     rest, adapted = pooled(rows, "rest"), pooled(rows, "adapted")
     gaps = {alpha: adapted[alpha].under(formula[alpha]) for alpha in formula}
     worst = max(gaps, key=lambda alpha: abs(gaps[alpha].value))
-    residual = max(rows, key=lambda row: row.start_residual)
     lines = [
         "# Fig. 2: mean square amplitude against the order of the derivative",
         "",
@@ -51,9 +51,7 @@ def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
         "Error bars are 95 % intervals. At alpha = 0 the springpot is a spring, nothing dissipates, and there is no",
         "stationary state.",
         "",
-        "An adapted start is right when x(0) is the stationary mean of x: the farthest off, at "
-        f"alpha = {residual.alpha:g}, q = {residual.q:g}, is {100.0 * residual.start_residual:.2g} % of the root mean",
-        "square displacement, its sampling error included.",
+        *_start(rows),
         "",
         "## The three curves are one",
         "",
@@ -99,6 +97,19 @@ def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _start(rows: Sequence[Point]) -> list[str]:
+    """How well adapted the adapted starts were."""
+    worst = max(rows, key=lambda row: math.inf if math.isnan(row.start_residual) else row.start_residual)
+    where = f"alpha = {worst.alpha:g}, q = {worst.q:g}"
+    if math.isnan(worst.start_residual):
+        return [f"An adapted start is right when x(0) is the stationary mean of x; at {where} no pilot run could tell."]
+    return [
+        "An adapted start is right when x(0) is the stationary mean of x. It is found by pilot runs; the mean of the",
+        f"last one differed from its start by at most {100.0 * worst.start_residual:.2g} % of the r.m.s. of x",
+        f"({where}), sampling error included, and x(0) was then corrected by that difference.",
+    ]
 
 
 def _collapse_row(start: str, found: Collapse) -> tuple[str, ...]:
