@@ -2,16 +2,17 @@
 
 c_j = int_0^inf g(s) e^(-s j) ds with a positive g (:mod:`springpot.memory.weights`), so a positive sum exists; the
 shortest one is the best approximation in the relative maximum norm (:mod:`springpot.memory.minimax`).  Double precision
-finds it for tolerances down to about 1e-10.  Beyond, and wherever that search does not succeed, McLean's substitution
+finds it for tolerances down to about 1e-8, and one hardly longer for most down to 1e-10.  Beyond, and wherever that
+search does not succeed, McLean's substitution
 s = exp(y - e^(-y)) / N ("Exponential sum approximations for t^(-beta)", in: Contemporary Computational Mathematics,
 2018; arXiv:1606.00123) makes the integrand fall off at both ends faster than any exponential, so that the trapezoidal
-rule converges quickly: about half as many terms again, but sure.  Rates too slow to be told apart within the N steps of
+rule converges quickly: with a third more terms, but surely.  Rates too slow to be told apart within the N steps of
 the run are merged into one.  The spacing of the rule is the widest whose error is below the tolerance.
 
 Positive weights keep the memory passive: from no stored energy it never gives back more work than it took.
 
 Every sum carries the largest error found on a grid so fine that the error between its lags is hardly larger.  Sums are
-kept on disk (:mod:`springpot.memory.store`), for a search takes 0.1 s at a tolerance of 1e-6 and up to 1 s at 1e-10.
+kept on disk (:mod:`springpot.memory.store`), for a search takes 0.05 s at a tolerance of 1e-6 and up to 0.5 s at 1e-10.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def exponential_sum(family: Family, order: float, steps: int, tolerance: float =
     Returns
     -------
     ExponentialSum
-        Down to a tolerance of about 1e-10 the shortest positive sum, else McLean's.
+        The shortest positive sum that is found (see the module), else McLean's.
 
     Raises
     ------
@@ -107,8 +108,8 @@ def power_law_sum(order: float, shortest: float, longest: float, tolerance: floa
     Returns
     -------
     ExponentialSum
-        Rates per unit of time, weights in (unit of time)^(-alpha); the shortest positive sum down to a tolerance of
-        about 1e-10, else McLean's.
+        Rates per unit of time, weights in (unit of time)^(-alpha); the shortest positive sum that is found
+        (see the module), else McLean's.
 
     Raises
     ------

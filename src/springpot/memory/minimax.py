@@ -21,9 +21,10 @@ squares alone lead on to about 1e-11.
 
 References
 ----------
-D. Braess and W. Hackbusch, "Approximation of 1/x by exponential sums in [1, oo)", IMA J. Numer. Anal. 25 (2005)
-685-697, for such sums and the exchange; G. Beylkin and L. Monzon, "Approximation by exponential sums revisited",
-Appl. Comput. Harmon. Anal. 28 (2010) 131-149, for powers.
+D. Braess and W. Hackbusch, "Approximation of 1/x by exponential sums in [1, oo)", IMA Journal of Numerical Analysis 25
+(2005) 685-697; W. Hackbusch, "Computation of best L-infinity exponential sums for 1/x by Remez' algorithm", Computing
+and Visualization in Science 20 (2019) 1-11; G. Beylkin and L. Monzon, "Approximation by exponential sums revisited",
+Applied and Computational Harmonic Analysis 28 (2010) 131-149, for powers.
 """
 
 from __future__ import annotations
