@@ -4,7 +4,7 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures lint test validate clean
+.PHONY: help setup figures lint test validate bench clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -32,6 +32,12 @@ test: lint  ## style, types, spelling and the everyday tests
 
 validate: setup  ## the physics that takes longer
 	$(RUN)/pytest -m validation
+
+# an environment of its own, for the programs to compare with are large
+bench: export UV_PROJECT_ENVIRONMENT := .tools/bench
+bench: | $(UV)  ## measure the speed, and write docs/performance.md
+	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group bench
+	.tools/bench/bin/python -m benchmarks
 
 clean:  ## forget the environment and the tools
 	rm -rf .venv .tools

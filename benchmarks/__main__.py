@@ -1,0 +1,50 @@
+"""Runs everything once: ``python -m benchmarks [--quick] [--out FOLDER]``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks.free_response import free_response
+from benchmarks.history import paper_by_history
+from benchmarks.kernels import one_core
+from benchmarks.measure import Row, machine
+from benchmarks.report import draw, page, read, text, write
+from benchmarks.white_noise import white_noise_wall
+from benchmarks.whole_runs import asked_error, cost_of_length, start_up
+
+_HERE = Path(__file__).parent
+_SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
+    one_core, paper_by_history, white_noise_wall, free_response, asked_error, cost_of_length, start_up,
+)  # fmt: skip
+
+
+def main() -> None:
+    """Measure, then write the table, the picture and, unless quick or told where, the page of the documentation."""
+    parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="tiny sizes: shows that it works, and means nothing")
+    parser.add_argument("--out", type=Path, help="folder for table, picture and page")
+    chosen = parser.parse_args()
+    folder = chosen.out or (Path(tempfile.mkdtemp()) if chosen.quick else _HERE / "results")
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = machine()
+    for section in _SECTIONS:
+        begun = time.perf_counter()
+        rows += section(chosen.quick)
+        print(f"{section.__name__}: {time.perf_counter() - begun:.1f} s", file=sys.stderr, flush=True)
+    table = write(rows, folder / "table.csv")
+    rows = read(table)
+    draw(rows, folder / "speed.png")
+    in_place = folder == _HERE / "results"
+    where = _HERE.parent / "docs" / "performance.md" if in_place else folder / "performance.md"
+    where.write_text(page(rows), encoding="utf-8")
+    print(text(rows))
+    print(f"\nwritten: {table}, {folder / 'speed.png'}, {where}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,323 @@
+"""One core: the multiply-add peak, where a path-step of ours goes, and the plain kernel it is set beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from benchmarks.measure import Row, best_cpu
+from springpot import Oscillator
+from springpot.memory import direct, exponential_sum
+from springpot.simulation.ensemble import Tables, tables
+from springpot.simulation.kernel import COLUMNS, Memory, Seen, _remember, _sweep, block
+from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.random import draw, key_words
+from springpot.simulation.settings import resolve
+
+__all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
+
+MODES = 32
+STEP = 1e-3  # the paper's
+# one mode of one path in a group of four steps: 4 multiply-adds and an addition to take the increments in, and
+# 4 multiply-adds to exert the force on the next four steps
+FLOPS_PER_MODE_STEP = (2 * (4 + 4) + 1) / GROUP
+
+_CHAINS = 12  # independent, to hide the latency of a multiply-add; they and the constants fit into 16 registers
+_ROUNDS = 8
+_chains = stack_array(_CHAINS * LANES)
+_state = stack_array(LANES)
+_four = stack_array(GROUP * LANES)
+_five = stack_array((GROUP + 1) * LANES)
+_modes = stack_array(MODES * LANES)
+
+
+class Parts(NamedTuple):
+    """What a block is made of, and for how many steps."""
+
+    made: Tables
+    steps: int
+    stiffness: float
+
+
+# --- the peak -----------------------------------------------------------------------------------------------------
+
+
+@njit(fastmath={"contract"}, error_model="numpy")
+def _multiply_add(a, b, repeats):
+    """``repeats`` * LANES * _CHAINS * _ROUNDS multiply-adds."""
+    z = _chains(a)
+    for i in range(_CHAINS * LANES):
+        z[i] = b
+    for _ in range(repeats):
+        for i in range(LANES):
+            y0, y1, y2, y3 = z[i], z[LANES + i], z[2 * LANES + i], z[3 * LANES + i]
+            y4, y5, y6, y7 = z[4 * LANES + i], z[5 * LANES + i], z[6 * LANES + i], z[7 * LANES + i]
+            y8, y9, y10, y11 = z[8 * LANES + i], z[9 * LANES + i], z[10 * LANES + i], z[11 * LANES + i]
+            for _ in range(_ROUNDS):
+                y0, y1, y2, y3 = y0 * a + b, y1 * a + b, y2 * a + b, y3 * a + b
+                y4, y5, y6, y7 = y4 * a + b, y5 * a + b, y6 * a + b, y7 * a + b
+                y8, y9, y10, y11 = y8 * a + b, y9 * a + b, y10 * a + b, y11 * a + b
+            z[i], z[LANES + i], z[2 * LANES + i], z[3 * LANES + i] = y0, y1, y2, y3
+            z[4 * LANES + i], z[5 * LANES + i], z[6 * LANES + i], z[7 * LANES + i] = y4, y5, y6, y7
+            z[8 * LANES + i], z[9 * LANES + i], z[10 * LANES + i], z[11 * LANES + i] = y8, y9, y10, y11
+    total = z[0]
+    for i in range(1, _CHAINS * LANES):
+        total += z[i]
+    return total
+
+
+def peak(precision: str, repeats: int) -> float:
+    """Multiply-add peak of one core, in flops per s."""
+    kind = np.dtype(precision).type
+    a, b = kind(0.5), kind(1.0)
+    _multiply_add(a, b, 1)
+    return 2.0 * repeats * LANES * _CHAINS * _ROUNDS / best_cpu(lambda: _multiply_add(a, b, repeats))
+
+
+# --- a path-step of ours, and its parts ---------------------------------------------------------------------------
+
+
+@njit(nogil=True, **FAST)
+def _normals_only(groups, k0, k1):
+    g = _four(f32(0))
+    kept = _four(f32(0))
+    for i in range(GROUP * LANES):
+        kept[i] = f32(0)
+    for group in range(groups):
+        draw(group, 0, 0, k0, k1, g)
+        for i in range(GROUP * LANES):
+            kept[i] += g[i]
+    total = 0.0
+    for i in range(GROUP * LANES):
+        total += kept[i]
+    return total
+
+
+@njit(nogil=True, **FAST)
+def _sweep_only(scheme, wall, memory, start, groups):
+    zero = memory.newest * f32(0)
+    p = (zero, zero, zero, zero)
+    h, d, g = _four(zero), _five(zero), _four(f32(0))
+    x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    seen = Seen(_four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    for i in range(GROUP * LANES):
+        h[i] = zero
+        g[i] = f32(i % 7) - f32(3)
+    for lane in range(LANES):
+        x[lane], v[lane], d[lane] = start.x, start.v, zero
+    least = 1.0
+    for _ in range(groups):
+        _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, True)
+        for lane in range(LANES):
+            least = min(least, clear[lane] + seen.x[lane] + seen.force[lane] + seen.speed[lane])
+        for lane in range(LANES):
+            d[lane] = d[GROUP * LANES + lane]
+    return least
+
+
+@njit(nogil=True, **FAST)
+def _memory_only(memory, groups):
+    zero = memory.newest * f32(0)
+    modes = memory.powers.size // 4
+    z, h, d = _modes(zero), _four(zero), _five(zero)
+    for i in range(modes * LANES):
+        z[i] = zero
+    for i in range((GROUP + 1) * LANES):
+        d[i] = zero + f32(0.001)
+    for _ in range(groups):
+        _remember(z, d, h, modes, memory.powers, memory.weights)
+        for lane in range(LANES):  # the next increments depend on the force, as they do in a run
+            d[lane] = d[GROUP * LANES + lane] - f32(1e-6) * h[lane]
+    total = zero
+    for i in range(GROUP * LANES):
+        total += h[i]
+    return total
+
+
+def padded(memory: Memory, modes: int = MODES) -> Memory:
+    """The same memory with modes that weigh nothing, up to a given number of them."""
+    if (lacking := 4 * modes - memory.powers.size) < 0:
+        raise ValueError(f"modes must be at least {memory.powers.size // 4}, not {modes}.")
+    return memory._replace(powers=np.pad(memory.powers, (0, lacking)), weights=np.pad(memory.weights, (0, lacking)))
+
+
+def parts_of(
+    oscillator: Oscillator, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
+) -> Parts:
+    """What `block` needs for ``steps`` steps."""
+    settings = resolve(oscillator, duration=step * steps, step=step)
+    if precision == "float64":
+        settings = replace(settings, memory_tolerance=9e-8)
+    made = tables(oscillator, settings)
+    if modes is not None:
+        made = replace(made, memory=padded(made.memory, modes))
+    return Parts(made, settings.steps, (oscillator.natural_frequency * made.time) ** 2)
+
+
+def block_cpu(parts: Parts, times: int = 5) -> float:
+    """Processor time in s of one block of LANES paths, with averages over the second half."""
+    made, steps = parts.made, parts.steps
+    k0, k1 = key_words(1)
+    rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, steps + 1, 2)), np.zeros(1, np.uint8)
+
+    def run(count: int = steps) -> None:
+        block(
+            made.scheme, made.wall, made.memory, made.drive, made.start, parts.stiffness, 0, count, count // 2, count,
+            k0, k1, 0, False, record, stop, rows,
+        )  # fmt: skip
+
+    run(GROUP)
+    return best_cpu(run, times)
+
+
+def _division(parts: Parts) -> dict[str, float]:
+    """Processor time in s of the parts of a block, each alone."""
+    made, groups = parts.made, parts.steps // GROUP
+    k0, k1 = key_words(1)
+    drivers: dict[str, Callable[[int], Any]] = {
+        "normals": lambda count: _normals_only(count, k0, k1),
+        "sweep": lambda count: _sweep_only(made.scheme, made.wall, made.memory, made.start, count),
+        "memory": lambda count: _memory_only(made.memory, count),
+    }
+    for driver in drivers.values():
+        driver(1)
+    return {name: best_cpu(lambda driver=driver: driver(groups)) for name, driver in drivers.items()}
+
+
+# --- the plain kernel ---------------------------------------------------------------------------------------------
+
+
+@njit(**INLINE)
+def _plain_memory(z, d, h, modes, decay, weights):
+    """One step of every mode, z <- decay z + d, and what they exert: four modes a pass."""
+    for lane in range(LANES):
+        h[lane] = decay[0] * f32(0)
+    for k in range(0, modes, 4):
+        a0, a1, a2, a3 = decay[k], decay[k + 1], decay[k + 2], decay[k + 3]
+        w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+        i0, i1, i2, i3 = k * LANES, (k + 1) * LANES, (k + 2) * LANES, (k + 3) * LANES
+        for lane in range(LANES):
+            y0 = a0 * z[i0 + lane] + d[lane]
+            y1 = a1 * z[i1 + lane] + d[lane]
+            y2 = a2 * z[i2 + lane] + d[lane]
+            y3 = a3 * z[i3 + lane] + d[lane]
+            z[i0 + lane], z[i1 + lane], z[i2 + lane], z[i3 + lane] = y0, y1, y2, y3
+            h[lane] += (w0 * y0 + w1 * y1) + (w2 * y2 + w3 * y3)
+
+
+@njit(nogil=True, **FAST)
+def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0, k1, out):
+    """Lanes of paths, modes in a flat stack array, one step at a time; a path behind the wall is mirrored."""
+    zero = decay[0] * f32(0)
+    modes = decay.size
+    z, d, h, g = _modes(zero), _state(zero), _state(zero), _four(f32(0))
+    x, v, xx, vv = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    for i in range(modes * LANES):
+        z[i] = zero
+    for lane in range(LANES):
+        x[lane] = v[lane] = xx[lane] = vv[lane] = 0.0
+        d[lane] = h[lane] = zero
+    for n in range(0, steps, GROUP):
+        draw(n // GROUP, 0, 0, k0, k1, g)
+        keep = 1.0 if n >= burn else 0.0
+        for j in range(GROUP):
+            for lane in range(LANES):
+                past = f64(h[lane] + newest * d[lane])
+                v_next = v[lane] - step * (stiffness * x[lane] + past) + noise * f64(g[j * LANES + lane])
+                x_next = x[lane] + step * v_next
+                behind = x_next < 0.0
+                x_next = -x_next if behind else x_next
+                v_next = -v_next if behind else v_next
+                d[lane] = x_next - x[lane]
+                x[lane], v[lane] = x_next, v_next
+                xx[lane] += keep * x_next * x_next
+                vv[lane] += keep * v_next * v_next
+            _plain_memory(z, d, h, modes, decay, weights)
+    for lane in range(LANES):
+        out[lane, 0], out[lane, 1] = xx[lane] / (steps - burn), vv[lane] / (steps - burn)
+
+
+def _plain_cpu(oscillator: Oscillator, steps: int, precision: str, times: int = 5) -> float:
+    """Processor time in s of one block of LANES paths of the plain kernel with MODES modes."""
+    step, order = STEP, oscillator.springpot.order
+    past = exponential_sum("grunwald", order, steps + 1, 1e-6)
+    lacking = MODES - past.rates.size
+    scale = oscillator.springpot.coefficient * step**-order
+    decay = np.pad(np.exp(-past.rates), (0, lacking)).astype(precision)
+    weights = np.pad(scale * past.weights * np.exp(-past.rates), (0, lacking)).astype(precision)
+    newest = np.dtype(precision).type(scale * direct("grunwald", order, 1)[0])
+    k0, k1 = key_words(1)
+    out = np.empty((LANES, 2))
+    noise = math.sqrt(oscillator.excitation.intensity * step)
+
+    def run(count: int = steps) -> None:
+        plain_block(
+            decay, weights, newest, count, count // 2, step, oscillator.natural_frequency**2, noise, k0, k1, out
+        )
+
+    run(GROUP)
+    taken = best_cpu(run, times)
+    if not np.isfinite(out).all():
+        raise ArithmeticError("the plain kernel blew up, so its time means nothing.")
+    return taken
+
+
+# --- the rows -----------------------------------------------------------------------------------------------------
+
+
+def one_core(quick: bool) -> list[Row]:
+    """Rows of sections 1 and 2."""
+    steps = 4_000 if quick else 100_000
+    oscillator = Oscillator()
+    first: list[Row] = []
+    second: list[Row] = []
+    for precision, word in (("float32", "single"), ("float64", "double")):
+        most = peak(precision, 2_000 if quick else 200_000)
+        parts = parts_of(oscillator, steps, modes=MODES, precision=precision)
+        per_step = 1e9 / (LANES * steps)
+        whole = per_step * block_cpu(parts)
+        division = {name: per_step * seconds for name, seconds in _division(parts).items()}
+        division["walls, sums and the rest"] = whole - sum(division.values())
+        plain = per_step * _plain_cpu(oscillator, steps, precision)
+        needed = parts_of(oscillator, steps, precision=precision)
+        modes, tolerance = needed.made.memory.powers.size // 4, 1e-6 if precision == "float32" else 9e-8
+        as_run = per_step * block_cpu(needed)
+        flops = MODES * FLOPS_PER_MODE_STEP
+        section = f"one core, {word} memory"
+        first += [
+            Row(section, "multiply-add peak", most / 1e9, "Gflop/s", note="12 independent chains of multiply-adds"),
+            Row(
+                section, "memory modes alone", flops / division["memory"], "Gflop/s",
+                1e9 * flops / division["memory"] / most, "peak", f"{flops:g} flops per path-step with {MODES} modes",
+            ),
+            Row(
+                section, "memory modes in the whole kernel", flops / whole, "Gflop/s", 1e9 * flops / whole / most,
+                "peak", "the same flops over all of the time",
+            ),
+        ]  # fmt: skip
+        first += [
+            Row(section, f"of it {name}", value, "ns per path-step", value / whole, "the whole", note)
+            for (name, value), note in zip(
+                division.items(), ("alone", "alone", "alone", "what the three leave of the whole"), strict=True
+            )
+        ]
+        second += [
+            Row(
+                f"plain kernel, {word} memory", "springpot", whole, "ns per path-step", 1.0, "springpot",
+                f"{MODES} modes, exact impacts, all sums over the second half of the run",
+            ),
+            Row(
+                f"plain kernel, {word} memory", f"springpot with the {modes} modes it needs", as_run,
+                "ns per path-step", as_run / whole, "springpot", f"memory error below {tolerance:g}",
+            ),
+            Row(
+                f"plain kernel, {word} memory", "plain kernel", plain, "ns per path-step", plain / whole, "springpot",
+                f"{MODES} modes, the same normals; one step at a time, mirrored at its end, Euler step",
+            ),
+        ]  # fmt: skip
+    return first + second

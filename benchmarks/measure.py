@@ -1,0 +1,99 @@
+"""Clocks, rows of the table, and what machine this is."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from llvmlite.binding import get_host_cpu_name
+from numba.core.config import CPU_NAME
+
+from springpot.processors import threads_available
+
+__all__ = ["Row", "best_cpu", "best_wall", "exponent", "machine"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Parameters
+    ----------
+    section : str
+        What is compared.
+    case : str
+        Who, and at what.
+    value : float or None
+        Measured or, where the note says so, scaled.
+    unit : str
+    ratio : float or None
+        This value over what ``ratio_to`` names, measured in the same run.
+    ratio_to : str
+    note : str
+    """
+
+    section: str
+    case: str
+    value: float | None
+    unit: str
+    ratio: float | None = None
+    ratio_to: str = ""
+    note: str = ""
+
+
+def _best(clock: Callable[[], float], work: Callable[[], object], times: int) -> float:
+    taken = []
+    for _ in range(times):
+        begun = clock()
+        work()
+        taken.append(clock() - begun)
+    return min(taken)
+
+
+def best_cpu(work: Callable[[], object], times: int = 5) -> float:
+    """Least processor time in s of ``work``: for one thread, and little disturbed by others on the machine."""
+    return _best(time.process_time, work, times)
+
+
+def best_wall(work: Callable[[], object], times: int = 3) -> float:
+    """Least wall time in s of ``work``: where threads matter."""
+    return _best(time.perf_counter, work, times)
+
+
+def exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
+    """Slope of log(time) over log(size), by least squares.
+
+    Examples
+    --------
+    >>> round(exponent([1.0, 2.0, 4.0], [3.0, 12.0, 48.0]), 6)
+    2.0
+    """
+    return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
+
+
+def machine() -> list[Row]:
+    """What the numbers were measured with."""
+    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+    versions = ", ".join(f"{name} {version(name)}" for name in ("springpot", "numba", "llvmlite", "numpy"))
+    words = {
+        "processor": f"{_processor()} (LLVM: {CPU_NAME or get_host_cpu_name()}), {threads_available()} threads",
+        "system": f"{platform.system()} {platform.machine()}",
+        "versions": f"Python {platform.python_version()}, {versions}",
+        "load before the run": load,
+    }
+    return [Row("machine", name, None, "", note=text) for name, text in words.items()]
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

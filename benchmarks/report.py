@@ -1,0 +1,200 @@
+"""The table as CSV, as text and as a page, and its picture."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from itertools import groupby
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from benchmarks.measure import Row
+from springpot.figures.style import COLOURS, save
+
+__all__ = ["draw", "page", "read", "text", "write"]
+
+ABOUT = {
+    "one core": (
+        "Multiply-add peak of one core, measured by 12 independent chains of multiply-adds on arrays on the stack; the "
+        "memory modes against it, counted as 17 flops per mode for four steps; and where the time of a path-step goes. "
+        "The parts are timed alone, so that what they leave of the whole is the price of walls, sums, and of the parts "
+        "being together."
+    ),
+    "plain kernel": (
+        "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "
+        "step at a time, Euler step, mirrored at the end of a step in which it crosses the wall), with 32 modes and "
+        "the same normals, at the same step. It keeps two sums, ours 14 columns, and it misses the impacts between two "
+        "instants and the time at which they happen; what the same *error* costs is not in this row."
+    ),
+    "Fig. 2": (
+        "The paper's own Monte Carlo in NumPy, vectorised over paths, with the whole past summed at every step. "
+        "**Scaled, not run**: measured at two lengths, then by the square of the number of steps. Ours is "
+        "`scheme='grunwald'`, the same scheme with the past as a sum of exponentials, run at full length for three of "
+        "the 63 points."
+    ),
+    "white noise": (
+        "No memory: x'' + x' + x = white noise above a wall at 0, where <x^2 + v^2> = 1 exactly. Wall time, best of "
+        "several, after compilation."
+    ),
+    "free response": (
+        "One path of x'' + 0.5 D^0.5 x + x = 0, x(0) = 1, no noise and no wall, against the exact solution: time to an "
+        "error at least as small. Ours is a call of `run`, with its tables and threads."
+    ),
+    "<A^2>": "Time to a total error (sampling, step, memory, start) that was asked for: `run(oscillator, rtol=0.01)`.",
+    "one block": "Cost against the number of steps N, with a fixed memory and with the memory that N asks for.",
+    "memory held": "What a run holds per path, for two lengths.",
+    "springpot simulate": "The command, first with empty caches and then again.",
+    "machine": "What it was measured with.",
+}  # fmt: skip
+
+BEGINNING = """# Performance
+
+This page is written by `make bench`, which runs everything below once on one machine. Ratios are of numbers from the
+same run; processor time is the best of several where one thread works, wall time where threads matter. On another
+machine, or on a busy one, the numbers differ, and the ratios do less. The same rows are in
+[benchmarks/results/table.csv](../benchmarks/results/table.csv).
+
+To run it again: `make bench` (its environment, with diffrax and pycaputo, is made in `.tools/bench`; about ten minutes
+on a quiet machine), or `python -m benchmarks --quick` to see that every part works. Without diffrax and pycaputo their
+rows say that they were skipped.
+
+![Time over springpot's, and where a path-step goes](../benchmarks/results/speed.png)
+"""
+
+
+def write(rows: Sequence[Row], path: Path) -> Path:
+    """Write the table as CSV."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, [field.name for field in fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            numbers = {name: _number(getattr(row, name), 6) for name in ("value", "ratio")}
+            writer.writerow({**asdict(row), **numbers})
+    return path
+
+
+def read(path: Path) -> list[Row]:
+    """Read the table back."""
+    with path.open(newline="", encoding="utf-8") as stream:
+        return [
+            Row(**{**row, "value": _value(row["value"]), "ratio": _value(row["ratio"])})  # type: ignore[arg-type]
+            for row in csv.DictReader(stream)
+        ]
+
+
+def _value(word: str) -> float | None:
+    return float(word) if word else None
+
+
+def _number(value: float | None, digits: int = 3) -> str:
+    if value is None:
+        return ""
+    if digits == 3 and 100.0 <= abs(value) < 1e7:
+        return f"{value:,.0f}"
+    return f"{value:.{digits}g}"
+
+
+def _ratio(row: Row) -> str:
+    if row.ratio is None:
+        return ""
+    if row.ratio_to in ("peak", "the whole"):
+        return f"{row.ratio:.0%} of {row.ratio_to}"
+    return f"{_number(row.ratio)} x {row.ratio_to}"
+
+
+def text(rows: Sequence[Row]) -> str:
+    """The table for a terminal."""
+    lines = []
+    for section, group in groupby(rows, lambda row: row.section):
+        lines.append(f"\n{section}")
+        lines += [
+            f"  {row.case:<42} {_number(row.value):>9} {row.unit:<17} {_ratio(row):<20} {row.note}".rstrip()
+            for row in group
+        ]
+    return "\n".join(lines)
+
+
+def page(rows: Sequence[Row]) -> str:
+    """The page of the documentation."""
+    parts = [BEGINNING]
+    told = ""
+    for section, group in groupby(rows, lambda row: row.section):
+        parts.append(f"\n## {section[0].upper()}{section[1:]}\n")
+        begin = next((name for name in ABOUT if section.startswith(name)), "")
+        if begin and begin != told:
+            parts.append(f"{ABOUT[begin]}\n")
+        told = begin
+        listed = list(group)
+        if all(row.value is None and not row.unit for row in listed):
+            parts += [f"- {row.case}: {row.note}" for row in listed]
+        else:
+            parts += ["| what | value | ratio | note |", "|---|---:|---|---|"]
+            parts += [
+                f"| {row.case} | {_number(row.value)} {row.unit} | {_ratio(row)} | {row.note} |".replace("  ", " ")
+                for row in listed
+            ]
+    return "\n".join(parts) + "\n"
+
+
+def draw(rows: Sequence[Row], path: Path) -> Path:
+    """Two panels: time over springpot's, and where a path-step goes."""
+    figure = Figure(figsize=(8.0, 7.0), layout="constrained")
+    above, below = figure.subplots(2, 1, height_ratios=[3.0, 1.2])
+    _ratios(above, rows)
+    _division(below, rows)
+    return save(figure, path)
+
+
+def _shown(row: Row) -> str:
+    """What the picture calls a row."""
+    where = row.section.partition(":")[0].replace("of the paper", "").replace("  ", " ").strip()
+    if where == "free response, order 0.5, one path, 10 s":
+        where = "free response, same error"
+    return f"{row.case.replace('(all points)', '')}\n{where}"
+
+
+def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
+    others = [
+        row for row in rows
+        if row.ratio is not None and row.ratio_to.startswith("springpot") and not row.case.startswith("springpot")
+        and not row.section.startswith("one core")
+    ]  # fmt: skip
+    others.sort(key=lambda row: row.ratio or 0.0)
+    ratios = [row.ratio or 0.0 for row in others]
+    colours = [COLOURS["blue"] if ratio >= 1.0 else COLOURS["vermilion"] for ratio in ratios]
+    places = range(len(others))
+    axes.barh(places, [ratio - 1.0 for ratio in ratios], left=1.0, color=colours, height=0.7)
+    axes.set_xscale("log")
+    axes.set_yticks(list(places), [_shown(row) for row in others], fontsize=6.5)
+    axes.set_xlim(min(0.05, *ratios) / 3.0 if ratios else 0.1, 10.0 * max(10.0, *ratios) if ratios else 10.0)
+    for place, ratio in zip(places, ratios, strict=True):
+        left = ratio < 1.0
+        axes.annotate(
+            f"{ratio:,.0f}" if ratio >= 100.0 else f"{ratio:.2g}", (ratio, place), (-4 if left else 4, 0),
+            textcoords="offset points", ha="right" if left else "left", va="center", fontsize=7,
+        )  # fmt: skip
+    axes.axvline(1.0, color=COLOURS["black"], linewidth=0.8)
+    axes.set_xlabel("time, over springpot's for the same work (right of 1: springpot is faster)")
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _division(axes: Axes, rows: Sequence[Row]) -> None:
+    colours = [COLOURS[name] for name in ("sky", "orange", "blue", "purple")]
+    sections = sorted({row.section for row in rows if row.section.startswith("one core")})
+    for place, section in enumerate(sections):
+        left = 0.0
+        parts = [row for row in rows if row.section == section and row.case.startswith("of it ")]
+        for row, colour in zip(parts, colours, strict=True):
+            width = max(row.value or 0.0, 0.0)
+            label = row.case.removeprefix("of it ") if place == 0 else None
+            axes.barh(place, width, left=left, color=colour, height=0.6, label=label)
+            axes.text(left + width / 2, place, f"{width:.2f}", ha="center", va="center", fontsize=7)
+            left += width
+    axes.set_yticks(range(len(sections)), [section.partition(", ")[2] for section in sections])
+    axes.set_ylim(-0.5, len(sections) + 0.2)
+    axes.set_xlabel("ns of processor time per path-step, 32 memory modes")
+    axes.legend(ncols=4, loc="upper left", frameon=False, fontsize=7)
+    axes.spines[["top", "right"]].set_visible(False)

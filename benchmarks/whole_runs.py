@@ -1,0 +1,95 @@
+"""What a user waits for: an error asked for, longer runs, the first start and the next ones."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import tracemalloc
+from collections.abc import Sequence
+from functools import partial
+
+from benchmarks.kernels import MODES, block_cpu, parts_of
+from benchmarks.measure import Row, best_wall, exponent
+from springpot import Oscillator, Springpot
+from springpot.processors import threads_available
+from springpot.simulation import run
+from springpot.simulation.lanes import LANES
+
+__all__ = ["asked_error", "cost_of_length", "start_up"]
+
+
+def asked_error(quick: bool) -> list[Row]:
+    """Rows of section 6."""
+    rtol = 0.1 if quick else 0.01
+    section = f"<A^2> to {rtol:.0%}, Omega = C = q = 1"
+    rows = []
+    for order in (0.5,) if quick else (0.5, 0.1):
+        oscillator = Oscillator(springpot=Springpot(order, 1.0))
+        found = run(oscillator, rtol=rtol)  # compiles, and finds the memory
+        seconds = best_wall(partial(run, oscillator, rtol=rtol), 1 if quick else 2)
+        value, budget = found.values["amplitude_mean_square"], found.budgets["amplitude_mean_square"]
+        note = (
+            f"warm, {threads_available()} threads; <A^2> = {value:.4g} +- {budget.total:.2g} (total error); "
+            f"{found.settings.paths} paths of {found.settings.steps} steps of {found.settings.step:.3g} s"
+        )
+        rows.append(Row(section, f"alpha = {order:g}", seconds, "s wall", note=note))
+    return rows
+
+
+def _peak_bytes(paths: int, steps: int) -> int:
+    """The most memory that NumPy and Python held during a run."""
+    tracemalloc.start()
+    try:
+        run(Oscillator(), paths=paths, duration=0.01 * steps, step=0.01, threads=1)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def cost_of_length(quick: bool) -> list[Row]:
+    """Rows of section 7."""
+    section = "one block of 64 paths, order 0.5, against the steps N"
+    lengths = (1000, 4000) if quick else (10_000, 30_000, 100_000, 300_000, 1_000_000)
+    oscillator = Oscillator()
+    rows = []
+    cases: Sequence[tuple[str, int | None]] = ((f"{MODES} modes", MODES), ("memory chosen for N", None))
+    for name, modes in cases:
+        times = []
+        for steps in lengths:
+            parts = parts_of(oscillator, steps, modes=modes)
+            times.append(block_cpu(parts, 3))
+            kept = parts.made.memory.powers.size // 4
+            note = f"{1e9 * times[-1] / (LANES * steps):.2f} ns per path-step, {kept} modes"
+            rows.append(Row(section, f"{name}, N = {steps}", times[-1], "s CPU", note=note))
+        rows.append(Row(section, f"{name}: exponent of N", exponent(lengths, times), ""))
+    section = "memory held by a run"
+    few, many = (640, 6400) if quick else (6400, 64_000)
+    for steps in (40, 400):
+        held = (_peak_bytes(many, steps) - _peak_bytes(few, steps)) / (many - few)
+        note = f"largest, from {few} to {many} paths"
+        rows.append(Row(section, f"{steps} steps", held, "bytes per path", note=note))
+    return rows
+
+
+def _command(folder: str, quick: bool) -> None:
+    more = ["--paths", "64", "--duration", "1"] if quick else []
+    subprocess.run(
+        [sys.executable, "-m", "springpot", "simulate", *more],
+        env={**os.environ, "NUMBA_CACHE_DIR": folder, "SPRINGPOT_CACHE_DIR": folder},
+        check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def start_up(quick: bool) -> list[Row]:
+    """Rows of section 8."""
+    section = "springpot simulate, from the shell"
+    with tempfile.TemporaryDirectory() as folder:
+        cold = best_wall(lambda: _command(folder, quick), 1)
+        warm = best_wall(lambda: _command(folder, quick), 1 if quick else 3)
+    size = "64 paths x 100 steps" if quick else "default size: 5000 paths x 10,000 steps"
+    return [
+        Row(section, "first run", cold, "s wall", cold / warm, "next runs", f"empty caches: it compiles; {size}"),
+        Row(section, "next runs", warm, "s wall", 1.0, "next runs", "compiled code and memory from disk"),
+    ]
