@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import springpot
-from springpot import cli, doctor, paper, simulation
+from springpot import cli, doctor, simulation
 from springpot.interrupt import leave_at_once
 from springpot.processors import control_group_quota
 from springpot.simulation.settings import resolve
@@ -356,19 +356,12 @@ def test_arguments_become_flags(library: str, command: str) -> None:
     assert cli._in_flags(library) == command
 
 
-def test_reproduce_prints_what_it_wrote(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    def make(what: str, out: Path, progress: Callable[[float, str], None], threads: int | None) -> Sequence[Path]:
-        progress(0.5, "half")
-        assert (what, out, threads) == ("fig1", tmp_path / "here", None)
-        return [out / "fig1.png"]
-
-    monkeypatch.setattr(paper, "reproduce", make)
+def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert cli.main(["reproduce", "fig1", "--out", str(tmp_path / "here")]) == 0
     out, err = capsys.readouterr()
     assert out == f"{tmp_path / 'here' / 'fig1.png'}\n"
     assert err == ""
+    assert (tmp_path / "here" / "fig1.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_folder_that_cannot_be_made_is_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,7 +22,6 @@ from dataclasses import asdict, dataclass, fields
 from decimal import Decimal
 from inspect import signature
 from itertools import zip_longest
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
@@ -271,7 +270,7 @@ def doctor(*, json_: _Json = False) -> int:
 def reproduce(
     what: Annotated[Literal["fig1", "fig2", "errata", "all"], Parameter(help="Which part of the paper.")] = "all",
     *,
-    out: Annotated[Path, Parameter(help="Folder for the files; made if missing.")] = Path("figures"),
+    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
     threads: _Threads = None,
 ) -> int:
     """The paper's figures, their numbers, and the list of its errata."""

@@ -298,7 +298,7 @@ def slow_impact_order(restitution: float) -> float:
     Examples
     --------
     >>> [round(slow_impact_order(r), 3) for r in (1.0, 0.5, 0.25, 0.1)]
-    [1.0, 0.5, 0.131, 0.0]
+    [1.0, 0.5, 0.125, 0.0]
     """
     if restitution <= math.exp(-math.pi / math.sqrt(3.0)):
         return 0.0
