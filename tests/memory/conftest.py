@@ -1,4 +1,5 @@
 import importlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,3 +13,11 @@ def fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path / "cache"))
     sums._kept.cache_clear()
     return tmp_path / "cache" / "memory"
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Sums of these tests are made by the code under test, not found in the user's folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield

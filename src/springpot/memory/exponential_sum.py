@@ -17,9 +17,11 @@ kept on disk (:mod:`springpot.memory.store`), for a search takes 0.05 s at a tol
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -31,7 +33,8 @@ __all__ = ["ExponentialSum", "exponential_sum", "mclean", "power_law_sum"]
 
 _FINEST = 1e-11  # below it the search only loses time
 _CHECKED_LAGS = 8000
-_VERSION = 1  # of the construction: sums kept on disk by another one are not used
+# of the construction: sums kept on disk by another one are not used
+_VERSION = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 
 
 @dataclass(frozen=True, eq=False)

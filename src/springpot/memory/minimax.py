@@ -43,12 +43,12 @@ __all__ = ["Minimax", "fewest_terms", "lag_grid"]
 
 Places = npt.NDArray[np.intp]
 
-_MOST_TERMS = 48
+_MOST_TERMS = 43  # so many unknowns that a matrix of them stays below _ONE_THREAD
 _GRID = 2000
 _PER_TERM = 8  # lags per term in the least-squares problem: four in each lobe of the error
 _DAMPING = (0.0, 1e-15, 1e-13, 1e-11, 1e-9)  # of the exchange, relative to the norm of the matrix
 _LEVEL = 1.001
-_ONE_THREAD = 8000  # entries of a matrix; OpenBLAS starts threads at 8192
+_ONE_THREAD = 8191  # entries of a matrix; OpenBLAS starts threads beyond
 _GUESSED = 16  # up to so many terms, guesses of these stretches are tried where there is nothing better
 _STRETCHES = (0.0, 0.7, 1.5, 2.5)
 
@@ -168,8 +168,9 @@ def fewest_terms(
     def best(terms: int, solved: dict[int, _Sum]) -> _Sum:
         """From the shorter sums, or from whichever guess leads furthest."""
         found = None
-        if (start := _extrapolated(solved, terms)) is not None:
-            found = _improve(problem, start)
+        starts = [_extrapolated(solved, terms, most) for most in (2, 3, 4)]
+        if known := [start for start in starts if start is not None]:
+            found = _improve(problem, min(known, key=lambda start: float(np.abs(problem.errors(start)).max())))
         for stretch in _STRETCHES if terms <= _GUESSED else ():
             if found is not None and found.least > 0.99 * found.error:
                 break
@@ -255,7 +256,7 @@ def _least_squares(problem: _Problem, unknowns: Floats) -> Floats:
             tried = problem.errors(unknowns - step)
             if np.abs(step).max() < 3.0 and tried @ tried < errors @ errors:
                 break
-            damping *= 8.0
+            damping *= 3.0
         else:
             break
         gained = 1.0 - (tried @ tried) / (errors @ errors)
@@ -263,7 +264,7 @@ def _least_squares(problem: _Problem, unknowns: Floats) -> Floats:
         if gained < 0.02:
             break
         errors, jacobian = problem.jacobian(unknowns)
-        damping /= 30.0
+        damping /= 8.0
     return unknowns
 
 
@@ -307,16 +308,16 @@ def _triangle(rows: Floats) -> Floats:
     and on a busy machine they wait for each other a hundred times longer than they work.
     """
     count = rows.shape[1]
-    height = max(8, _ONE_THREAD // count - count)
+    height = max(1, _ONE_THREAD // count - count)
     triangle = rows[:count]
     for first in range(count, rows.shape[0], height):
         triangle = np.asarray(np.linalg.qr(np.vstack([triangle, rows[first : first + height]]), mode="r"))
     return triangle if rows.shape[0] > count else np.asarray(np.linalg.qr(rows, mode="r"))
 
 
-def _extrapolated(solved: dict[int, _Sum], terms: int) -> Floats | None:
-    """The unknowns of the next sum from those of up to four before it, polynomials in 1 / terms, from either end."""
-    known = [n for n in sorted(solved)[-4:] if n > terms // 2]
+def _extrapolated(solved: dict[int, _Sum], terms: int, most: int) -> Floats | None:
+    """The unknowns of the next sum from those of some before it, polynomials in 1 / terms, from either end."""
+    known = [n for n in sorted(solved)[-most:] if n > terms // 2]
     if len(known) < 2:
         return None
     inverse = 1.0 / np.array(known)
