@@ -153,7 +153,7 @@ def _shown(row: Row) -> str:
     where = row.section.partition(":")[0].replace("of the paper", "").replace("  ", " ").strip()
     if where == "free response, order 0.5, one path, 10 s":
         where = "free response, same error"
-    return f"{row.case.replace('(all points)', '')}\n{where}"
+    return f"{row.case}\n{where}"
 
 
 def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
@@ -176,25 +176,28 @@ def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
             f"{ratio:,.0f}" if ratio >= 100.0 else f"{ratio:.2g}", (ratio, place), (-4 if left else 4, 0),
             textcoords="offset points", ha="right" if left else "left", va="center", fontsize=7,
         )  # fmt: skip
+    axes.tick_params(axis="x", labelsize=8)
     axes.axvline(1.0, color=COLOURS["black"], linewidth=0.8)
-    axes.set_xlabel("time, over springpot's for the same work (right of 1: springpot is faster)")
+    axes.set_xlabel("time, over springpot's for the same work or error (right of 1: springpot is faster)", fontsize=8)
     axes.spines[["top", "right"]].set_visible(False)
 
 
 def _division(axes: Axes, rows: Sequence[Row]) -> None:
-    colours = [COLOURS[name] for name in ("sky", "orange", "blue", "purple")]
+    colours = [COLOURS[name] for name in ("sky", "orange", "green", "purple")]
     sections = sorted({row.section for row in rows if row.section.startswith("one core")})
     for place, section in enumerate(sections):
         left = 0.0
+        axes.tick_params(labelsize=8)
         parts = [row for row in rows if row.section == section and row.case.startswith("of it ")]
         for row, colour in zip(parts, colours, strict=True):
             width = max(row.value or 0.0, 0.0)
             label = row.case.removeprefix("of it ") if place == 0 else None
             axes.barh(place, width, left=left, color=colour, height=0.6, label=label)
-            axes.text(left + width / 2, place, f"{width:.2f}", ha="center", va="center", fontsize=7)
+            if width > 0.1:
+                axes.text(left + width / 2, place, f"{width:.2f}", ha="center", va="center", fontsize=7)
             left += width
     axes.set_yticks(range(len(sections)), [section.partition(", ")[2] for section in sections])
     axes.set_ylim(-0.5, len(sections) + 0.2)
-    axes.set_xlabel("ns of processor time per path-step, 32 memory modes")
+    axes.set_xlabel("ns of processor time per path-step, 32 memory modes", fontsize=8)
     axes.legend(ncols=4, loc="upper left", frameon=False, fontsize=7)
     axes.spines[["top", "right"]].set_visible(False)

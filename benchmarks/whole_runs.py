@@ -14,28 +14,39 @@ from benchmarks.kernels import MODES, block_cpu, parts_of
 from benchmarks.measure import Row, best_wall, exponent
 from springpot import Oscillator, Springpot
 from springpot.processors import threads_available
-from springpot.simulation import run
+from springpot.simulation import Run, run
 from springpot.simulation.lanes import LANES
 
 __all__ = ["asked_error", "cost_of_length", "start_up"]
+
+_SHORT = 5.0  # s; shorter runs are measured again
 
 
 def asked_error(quick: bool) -> list[Row]:
     """Rows of section 6."""
     rtol = 0.1 if quick else 0.01
     section = f"<A^2> to {rtol:.0%}, Omega = C = q = 1"
+    run(Oscillator(), rtol=0.3)  # compiles
     rows = []
     for order in (0.5,) if quick else (0.5, 0.1):
         oscillator = Oscillator(springpot=Springpot(order, 1.0))
-        found = run(oscillator, rtol=rtol)  # compiles, and finds the memory
-        seconds = best_wall(partial(run, oscillator, rtol=rtol), 1 if quick else 2)
-        value, budget = found.values["amplitude_mean_square"], found.budgets["amplitude_mean_square"]
+        found: list[Run] = []
+        work = partial(_keep, found, oscillator, rtol)
+        seconds = best_wall(work, 1)
+        if seconds < _SHORT:
+            seconds = best_wall(work, 3)
+        value, budget = found[-1].values["amplitude_mean_square"], found[-1].budgets["amplitude_mean_square"]
+        settings = found[-1].settings
         note = (
             f"warm, {threads_available()} threads; <A^2> = {value:.4g} +- {budget.total:.2g} (total error); "
-            f"{found.settings.paths} paths of {found.settings.steps} steps of {found.settings.step:.3g} s"
+            f"{settings.paths:,} paths of {settings.steps:,} steps of {settings.step:.3g} s"
         )
         rows.append(Row(section, f"alpha = {order:g}", seconds, "s wall", note=note))
     return rows
+
+
+def _keep(found: list[Run], oscillator: Oscillator, rtol: float) -> None:
+    found.append(run(oscillator, rtol=rtol))
 
 
 def _peak_bytes(paths: int, steps: int) -> int:
