@@ -48,7 +48,7 @@ ABOUT = {
     "<A^2>": "Time to a total error (sampling, step, memory, start) that was asked for: `run(oscillator, rtol=0.01)`.",
     "one block": "Cost against the number of steps N, with a fixed memory and with the memory that N asks for.",
     "memory held": "What a run holds per path, for two lengths.",
-    "springpot simulate": "The command, first with empty caches and then again.",
+    "the command": "`springpot simulate`, first with empty caches and then again.",
     "machine": "What it was measured with.",
 }  # fmt: skip
 
@@ -103,7 +103,7 @@ def _ratio(row: Row) -> str:
     if row.ratio is None:
         return ""
     if row.ratio_to in ("peak", "the whole"):
-        return f"{row.ratio:.0%} of {row.ratio_to}"
+        return f"{round(100.0 * row.ratio)} % of {row.ratio_to}"
     return f"{_number(row.ratio)} x {row.ratio_to}"
 
 
@@ -138,7 +138,7 @@ def page(rows: Sequence[Row]) -> str:
                 f"| {row.case} | {_number(row.value)} {row.unit} | {_ratio(row)} | {row.note} |".replace("  ", " ")
                 for row in listed
             ]
-    return "\n".join(parts) + "\n"
+    return "\n".join(parts).replace("<", "&lt;") + "\n"  # <x^2> is no tag
 
 
 def draw(rows: Sequence[Row], path: Path) -> Path:

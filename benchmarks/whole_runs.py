@@ -95,7 +95,7 @@ def _command(folder: str, quick: bool) -> None:
 
 def start_up(quick: bool) -> list[Row]:
     """Rows of section 8."""
-    section = "springpot simulate, from the shell"
+    section = "the command springpot simulate"
     with tempfile.TemporaryDirectory() as folder:
         cold = best_wall(lambda: _command(folder, quick), 1)
         warm = best_wall(lambda: _command(folder, quick), 1 if quick else 3)
