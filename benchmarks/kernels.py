@@ -32,7 +32,7 @@ _ROUNDS = 8
 _chains = stack_array(_CHAINS * LANES)
 _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
-_five = stack_array((GROUP + 1) * LANES)
+_increments = stack_array(2 * GROUP * LANES)  # of a group and, with room to spare, of the steps before it
 _modes = stack_array(MODES * LANES)
 
 
@@ -102,21 +102,23 @@ def _normals_only(groups, k0, k1):
 def _sweep_only(scheme, wall, memory, start, groups):
     zero = memory.newest * f32(0)
     p = (zero, zero, zero, zero)
-    h, d, g = _four(zero), _five(zero), _four(f32(0))
+    h, d, g = _four(zero), _increments(zero), _four(f32(0))
     x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     seen = Seen(_four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    for i in range(2 * GROUP * LANES):
+        d[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
         g[i] = f32(i % 7) - f32(3)
     for lane in range(LANES):
-        x[lane], v[lane], d[lane] = start.x, start.v, zero
+        x[lane], v[lane] = start.x, start.v
     least = 1.0
     for _ in range(groups):
         _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, True)
         for lane in range(LANES):
             least = min(least, clear[lane] + seen.x[lane] + seen.force[lane] + seen.speed[lane])
-        for lane in range(LANES):
-            d[lane] = d[GROUP * LANES + lane]
+        for i in range(GROUP * LANES):
+            d[i] = d[GROUP * LANES + i]
     return least
 
 
@@ -124,10 +126,10 @@ def _sweep_only(scheme, wall, memory, start, groups):
 def _memory_only(memory, groups):
     zero = memory.newest * f32(0)
     modes = memory.powers.size // 4
-    z, h, d = _modes(zero), _four(zero), _five(zero)
+    z, h, d = _modes(zero), _four(zero), _increments(zero)
     for i in range(modes * LANES):
         z[i] = zero
-    for i in range((GROUP + 1) * LANES):
+    for i in range(2 * GROUP * LANES):
         d[i] = zero + f32(0.001)
     for _ in range(groups):
         _remember(z, d, h, modes, memory.powers, memory.weights)
