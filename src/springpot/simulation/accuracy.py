@@ -23,7 +23,7 @@ from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt
 from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
 from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import Settings, fastest_rate, relaxation_time, resolve
+from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
 from springpot.simulation.statistics import linearised, standard_error
 
 __all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
@@ -236,8 +236,12 @@ def reach(
 
 def _checked(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    struck = oscillator.barrier is not None
-    allowed = tuple(name for name in CONTROLLED if struck or not (name.startswith("impact") or name == "x_mean"))
+    allowed = tuple(
+        name
+        for name in CONTROLLED
+        if (impacts_are_countable(oscillator) or not name.startswith("impact"))
+        and (oscillator.barrier is not None or name != "x_mean")
+    )
     if not names or not set(names) <= set(allowed):
         given = ", ".join(map(str, names)) or "nothing"
         raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}.")

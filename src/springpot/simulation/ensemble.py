@@ -20,7 +20,7 @@ from springpot.memory.weights import Family
 from springpot.oscillator import Oscillator
 from springpot.simulation.kernel import COLUMNS, Memory, Start, block
 from springpot.simulation.lanes import GROUP, LANES, MOST_MODES
-from springpot.simulation.parts import Euler, NoWall, Rigid, Splitting, euler, fly, newest_weight_splitting, splitting
+from springpot.simulation.parts import Euler, NoWall, Rigid, Splitting, euler, fly, newest_weights_splitting, splitting
 from springpot.simulation.random import key_words
 from springpot.simulation.settings import Settings, fastest_rate, mirror
 
@@ -90,22 +90,24 @@ def tables(oscillator: Oscillator, settings: Settings) -> Tables:
     x0, v0 = sign * settings.initial_position / length, sign * settings.initial_velocity / length * time
     scale = coefficient * step**-order
     past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
-    weights = direct(family(settings), order, 4)
     scheme: Splitting | Euler
     if settings.scheme == "grunwald":
         scheme = euler(frequency, intensity, step, settings.contact_tolerance / length)
-        newest, share = weights[0], 1.0
+        older, share = 0.0, 1.0
     else:
         scheme = splitting(frequency, order, coefficient, intensity, step)
-        newest, share = newest_weight_splitting(order), scheme.drag / step
+        older, share = newest_weights_splitting(order)[1], scheme.drag / step
+    drive = _drive(order, scale, x0, settings)
+    # Riemann-Liouville's force at the start is largest at once, and the kick that stands for its first step comes later
+    early = -float(drive[0]) * step**2 * 0.5 * order / (2.0 - order) if drive.size else 0.0
     barrier = oscillator.barrier
     wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position / length, barrier.restitution)
     return Tables(
         scheme=scheme,
         wall=wall,
-        memory=_memory(past, scale, newest, weights, settings.precision),
-        start=_start(scheme, wall, frequency, x0, v0),
-        drive=_drive(order, scale, x0, settings),
+        memory=_memory(past, scale, recent_weights(order, settings), older, settings.precision),
+        start=_start(scheme, wall, frequency, x0, v0, early),
+        drive=drive,
         expected_power=0.5 * oscillator.excitation.intensity * share,
         length=length,
         time=time,
@@ -126,7 +128,15 @@ def _units(oscillator: Oscillator, settings: Settings) -> tuple[float, float]:
     return (2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0), time
 
 
-def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, precision: str) -> Memory:
+def recent_weights(order: float, settings: Settings) -> Floats:
+    """Weights of the four newest increments, in units of h^-alpha."""
+    weights = direct(family(settings), order, GROUP)
+    if settings.scheme == "default":
+        weights[:2] += newest_weights_splitting(order)
+    return weights
+
+
+def _memory(past: ExponentialSum, scale: float, recent: Floats, older: float, precision: str) -> Memory:
     if past.rates.size > MOST_MODES:
         raise ValueError(f"memory_tolerance asks for {past.rates.size} memory modes; the kernel holds {MOST_MODES}.")
     # an even number of modes, for the kernel takes two at a time; the odd one out weighs nothing
@@ -139,17 +149,20 @@ def _memory(past: ExponentialSum, scale: float, newest: float, weights: Floats, 
     return Memory(
         powers.ravel().astype(precision),
         weights_of_modes.ravel().astype(precision),
-        *(np.dtype(precision).type(scale * w) for w in (newest, *weights[1:4])),
+        *(np.dtype(precision).type(scale * w) for w in (recent[0], older, *recent[1:])),
     )
 
 
-def _start(scheme: Splitting | Euler, wall: NoWall | Rigid, frequency: float, x0: float, v0: float) -> Start:
-    """The state at the first kick: after half a step of free flight for the default scheme."""
+def _start(
+    scheme: Splitting | Euler, wall: NoWall | Rigid, frequency: float, x0: float, v0: float, early: float
+) -> Start:
+    """The state at the first kick: after half a step of free flight for the default scheme, and ``early`` beside."""
     energy = 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)
     if isinstance(scheme, Euler):
         return Start(x0, v0, 0.0, energy, 0.0, 0.0, 0.0)
     position, restitution = (wall.position, wall.restitution) if isinstance(wall, Rigid) else (-math.inf, 1.0)
     x, v, happened = fly.py_func(position, restitution, frequency, x0, v0, 0.5 * frequency * scheme.step)
+    x = max(x + early, position)
     return Start(float(x), float(v), float(x) - x0, energy, *(float(h) for h in happened[:3]))
 
 
@@ -220,4 +233,5 @@ def advance(
         "impact_speed_squares": speed**2, "collapses": 1.0, "energy_first": speed**2, "energy_last": speed**2,
         "x_end": made.length, "v_end": speed,
     }  # fmt: skip
-    return Ensemble(rows[: settings.paths] * [units[name] for name in COLUMNS], record)
+    rows *= [units[name] for name in COLUMNS]
+    return Ensemble(rows[: settings.paths], record)

@@ -45,7 +45,8 @@ class Memory(NamedTuple):
     powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 - 1 of each mode
     weights: npt.NDArray[np.floating]  # (4 * modes,) w a, w a^2, w a^3, w a^4
     newest: np.floating  # weight of the last increment
-    recent1: np.floating  # of the one before, and so on
+    older: np.floating  # what the one before weighs beyond its part in the modes
+    recent1: np.floating  # weight of the one before without the modes, and so on
     recent2: np.floating
     recent3: np.floating
 
@@ -64,7 +65,7 @@ class Start(NamedTuple):
 
 _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
-_five = stack_array((GROUP + 1) * LANES)
+_six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 
 
@@ -81,7 +82,7 @@ def _remember(z, d, h, modes, powers, weights):
         w1, w2, w3, w4 = weights[4 * k + 4], weights[4 * k + 5], weights[4 * k + 6], weights[4 * k + 7]
         i, j = k * LANES, (k + 1) * LANES
         for lane in range(LANES):
-            d0, d1, d2, d3 = d[lane], d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane]
+            d0, d1, d2, d3 = d[LANES + lane], d[2 * LANES + lane], d[3 * LANES + lane], d[4 * LANES + lane]
             y, q = z[i + lane], z[j + lane]
             y += a_loss * y + a3 * d0 + a2 * d1 + a1 * d2 + d3
             q += b_loss * q + b3 * d0 + b2 * d1 + b1 * d2 + d3
@@ -102,7 +103,7 @@ def _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched):
     else:
         x_seen, v_seen, x_next, v_next = drift(scheme, x, kicked)
         before = after = (0.0, 0.0, 0.0, 0.0)
-    d[LANES + at] = x_next - x
+    d[2 * LANES + at] = x_next - x
     if watched:
         seen.x[at] = x_seen
         seen.v[at] = v_seen
@@ -119,17 +120,18 @@ def _four_steps(scheme, wall, m, p, x, v, g, h, d, seen, lane, walled, watched):
     The newest increments count with their exact weights; sums of the past are of the type in which memory is kept.
     """
     at = lane
-    past = h[at] + m.newest * d[at] + p[0]
+    past = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
     x, v, c0, b0, f0 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = LANES + lane
-    past = h[at] + m.newest * d[at] + m.recent1 * d[lane] + p[1]
+    past = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
     x, v, c1, b1, f1 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = 2 * LANES + lane
-    past = h[at] + m.newest * d[at] + m.recent1 * d[LANES + lane] + m.recent2 * d[lane] + p[2]
+    past = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
+    past += m.recent2 * d[LANES + lane] + p[2]
     x, v, c2, b2, f2 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     at = 3 * LANES + lane
-    past = h[at] + m.newest * d[at] + m.recent1 * d[2 * LANES + lane] + m.recent2 * d[LANES + lane]
-    past += m.recent3 * d[lane] + p[3]
+    past = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
+    past += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
     x, v, c3, b3, f3 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
     return x, v, min(min(c0, c1), min(c2, c3)), (b0, b1, b2, b3), (f0, f1, f2, f3)
 
@@ -225,7 +227,7 @@ def block(
     modes = memory.powers.size // 4
     z = _modes(zero)
     h = _four(zero)
-    d = _five(zero)  # the increment before the group, then the group's four
+    d = _six(zero)  # the two increments before the group, then the group's four
     p = (zero, zero, zero, zero)
     g, fine = _four(f32(0)), _four(f32(0))
     x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
@@ -239,7 +241,7 @@ def block(
         h[i] = zero
     early = 1.0 if low == 0 else 0.0
     for lane in range(LANES):
-        x[lane], v[lane], d[lane] = start.x, start.v, start.increment
+        x[lane], v[lane], d[lane], d[LANES + lane] = start.x, start.v, zero, start.increment
         sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
         sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
         hits.impacts[lane] = early * start.impacts
@@ -273,7 +275,7 @@ def block(
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
         for lane in range(LANES):
-            d[lane] = d[GROUP * LANES + lane]
+            d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
         if low <= n and n + GROUP <= high:
             for lane in range(LANES):
                 for j in range(GROUP):

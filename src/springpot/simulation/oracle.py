@@ -13,8 +13,8 @@ from numba import njit
 
 from springpot.memory import direct
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import family, tables
-from springpot.simulation.lanes import FAST, f64
+from springpot.simulation.ensemble import Floats, Tables, family, recent_weights, tables
+from springpot.simulation.lanes import FAST, GROUP, f64
 from springpot.simulation.parts import bounce, kick
 from springpot.simulation.random import normals
 from springpot.simulation.settings import Settings, mirror
@@ -62,16 +62,22 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
     (101,)
     """
     made = tables(oscillator, settings)
-    order = oscillator.springpot.order
-    scale = oscillator.springpot.coefficient * settings.step**-order * made.time**2
-    weights = scale * direct(family(settings), order, settings.steps + 1)
-    weights[0] = made.memory.newest
+    weights = oracle_weights(oscillator, settings, made)
     g = normals(settings.seed, path + 1, settings.steps)[path]
     x, v, impacts = np.empty(settings.steps + 1), np.empty(settings.steps + 1), np.empty(settings.steps)
     _walk(made.scheme, made.wall, weights, made.drive, made.start, g, x, v, impacts)
     x, v = mirror(oscillator) * made.length * x, mirror(oscillator) * made.length / made.time * v
     x[0], v[0] = settings.initial_position, settings.initial_velocity
     return DirectPath(x, v, impacts)
+
+
+def oracle_weights(oscillator: Oscillator, settings: Settings, made: Tables) -> Floats:
+    """What each increment of the past weighs, newest first, in the kernel's units of force."""
+    order = oscillator.springpot.order
+    scale = oscillator.springpot.coefficient * settings.step**-order * made.time**2
+    weights = direct(family(settings), order, settings.steps + 1)
+    weights[:GROUP] = recent_weights(order, settings)[: settings.steps + 1]
+    return np.asarray(scale * weights)
 
 
 @njit(**FAST)

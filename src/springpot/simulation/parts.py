@@ -33,6 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 from numba.extending import overload
+from scipy import special
 
 from springpot.simulation.lanes import FAST, INLINE
 
@@ -85,8 +86,7 @@ class Rigid(NamedTuple):
 def splitting(frequency: float, order: float, coefficient: float, intensity: float, step: float) -> Splitting:
     """The default scheme's numbers for one step size."""
     phase = 0.5 * frequency * step
-    # weights of the kernel t^-alpha/Gamma(1-alpha) on the last step, for a velocity that is linear over it
-    damping = coefficient * order * step ** (1.0 - order) / math.gamma(3.0 - order)
+    damping = coefficient * step ** (1.0 - order) * _weight_of_slope(order)
     # mean over a step of the force that answers an impulse spread evenly over the same step
     answer = coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
     return Splitting(
@@ -105,9 +105,35 @@ def splitting(frequency: float, order: float, coefficient: float, intensity: flo
     )
 
 
-def newest_weight_splitting(order: float) -> float:
-    """Weight of the newest displacement increment, in units of h^-alpha, beside :attr:`Splitting.damping`."""
-    return 1.0 / math.gamma(2.0 - order) - order / math.gamma(3.0 - order)
+def _moment(order: float) -> float:
+    """First moment of the kernel over every step of the past, summed: -zeta(alpha - 1) / Gamma(2 - alpha)."""
+    return -(1.0 + float(special.zetac(order - 1.0))) / math.gamma(2.0 - order)
+
+
+def weight_of_last_impulse(order: float) -> float:
+    """Weight, in units of h^(1 - alpha), of the impulse at the last kick beyond what increments say of it.
+
+    An impulse stands for a force spread over the step around it, and the springpot's force is wanted as a mean over the
+    step around a later kick: the kernel's integral t^(1 - alpha) / Gamma(2 - alpha) between them, averaged twice.  The
+    sum of what that changes over all kicks before the present one is -1 / Gamma(4 - alpha) - zeta(alpha - 1) /
+    Gamma(2 - alpha), most of it due to the last; for smooth motion the sum is all that counts up to order h^2.
+    """
+    return _moment(order) - 1.0 / math.gamma(4.0 - order)
+
+
+def _weight_of_slope(order: float) -> float:
+    """Weight, in units of h^(1 - alpha), of the present velocity less the mean velocity of the last step.
+
+    That difference is half a step of the spring's acceleration, which every step of the past has too.  The last impulse
+    is the change of the mean velocity between the last two steps less twice this difference.
+    """
+    return 2.0 * _moment(order) - 2.0 * weight_of_last_impulse(order)
+
+
+def newest_weights_splitting(order: float) -> tuple[float, float]:
+    """What the newest two displacement increments weigh beyond their L1 weights, in units of h^-alpha."""
+    last = weight_of_last_impulse(order)
+    return last - _weight_of_slope(order), -last
 
 
 def euler(frequency: float, intensity: float, step: float, contact: float) -> Euler:

@@ -18,7 +18,17 @@ from springpot.simulation.accuracy import Budget, reach
 from springpot.simulation.adapted import Adapted, adapt
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import Options, Settings, energy_time, fastest_rate, mirror, relaxation_time, resolve
+from springpot.simulation.settings import (
+    COLLAPSE_BELOW,
+    Options,
+    Settings,
+    energy_time,
+    fastest_rate,
+    impacts_are_countable,
+    mirror,
+    relaxation_time,
+    resolve,
+)
 from springpot.simulation.statistics import estimates, standard_error
 from springpot.units import UNITS
 
@@ -27,8 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Run", "run", "simulate"]
 
-# McKean (1963): at and below this restitution white noise makes infinitely many impacts in a finite time
-COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
@@ -273,7 +281,7 @@ def simulate(
     Notes
     -----
     The motion obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.  Memory
-    use is about 112 bytes per path, whatever the number of steps.
+    use is about 230 bytes per path, whatever the number of steps.
 
     Examples
     --------
@@ -376,11 +384,11 @@ def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str
             f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
             f"{1e-4 * size:.1g} m."
         )
-    if oscillator.barrier is not None and oscillator.barrier.restitution <= COLLAPSE_BELOW:
+    if oscillator.barrier is not None and not impacts_are_countable(oscillator):
         found.append(
             f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
-            "white noise makes infinitely many impacts in a finite time, so the impact rate depends on the step and "
-            "means nothing; energies do."
+            "white noise makes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
+            "energies are not."
         )
     return found
 

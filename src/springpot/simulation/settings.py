@@ -18,6 +18,8 @@ Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 
+# McKean (1963): at and below this restitution white noise makes infinitely many impacts in a finite time
+COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
@@ -153,6 +155,11 @@ def creep_time(oscillator: Oscillator) -> float:
         return 0.0
     logarithm = math.log(spring.coefficient / oscillator.natural_frequency**2) / spring.order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf
+
+
+def impacts_are_countable(oscillator: Oscillator) -> bool:
+    """Is there a wall, with a restitution at which impact rate and mean impact speed are finite?"""
+    return oscillator.barrier is not None and oscillator.barrier.restitution > COLLAPSE_BELOW
 
 
 def mirror(oscillator: Oscillator) -> float:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from springpot.oscillator import Oscillator
 from springpot.simulation.ensemble import Tables
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import Settings, mirror
+from springpot.simulation.settings import Settings, impacts_are_countable, mirror
 from springpot.units import UNITS
 
 __all__ = ["estimates", "linearised", "standard_error"]
@@ -34,7 +34,8 @@ def estimates(
     Returns
     -------
     values, errors : dict
-        Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN.
+        Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN, and so are impact rate
+        and speeds at a restitution that makes infinitely many impacts.
     """
     found = linearised(oscillator, settings, made, rows)
     return (
@@ -76,6 +77,9 @@ def linearised(
     found = {name: (float(samples.mean()), samples) for name, samples in per_path.items()}
     found["impact_speed_mean"] = _ratio(column["impact_speeds"], column["impacts"])
     found["impact_speed_mean_square"] = _ratio(column["impact_speed_squares"], column["impacts"])
+    if oscillator.barrier is not None and not impacts_are_countable(oscillator):
+        undefined = math.nan, np.full(len(rows), np.nan)
+        found |= dict.fromkeys(("impact_rate", "impact_speed_mean", "impact_speed_mean_square"), undefined)
     return found
 
 
