@@ -120,9 +120,9 @@ def _slope(tried: list[tuple[float, float]]) -> float:
 
 def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
-    step = 5.0 * default_step(oscillator, "default")
-    longest = 10.0 / oscillator.natural_frequency
-    duration = 10.0 * max(energy_time(oscillator), min(creep_time(oscillator), 10.0 * longest), longest)
+    step = 8.0 * default_step(oscillator, "default")
+    cycle = 5.0 / oscillator.natural_frequency
+    duration = 10.0 * max(energy_time(oscillator), min(creep_time(oscillator), 20.0 * cycle), cycle)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
     return replace(

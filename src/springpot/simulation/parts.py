@@ -208,17 +208,34 @@ def _bounce_never(scheme, wall, x, v):
 
 @_answers(clearance, Splitting, Rigid)
 def _clearance_splitting(scheme, wall, x0, xm, x):
-    # with a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above:
-    # by at most (acceleration at the wall) (half step)^2 / 8 below the lower of them
+    return min(x0, min(xm, x)) - _reach(scheme, wall)
+
+
+@njit(**INLINE)
+def _reach(scheme, wall):
+    """Place above which both ends of half a step must lie for the wall not to be met in it.
+
+    With a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above: by at
+    most (acceleration at the wall) (half step)^2 / 8 below the lower of them.
+    """
     dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return min(x0, min(xm, x)) - (wall.position + dip)
+    return wall.position + dip
+
+
+@njit(**INLINE)
+def _half_step(scheme, wall, x, v):
+    """Half a step with the wall in it; its trigonometry is for the few that meet the wall."""
+    xh = scheme.cosine * x + scheme.sine_over_frequency * v
+    vh = scheme.cosine * v - scheme.sine_times_frequency * x
+    if min(x, xh) > _reach(scheme, wall):
+        return xh, vh, (0.0, 0.0, 0.0, 0.0)
+    return fly(wall.position, wall.restitution, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step)
 
 
 @_answers(bounce, Splitting, Rigid)
 def _bounce_splitting(scheme, wall, x, v):
-    phase = 0.5 * scheme.frequency * scheme.step
-    xm, vm, before = fly(wall.position, wall.restitution, scheme.frequency, x, v, phase)
-    xn, vn, after = fly(wall.position, wall.restitution, scheme.frequency, xm, vm, phase)
+    xm, vm, before = _half_step(scheme, wall, x, v)
+    xn, vn, after = _half_step(scheme, wall, xm, vm)
     return xm, vm, xn, vn, before, after
 
 
