@@ -172,6 +172,17 @@ def test_a_contact_tolerance_too_wide_for_the_motion_is_warned_about() -> None:
     assert any(w.startswith("contact_tolerance") for w in found.warnings)
 
 
+@pytest.mark.validation
+def test_standard_errors_of_adapted_runs_hold_over_seeds() -> None:
+    """All paths of a run share x(0), whose own sampling error the spread between paths cannot show."""
+    settings = {"paths": 20_000, "duration": 150.0, "step": 0.05, "start": "stationary"}
+    runs = [run(oscillator(0.1), seed=seed, **settings) for seed in range(16)]
+    for name in ("impact_rate", "springpot_force_mean", "x_mean", "x_mean_square", "v_mean_square"):
+        scatter = np.std([r.values[name] for r in runs], ddof=1)
+        stated = np.mean([r.errors[name] for r in runs])
+        assert scatter / stated < 1.7, name  # four standard errors of a spread from 16 samples
+
+
 def test_four_times_the_intensity_doubles_the_path_bit_for_bit() -> None:
     settings = {"paths": 100, "duration": 60.0, "step": 0.02, "record": 100}
     one = run(oscillator(), **settings)

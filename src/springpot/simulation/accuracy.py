@@ -20,7 +20,7 @@ import numpy as np
 from scipy import optimize
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.simulation.adapted import Adapted, adapt
+from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
@@ -269,6 +269,8 @@ def _combine(
     differences = {}
     settings = levels.coarse.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
+    energy = _left_of_the_energy(oscillator, settings)
+    owed = owed_to_the_start(oscillator, settings, adapted, {name: many[name][0] for name in many})
     for name in many:
         difference = fine[name][0] - coarse[name][0]
         its_error = standard_error(fine[name][1] - coarse[name][1])
@@ -280,7 +282,7 @@ def _combine(
                 standard_error=errors[name],
                 step_bias=(abs(difference) + its_error) / (2.0 ** _order(oscillator, name) - 1.0),
                 memory_bias=memory * abs(values[name]),
-                transient=_left_of_the_start(oscillator, settings, adapted, name) * abs(values[name]),
+                transient=energy * abs(values[name]) + NORMAL * owed[name],
             )
     return values, errors, budgets, differences
 
@@ -312,22 +314,11 @@ def slow_impact_order(restitution: float) -> float:
     return -0.5 * float(root)
 
 
-def _left_of_the_start(oscillator: Oscillator, settings: Settings, adapted: Adapted, name: str) -> float:
-    """Relative bound on what the start leaves: the energy's transient, and the memory of a start not quite adapted.
-
-    An x(0) that is off by d leaves the force C d t^-alpha / Gamma(1 - alpha).  By simulation it moves mean, impact rate
-    and speeds by less than that over Omega^2, relative to the root mean square displacement, and energies by less than
-    half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2 for <v^2>).
-    """
+def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:
+    """Share of the energy's transient in the average over the window."""
     relaxation = relaxation_time(oscillator)
     begin, end = settings.window
-    energy = relaxation / (end - begin) * math.exp(-begin / relaxation)
-    order, frequency = oscillator.springpot.order, oscillator.natural_frequency
-    if order == 1.0:
-        return energy
-    fading = (frequency * begin) ** -order / math.gamma(1.0 - order)
-    felt = 0.5 if name.endswith("mean_square") and not name.startswith("impact") else 1.0
-    return energy + float(felt * NORMAL * adapted.error * oscillator.dimensionless_coefficient * fading)
+    return relaxation / (end - begin) * math.exp(-begin / relaxation)
 
 
 def _targets(

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import Budget, reach
-from springpot.simulation.adapted import Adapted, adapt
+from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import (
@@ -158,6 +158,9 @@ def run(
     made = tables(oscillator, settings)
     ensemble = advance(oscillator, settings, made, progress=progress)
     values, errors = estimates(oscillator, settings, made, ensemble.rows)
+    if adapted is not None:
+        owed = owed_to_the_start(oscillator, settings, adapted, values)
+        errors = {name: math.hypot(error, owed[name]) for name, error in errors.items()}
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -243,7 +246,8 @@ def simulate(
         ``contact_tolerance`` of the wall or beyond it and moves towards it).
     start : {"rest", "stationary"}
         ``"rest"`` starts from x(0) and x'(0); ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs,
-        so that the springpot has no transient of the mean to remember.
+        so that the springpot has no transient of the mean to remember; the standard errors then include a bound on what
+        they owe to the sampling error of x(0).
     initial_position, initial_velocity : float
         x(0) in m and x'(0) in m/s; x(0) is the equilibrium, or the wall if that lies behind it, if left out.
     derivative : {"caputo", "riemann-liouville"}
