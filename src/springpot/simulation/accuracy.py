@@ -25,18 +25,11 @@ from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tab
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
 from springpot.simulation.statistics import linearised, standard_error
+from springpot.theory.result import MOMENTS
 
 __all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
 
-CONTROLLED = (
-    "amplitude_mean_square",
-    "x_mean",
-    "x_mean_square",
-    "v_mean_square",
-    "impact_rate",
-    "impact_speed_mean",
-    "impact_speed_mean_square",
-)
+CONTROLLED = MOMENTS
 """Quantities that have a budget."""
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors

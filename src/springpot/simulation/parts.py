@@ -195,11 +195,13 @@ def _drift_splitting(scheme, x, v):
     return xm, vm, xn, vn
 
 
+@_answers(clearance, Euler, NoWall)
 @_answers(clearance, Splitting, NoWall)
 def _clear_of_nothing(scheme, wall, x0, xm, x):
     return 1.0
 
 
+@_answers(bounce, Euler, NoWall)
 @_answers(bounce, Splitting, NoWall)
 def _bounce_never(scheme, wall, x, v):
     xm, vm, xn, vn = drift(scheme, x, v)
@@ -294,17 +296,6 @@ def _kick_euler(scheme, x, v, past, g):
 def _drift_euler(scheme, x, v):
     xn = x + scheme.step * v
     return xn, v, xn, v
-
-
-@_answers(clearance, Euler, NoWall)
-def _clear_of_nothing_euler(scheme, wall, x0, xm, x):
-    return 1.0
-
-
-@_answers(bounce, Euler, NoWall)
-def _bounce_never_euler(scheme, wall, x, v):
-    xm, vm, xn, vn = drift(scheme, x, v)
-    return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
 @_answers(clearance, Euler, Rigid)
