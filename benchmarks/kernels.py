@@ -14,8 +14,9 @@ from benchmarks.measure import Row, best_cpu
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
 from springpot.simulation.ensemble import Tables, tables
-from springpot.simulation.kernel import COLUMNS, Memory, Seen, _remember, _sweep, block
+from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
 
@@ -99,24 +100,27 @@ def _normals_only(groups, k0, k1):
 
 
 @njit(nogil=True, **FAST)
-def _sweep_only(scheme, wall, memory, start, groups):
+def _sweep_only(scheme, wall, load, memory, start, observers, groups):
     zero = memory.newest * f32(0)
     p = (zero, zero, zero, zero)
-    h, d, g = _four(zero), _increments(zero), _four(f32(0))
-    x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
-    seen = Seen(_four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    h, d, g, clear = _four(zero), _increments(zero), _four(f32(0)), _state(0.0)
+    now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
+    seen = Seen(_four(0.0), _four(0.0))
+    found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
+    ear = Ear(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
+    counts = (1.0, 1.0, 1.0, 1.0, 1.0)
     for i in range(2 * GROUP * LANES):
         d[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
         g[i] = f32(i % 7) - f32(3)
     for lane in range(LANES):
-        x[lane], v[lane] = start.x, start.v
+        now.x[lane], now.v[lane], now.e[lane] = start.x, start.v, 0.0
     least = 1.0
-    for _ in range(groups):
-        _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, True)
+    for n in range(groups):
+        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, counts, ear, found, True)
         for lane in range(LANES):
-            least = min(least, clear[lane] + seen.x[lane] + seen.force[lane] + seen.speed[lane])
+            least = min(least, clear[lane] + found.x[lane] + found.power[lane] + found.virial[lane])
         for i in range(GROUP * LANES):
             d[i] = d[GROUP * LANES + i]
     return least
@@ -169,8 +173,8 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
 
     def run(count: int = steps) -> None:
         block(
-            made.scheme, made.wall, made.memory, made.drive, made.start, parts.stiffness, 0, count, count // 2, count,
-            k0, k1, 0, False, record, stop, rows,
+            made.scheme, made.wall, made.load, made.memory, made.drive, made.start, parts.stiffness,
+            0, count, count // 2, count, k0, k1, 0, False, NOBODY, record, stop, rows,
         )  # fmt: skip
 
     run(GROUP)
@@ -183,7 +187,7 @@ def _division(parts: Parts) -> dict[str, float]:
     k0, k1 = key_words(1)
     drivers: dict[str, Callable[[int], Any]] = {
         "normals": lambda count: _normals_only(count, k0, k1),
-        "sweep": lambda count: _sweep_only(made.scheme, made.wall, made.memory, made.start, count),
+        "sweep": lambda count: _sweep_only(made.scheme, made.wall, made.load, made.memory, made.start, NOBODY, count),
         "memory": lambda count: _memory_only(made.memory, count),
     }
     for driver in drivers.values():

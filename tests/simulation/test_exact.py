@@ -13,6 +13,7 @@ from springpot.simulation import run
 from springpot.simulation.adapted import adapt
 from springpot.simulation.ensemble import advance, tables
 from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.oracle import _walk, oracle_weights
 from springpot.simulation.settings import resolve
 
@@ -113,9 +114,10 @@ def test_weak_order_of_the_default_scheme_is_two(order: float) -> None:
         made = tables(problem, settings)
         normals = np.zeros(settings.steps, np.float32)
         normals[0] = 1.0
-        x, v, impacts = (np.zeros(settings.steps + 1) for _ in range(3))
+        x, v = np.zeros(settings.steps + 1), np.zeros(settings.steps + 1)
+        ear = Ear(*(np.zeros(settings.steps) for _ in range(4)), NOBODY)
         weights = oracle_weights(problem, settings, made)
-        _walk(made.scheme, made.wall, weights, made.drive, made.start, normals, x, v, impacts)
+        _walk(made.scheme, made.wall, made.load, weights, made.drive, made.start, normals, x, v, ear)
         biases.append([float((a[1:] ** 2).sum()) / e - 1.0 for a, e in zip((x, v), exact, strict=True)])
     for coarse, fine in zip(*biases, strict=True):
         assert abs(fine) < 1e-3

@@ -1,7 +1,8 @@
 """Answers with dice: Monte Carlo of the impacting fractional oscillator."""
 
 from springpot.simulation.accuracy import CONTROLLED, Budget
+from springpot.simulation.observers import Distribution
 from springpot.simulation.run import Run, run, simulate
 from springpot.units import UNITS
 
-__all__ = ["CONTROLLED", "UNITS", "Budget", "Run", "run", "simulate"]
+__all__ = ["CONTROLLED", "UNITS", "Budget", "Distribution", "Run", "run", "simulate"]

@@ -1,14 +1,17 @@
 """A disk cache of compiled kernels that never serves a stale one.
 
 Numba's own cache looks at the one file a function is defined in; a kernel here is compiled from several.  So the key
-also holds a digest of every source file of this folder.  Where no folder can be written, the kernel is compiled anew in
-each process.
+also holds a digest of every source file of this folder, and of the files in which parts from elsewhere are defined.
+Where no folder can be written, the kernel is compiled anew in each process.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +19,33 @@ from numba.core.caching import FunctionCache
 
 __all__ = ["cache_folder", "cached"]
 
-_DIGEST = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
+_FOLDER = Path(__file__).parent
+
+
+def _digest(files: Iterable[Path]) -> str:
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
+
+
+_DIGEST = _digest(_FOLDER.glob("*.py"))
+
+
+def _files_of_parts(kind: Any) -> set[Path | None]:
+    """Files outside this folder that define the NamedTuples in a Numba type; None for a class without a file."""
+    found: set[Path | None] = set()
+    if (part := getattr(kind, "instance_class", None)) is not None:
+        file = getattr(sys.modules.get(part.__module__), "__file__", None)
+        found.add(Path(file) if file else None)
+    for inner in getattr(kind, "types", ()):
+        found |= _files_of_parts(inner)
+    return {file for file in found if file is None or file.parent != _FOLDER}
 
 
 class _SourceCache(FunctionCache):  # type: ignore[misc]
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (*super()._index_key(sig, codegen), _DIGEST)
+        files = set().union(*map(_files_of_parts, sig))
+        # a part typed at a prompt has no source to compare: a key that no other process has
+        foreign = os.getpid() if None in files else _digest(file for file in files if file is not None)
+        return (*super()._index_key(sig, codegen), _DIGEST, foreign)
 
 
 def cached(dispatcher: Any) -> Any:

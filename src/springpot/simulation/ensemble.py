@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
@@ -18,9 +19,21 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.memory.weights import Family
 from springpot.oscillator import Oscillator
-from springpot.simulation.kernel import COLUMNS, Memory, Start, block
+from springpot.simulation.kernel import COLUMNS, Memory, block
 from springpot.simulation.lanes import GROUP, LANES, MOST_MODES
-from springpot.simulation.parts import Euler, NoWall, Rigid, Splitting, euler, fly, newest_weights_splitting, splitting
+from springpot.simulation.listening import HEADER, Observers
+from springpot.simulation.observers import BATCHES, Observer
+from springpot.simulation.parts import (
+    Euler,
+    NoWall,
+    Rigid,
+    Splitting,
+    Start,
+    White,
+    euler,
+    newest_weights_splitting,
+    splitting,
+)
 from springpot.simulation.random import key_words
 from springpot.simulation.settings import Settings, fastest_rate, mirror
 
@@ -36,7 +49,7 @@ class Tables:
 
     Attributes
     ----------
-    scheme, wall, memory, start
+    scheme, wall, load, memory, start
         Parts of the kernel.
     drive : ndarray
         Force in each step that stems from x(0), or empty (Caputo's derivative, or x(0) = 0).
@@ -51,6 +64,7 @@ class Tables:
 
     scheme: Splitting | Euler
     wall: NoWall | Rigid
+    load: White
     memory: Memory
     start: Start
     drive: npt.NDArray[np.floating]
@@ -69,10 +83,13 @@ class Ensemble:
     rows : ndarray, shape (paths, len(COLUMNS))
     record : ndarray, shape (recorded, steps + 1, 2)
         x and v at 0, h, 2h, ...
+    observed : tuple of ndarray
+        What each observer left: shape (paths, numbers), or (batches, size) for counts.
     """
 
     rows: Floats
     record: Floats
+    observed: tuple[Floats, ...] = ()
 
 
 def family(settings: Settings) -> Family:
@@ -92,21 +109,23 @@ def tables(oscillator: Oscillator, settings: Settings) -> Tables:
     past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
     scheme: Splitting | Euler
     if settings.scheme == "grunwald":
-        scheme = euler(frequency, intensity, step, settings.contact_tolerance / length)
+        scheme = euler(frequency, step, settings.contact_tolerance / length)
         older, share = 0.0, 1.0
     else:
-        scheme = splitting(frequency, order, coefficient, intensity, step)
-        older, share = newest_weights_splitting(order)[1], scheme.drag / step
+        scheme = splitting(frequency, order, coefficient, step)
+        older, share = newest_weights_splitting(order)[1], scheme.share
     drive = _drive(order, scale, x0, settings)
     # Riemann-Liouville's force at the start is largest at once, and the kick that stands for its first step comes later
-    early = -float(drive[0]) * step**2 * 0.5 * order / (2.0 - order) if drive.size else 0.0
+    late = settings.scheme == "default" and drive.size > 0
+    early = -float(drive[0]) * step**2 * 0.5 * order / (2.0 - order) if late else 0.0
     barrier = oscillator.barrier
     wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position / length, barrier.restitution)
     return Tables(
         scheme=scheme,
         wall=wall,
+        load=White(math.sqrt(intensity * step)),
         memory=_memory(past, scale, recent_weights(order, settings), older, settings.precision),
-        start=_start(scheme, wall, frequency, x0, v0, early),
+        start=Start(x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0), early),
         drive=drive,
         expected_power=0.5 * oscillator.excitation.intensity * share,
         length=length,
@@ -153,19 +172,6 @@ def _memory(past: ExponentialSum, scale: float, recent: Floats, older: float, pr
     )
 
 
-def _start(
-    scheme: Splitting | Euler, wall: NoWall | Rigid, frequency: float, x0: float, v0: float, early: float
-) -> Start:
-    """The state at the first kick: after half a step of free flight for the default scheme, and ``early`` beside."""
-    energy = 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)
-    if isinstance(scheme, Euler):
-        return Start(x0, v0, 0.0, energy, 0.0, 0.0, 0.0)
-    position, restitution = (wall.position, wall.restitution) if isinstance(wall, Rigid) else (-math.inf, 1.0)
-    x, v, happened = fly.py_func(position, restitution, frequency, x0, v0, 0.5 * frequency * scheme.step)
-    x = max(x + early, position)
-    return Start(float(x), float(v), float(x) - x0, energy, *(float(h) for h in happened[:3]))
-
-
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:
     """Riemann-Liouville's x(0) t^-alpha / Gamma(1 - alpha), as the scheme's own weights see it."""
     if settings.derivative == "caputo" or x0 == 0.0:
@@ -182,6 +188,7 @@ def advance(
     stream: int = 0,
     skipped: int = 0,
     halved: bool = False,
+    observers: Sequence[Observer] = (),
     progress: Progress | None = None,
 ) -> Ensemble:
     """Run all paths, block by block, on ``settings.threads`` threads.
@@ -200,14 +207,29 @@ def advance(
     done = itertools.count(1)
     stiffness = (oscillator.natural_frequency * made.time) ** 2
 
+    sign, speed = mirror(oscillator), made.length / made.time
+    header = np.array([sign * made.length, sign * speed, made.time, oscillator.natural_frequency * made.time])
+    observed = [_room(observer, blocks) for observer in observers]
+    adding = threading.Lock()
+
     def work() -> None:
+        arrays = [np.concatenate([header, observer.initial]) for observer in observers]
+        listening = _addresses(observers, arrays)
         while not stop[0] and (number := next(next_block)) < blocks:
             first = number * LANES
+            for observer, array in zip(observers, arrays, strict=True):
+                array[len(HEADER) :] = observer.initial
             block(
-                made.scheme, made.wall, made.memory, made.drive, made.start, stiffness,
-                skipped + first, settings.steps, low, high, k0, k1, stream, halved,
+                made.scheme, made.wall, made.load, made.memory, made.drive, made.start, stiffness,
+                skipped + first, settings.steps, low, high, k0, k1, stream, halved, listening,
                 record[first : first + LANES], stop, rows[first : first + LANES],
             )  # fmt: skip
+            for observer, array, room in zip(observers, arrays, observed, strict=True):
+                if observer.per_path:
+                    room[first : first + LANES] = array[len(HEADER) :].reshape(-1, LANES).T
+                else:
+                    with adding:  # whole numbers: their sum does not depend on the order
+                        room[number % BATCHES] += array[len(HEADER) :]
             finished = next(done)
             if progress is not None and not stop[0]:
                 progress(finished / blocks)
@@ -224,9 +246,8 @@ def advance(
             raise
     for future in futures:
         future.result()
-    speed = made.length / made.time
     record *= made.length, speed
-    record[:, 0] = mirror(oscillator) * settings.initial_position, mirror(oscillator) * settings.initial_velocity
+    record[:, 0] = sign * settings.initial_position, sign * settings.initial_velocity
     units = {
         "x": made.length, "x_square": made.length**2, "v_square": speed**2, "force": speed / made.time,
         "power": speed**2 / made.time, "virial": speed**2, "impacts": 1.0, "impact_speeds": speed,
@@ -234,4 +255,29 @@ def advance(
         "x_end": made.length, "v_end": speed,
     }  # fmt: skip
     rows *= [units[name] for name in COLUMNS]
-    return Ensemble(rows[: settings.paths], record)
+    kept = tuple(
+        room[: settings.paths] if observer.per_path else room
+        for observer, room in zip(observers, observed, strict=True)
+    )
+    return Ensemble(rows[: settings.paths], record, kept)
+
+
+def _room(observer: Observer, blocks: int) -> Floats:
+    """Where the blocks put what an observer has accumulated."""
+    if observer.per_path:
+        return np.empty((blocks * LANES, observer.initial.size // LANES))
+    return np.zeros((min(blocks, BATCHES), observer.initial.size))
+
+
+def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Observers:
+    """The observers as the kernel knows them."""
+
+    def numbers(found: Iterable[int]) -> npt.NDArray[np.int64]:
+        return np.fromiter(found, np.int64)
+
+    return Observers(
+        watch=numbers(0 if o.watch is None else o.watch.address for o in observers),
+        hear=numbers(0 if o.hear is None else o.hear.address for o in observers),
+        place=numbers(array.ctypes.data for array in arrays),
+        every=numbers(o.every for o in observers),
+    )

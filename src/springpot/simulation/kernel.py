@@ -1,4 +1,4 @@
-"""The block kernel: lanes of paths, memory, walls and sums.  It knows no law of physics; the parts do.
+"""The block kernel: lanes of paths, memory, walls, loads and sums.  It knows no law of physics; the parts do.
 
 Four steps make a group.  In each group every lane is first advanced as if there were no wall, which the compiler turns
 into vector code; the few lanes that may have met the wall are then advanced again from the saved state with the impacts
@@ -25,10 +25,11 @@ from springpot.simulation.lanes import (
     f64,
     stack_array,
 )
-from springpot.simulation.parts import bounce, clearance, drift, kick
+from springpot.simulation.listening import Ear, watch
+from springpot.simulation.parts import begin, bounce, clearance, drift, kick, push
 from springpot.simulation.random import draw
 
-__all__ = ["COLUMNS", "Memory", "Start", "block"]
+__all__ = ["COLUMNS", "Memory", "block"]
 
 # What a block leaves for every path: sums over the steps of the window, then values at instants.
 COLUMNS = (
@@ -49,18 +50,6 @@ class Memory(NamedTuple):
     recent1: np.floating  # weight of the one before without the modes, and so on
     recent2: np.floating
     recent3: np.floating
-
-
-class Start(NamedTuple):
-    """State of every path at the first kick, and what happened before it."""
-
-    x: float
-    v: float
-    increment: float  # displacement since time 0
-    energy: float  # at time 0
-    impacts: float
-    impact_speeds: float
-    impact_speed_squares: float
 
 
 _state = stack_array(LANES)
@@ -95,65 +84,115 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched):
-    """One step of one lane; the increment goes to ``d``, what observers look at to place ``at`` of ``seen``."""
-    kicked, pull = kick(scheme, x, v, f64(past), f64(g[at]))
+def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, ear, lane, walled, watched):
+    """One step of one lane; the increment goes to ``d``, what observers look at to place ``at`` of ``seen``.
+
+    Returns the state, the clearance and what the step adds to the sums (nothing if ``counts[0]`` is 0).
+    """
+    pushed, e = push(load, n, x, v, e, f64(g[at]))
+    kicked, pull = kick(scheme, x, v, f64(past), pushed)
     if walled:
-        x_seen, v_seen, x_next, v_next, before, after = bounce(scheme, wall, x, kicked)
+        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, kicked, ear, lane, counts[0], counts[1])
     else:
         x_seen, v_seen, x_next, v_next = drift(scheme, x, kicked)
-        before = after = (0.0, 0.0, 0.0, 0.0)
     d[2 * LANES + at] = x_next - x
     if watched:
         seen.x[at] = x_seen
         seen.v[at] = v_seen
-        seen.x_kick[at] = x
-        seen.force[at] = pull
-        seen.speed[at] = 0.5 * (v + kicked)
-    return x_next, v_next, clearance(scheme, wall, x, x_seen, x_next), before, after
+    x_counted, force = counts[0] * x_seen, counts[0] * pull
+    found = (
+        x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen,
+        force, force * (0.5 * (v + kicked)), force * x,
+    )  # fmt: skip
+    return x_next, v_next, e, clearance(scheme, wall, x, x_seen, x_next), found
 
 
 @njit(**INLINE)
-def _four_steps(scheme, wall, m, p, x, v, g, h, d, seen, lane, walled, watched):
-    """Four steps of one lane: -> x, v, least clearance, impacts before and after each observation.
+def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, ear, lane, walled, watched):
+    """Four steps of one lane: -> x, v, e, least clearance, what they add to the sums.
 
     The newest increments count with their exact weights; sums of the past are of the type in which memory is kept.
+    ``c`` holds 1 for each step that counts, 0 for the others, and one more for the half step after the last.
     """
     at = lane
     past = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
-    x, v, c0, b0, f0 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
+    x, v, e, c0, s0 = _step(
+        scheme, wall, load, n, x, v, e, past, g, at, d, seen, (c[0], c[1]), ear, lane, walled, watched
+    )
     at = LANES + lane
     past = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
-    x, v, c1, b1, f1 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
+    x, v, e, c1, s1 = _step(
+        scheme, wall, load, n + 1, x, v, e, past, g, at, d, seen, (c[1], c[2]), ear, lane, walled, watched
+    )
     at = 2 * LANES + lane
     past = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
     past += m.recent2 * d[LANES + lane] + p[2]
-    x, v, c2, b2, f2 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
+    x, v, e, c2, s2 = _step(
+        scheme, wall, load, n + 2, x, v, e, past, g, at, d, seen, (c[2], c[3]), ear, lane, walled, watched
+    )
     at = 3 * LANES + lane
     past = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
     past += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
-    x, v, c3, b3, f3 = _step(scheme, wall, x, v, past, g, at, d, seen, walled, watched)
-    return x, v, min(min(c0, c1), min(c2, c3)), (b0, b1, b2, b3), (f0, f1, f2, f3)
+    x, v, e, c3, s3 = _step(
+        scheme, wall, load, n + 3, x, v, e, past, g, at, d, seen, (c[3], c[4]), ear, lane, walled, watched
+    )
+    sums = (
+        s0[0] + s1[0] + s2[0] + s3[0], s0[1] + s1[1] + s2[1] + s3[1], s0[2] + s1[2] + s2[2] + s3[2],
+        s0[3] + s1[3] + s2[3] + s3[3], s0[4] + s1[4] + s2[4] + s3[4], s0[5] + s1[5] + s2[5] + s3[5],
+    )  # fmt: skip
+    return x, v, e, min(min(c0, c1), min(c2, c3)), sums
 
 
 @njit(**INLINE)
-def _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, watched):
+def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, watched):
     """Four steps of every lane as if there were no wall: vector code."""
     for lane in range(LANES):
-        x_saved[lane], v_saved[lane] = x[lane], v[lane]
-        x[lane], v[lane], clear[lane], _, _ = _four_steps(
-            scheme, wall, memory, p, x[lane], v[lane], g, h, d, seen, lane, False, watched
+        saved.x[lane], saved.v[lane], saved.e[lane] = now.x[lane], now.v[lane], now.e[lane]
+        now.x[lane], now.v[lane], now.e[lane], clear[lane], sums = _four_steps(
+            scheme,
+            wall,
+            load,
+            memory,
+            p,
+            n,
+            now.x[lane],
+            now.v[lane],
+            now.e[lane],
+            g,
+            h,
+            d,
+            seen,
+            c,
+            ear,
+            lane,
+            False,
+            watched,
         )
+        if watched:
+            _put(found, lane, sums)
 
 
 @njit(**INLINE)
-def _count(n, low, high, happened, hits, lane):
-    """Add impacts that belong to step ``n`` to the sums of the window; collapses count over the whole run."""
-    hits.collapses[lane] += happened[3]
-    if happened[0] > 0.0 and low <= n < high:
-        hits.impacts[lane] += happened[0]
-        hits.speeds[lane] += happened[1]
-        hits.squares[lane] += happened[2]
+def _put(found, lane, sums):
+    found.x[lane], found.xx[lane], found.vv[lane] = sums[0], sums[1], sums[2]
+    found.force[lane], found.power[lane], found.virial[lane] = sums[3], sums[4], sums[5]
+
+
+@njit(**INLINE)
+def _add(sums, found, lane):
+    """Add what a group of one lane found to the sums of the window."""
+    sums.x[lane] += found.x[lane]
+    sums.xx[lane] += found.xx[lane]
+    sums.vv[lane] += found.vv[lane]
+    sums.force[lane] += found.force[lane]
+    sums.power[lane] += found.power[lane]
+    sums.virial[lane] += found.virial[lane]
+
+
+@njit(**INLINE)
+def _counts(n, low, high):
+    """1.0 if step n lies in the window, otherwise 0.0."""
+    return 1.0 if low <= n < high else 0.0
 
 
 @njit(**INLINE)
@@ -169,18 +208,23 @@ def _draw(group, first, stream, k0, k1, halved, g, fine):
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
-class Seen(NamedTuple):
-    """Lane arrays of what observers look at."""
+class State(NamedTuple):
+    """Lane arrays of the state at a kick."""
 
     x: Any
     v: Any
-    x_kick: Any
-    force: Any
-    speed: Any
+    e: Any  # of the load
+
+
+class Seen(NamedTuple):
+    """Lane arrays of what observers look at, at the end of each of four steps."""
+
+    x: Any
+    v: Any
 
 
 class Sums(NamedTuple):
-    """Lane arrays of the sums over the window."""
+    """Lane arrays of sums over steps."""
 
     x: Any
     xx: Any
@@ -190,38 +234,18 @@ class Sums(NamedTuple):
     virial: Any
 
 
-class Hits(NamedTuple):
-    """Lane arrays of impacts in the window."""
-
-    impacts: Any
-    speeds: Any
-    squares: Any
-    collapses: Any
-
-
-@njit(**INLINE)
-def _add(sums, seen, lane, at):
-    """Add one observation to the sums of the window."""
-    x, v, force = seen.x[at], seen.v[at], seen.force[at]
-    sums.x[lane] += x
-    sums.xx[lane] += x * x
-    sums.vv[lane] += v * v
-    sums.force[lane] += force
-    sums.power[lane] += force * seen.speed[at]
-    sums.virial[lane] += force * seen.x_kick[at]
-
-
 @cached
 @njit(nogil=True, **FAST)
 def block(
-    scheme, wall, memory, drive, start, stiffness, first, steps, low, high, k0, k1, stream, halved, record, stop, out
-):
+    scheme, wall, load, memory, drive, start, stiffness,
+    first, steps, low, high, k0, k1, stream, halved, observers, record, stop, out,
+):  # fmt: skip
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` holds the
-    deterministic force of each step (empty: none), ``halved`` says that the noise
-    is that of a run twice as fine, ``record`` takes x and v of the first paths at every observation (empty: none),
-    ``stop`` holds a flag that ends the block early, ``out`` takes one row of COLUMNS per lane.
+    deterministic force of each step (empty: none), ``halved`` says that the noise is that of a run twice as fine,
+    ``record`` takes x and v of the first paths at every observation (empty: none), ``stop`` holds a flag that ends the
+    block early, ``out`` takes one row of COLUMNS per lane.
     """
     zero = memory.newest * f32(0)  # of the type in which memory is kept
     modes = memory.powers.size // 4
@@ -230,24 +254,24 @@ def block(
     d = _six(zero)  # the two increments before the group, then the group's four
     p = (zero, zero, zero, zero)
     g, fine = _four(f32(0)), _four(f32(0))
-    x, v, x_saved, v_saved, clear = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
-    seen = Seen(_four(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
+    clear = _state(0.0)
+    seen = Seen(_four(0.0), _four(0.0))
+    found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    hits = Hits(_state(0.0), _state(0.0), _state(0.0), _state(0.0))
+    ear = Ear(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):
         z[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
-    early = 1.0 if low == 0 else 0.0
     for lane in range(LANES):
-        x[lane], v[lane], d[lane], d[LANES + lane] = start.x, start.v, zero, start.increment
+        ear.impacts[lane] = ear.speeds[lane] = ear.squares[lane] = ear.collapses[lane] = 0.0
+        now.x[lane], now.v[lane] = begin(scheme, wall, start, ear, lane, _counts(0, low, high))
+        now.e[lane] = 0.0
+        d[lane], d[LANES + lane] = zero, now.x[lane] - start.x
         sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
         sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
-        hits.impacts[lane] = early * start.impacts
-        hits.speeds[lane] = early * start.impact_speeds
-        hits.squares[lane] = early * start.impact_speed_squares
-        hits.collapses[lane] = 0.0
         energy_first[lane] = energy_last[lane] = start.energy
         x_end[lane] = v_end[lane] = np.nan
     for n in range(0, steps, GROUP):
@@ -256,34 +280,34 @@ def block(
         _draw(n // GROUP, first, stream, k0, k1, halved, g, fine)
         if drive.size > 0:
             p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
-        if (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0:
-            _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, True)
+        c = (
+            _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
+            _counts(n + 3, low, high), _counts(n + 4, low, high),
+        )  # fmt: skip
+        watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
+        if watched:
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, True)
         else:
-            _sweep(scheme, wall, memory, p, x, v, x_saved, v_saved, clear, g, h, d, seen, False)
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, False)
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])
         if least <= 0.0:
             for lane in range(LANES):
                 if clear[lane] <= 0.0:
-                    x[lane], v[lane], _, before, after = _four_steps(
-                        scheme, wall, memory, p, x_saved[lane], v_saved[lane], g, h, d, seen, lane, True, True
-                    )
-                    for j in range(GROUP):
-                        _count(n + j, low, high, before[j], hits, lane)
-                        _count(n + j + 1, low, high, after[j], hits, lane)
+                    now.x[lane], now.v[lane], now.e[lane], _, again = _four_steps(
+                        scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane], saved.e[lane],
+                        g, h, d, seen, c, ear, lane, True, True,
+                    )  # fmt: skip
+                    _put(found, lane, again)
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
         for lane in range(LANES):
             d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
-        if low <= n and n + GROUP <= high:
+        if watched:
             for lane in range(LANES):
-                for j in range(GROUP):
-                    _add(sums, seen, lane, j * LANES + lane)
-        elif n + GROUP > low and n < high:
-            for j in range(max(low - n, 0), min(high - n, GROUP)):
-                for lane in range(LANES):
-                    _add(sums, seen, lane, j * LANES + lane)
+                _add(sums, found, lane)
+            watch(observers, seen.x, seen.v, scheme.step, n, low, high)
         for j in range(GROUP):
             if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                 for lane in range(LANES):
@@ -298,6 +322,6 @@ def block(
     for lane in range(LANES):
         out[lane, 0], out[lane, 1], out[lane, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
         out[lane, 3], out[lane, 4], out[lane, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]
-        out[lane, 6], out[lane, 7], out[lane, 8] = hits.impacts[lane], hits.speeds[lane], hits.squares[lane]
-        out[lane, 9], out[lane, 10], out[lane, 11] = hits.collapses[lane], energy_first[lane], energy_last[lane]
+        out[lane, 6], out[lane, 7], out[lane, 8] = ear.impacts[lane], ear.speeds[lane], ear.squares[lane]
+        out[lane, 9], out[lane, 10], out[lane, 11] = ear.collapses[lane], energy_first[lane], energy_last[lane]
         out[lane, 12], out[lane, 13] = x_end[lane], v_end[lane]

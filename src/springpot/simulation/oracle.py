@@ -15,7 +15,8 @@ from springpot.memory import direct
 from springpot.oscillator import Oscillator
 from springpot.simulation.ensemble import Floats, Tables, family, recent_weights, tables
 from springpot.simulation.lanes import FAST, GROUP, f64
-from springpot.simulation.parts import bounce, kick
+from springpot.simulation.listening import NOBODY, Ear
+from springpot.simulation.parts import begin, bounce, kick, push
 from springpot.simulation.random import normals
 from springpot.simulation.settings import Settings, mirror
 
@@ -64,8 +65,10 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
     made = tables(oscillator, settings)
     weights = oracle_weights(oscillator, settings, made)
     g = normals(settings.seed, path + 1, settings.steps)[path]
-    x, v, impacts = np.empty(settings.steps + 1), np.empty(settings.steps + 1), np.empty(settings.steps)
-    _walk(made.scheme, made.wall, weights, made.drive, made.start, g, x, v, impacts)
+    x, v = np.empty(settings.steps + 1), np.empty(settings.steps + 1)
+    impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
+    ear = Ear(impacts, speeds, squares, collapses, NOBODY)
+    _walk(made.scheme, made.wall, made.load, weights, made.drive, made.start, g, x, v, ear)
     x, v = mirror(oscillator) * made.length * x, mirror(oscillator) * made.length / made.time * v
     x[0], v[0] = settings.initial_position, settings.initial_velocity
     return DirectPath(x, v, impacts)
@@ -81,18 +84,18 @@ def oracle_weights(oscillator: Oscillator, settings: Settings, made: Tables) -> 
 
 
 @njit(**FAST)
-def _walk(scheme, wall, weights, drive, start, g, xs, vs, impacts):
-    x, v = start.x, start.v
+def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, ear):
+    x, v = begin(scheme, wall, start, ear, 0, 1.0)
+    e = 0.0
     steps = g.size
     increments = np.empty(steps + 1)
-    increments[0] = start.increment
+    increments[0] = x - start.x
     for n in range(steps):
         past = f64(drive[n]) if drive.size > 0 else 0.0
         for j in range(n + 1):
             past += weights[j] * increments[n - j]
-        v, _ = kick(scheme, x, v, past, f64(g[n]))
-        xm, vm, x_next, v, before, after = bounce(scheme, wall, x, v)
+        pushed, e = push(load, n, x, v, e, f64(g[n]))
+        v, _ = kick(scheme, x, v, past, pushed)
+        xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, ear, n, 1.0, 1.0)
         increments[n + 1] = x_next - x
         x = x_next
-        xs[n + 1], vs[n + 1] = xm, vm
-        impacts[n] = before[0] + after[0]

@@ -1,22 +1,29 @@
-"""The parts a kernel is composed of: schemes and walls, and their answers to the kernel's questions.
+"""The parts a kernel is composed of: schemes, walls and loads, and their answers to the kernel's questions.
 
 A part is a ``NamedTuple`` of numbers.  Its *type* chooses the code at compile time, its values stay arguments, so one
-kernel serves every oscillator and a new part does not touch the kernel.  The questions:
+kernel serves every oscillator and a new part does not touch the kernel: a module of its own registers its answers with
+:func:`answers` and hands the part to `springpot.simulation.kernel.block`.  The questions:
 
-``kick(scheme, x, v, past, g)``
-    The velocity after the impulse of the step (spring if the scheme kicks it, memory, noise) and the springpot's force
-    in it.
+``push(load, n, x, v, e, g)``
+    The impulse of step ``n`` that is neither the linear spring's nor the springpot's (noise, a nonlinear spring, a
+    harmonic or recorded force), and the next value of ``e``, one number of the load's own (a filter's state, say).
+``begin(scheme, wall, start, ear, lane, weight)``
+    From the state at time 0 to the first kick.
+``kick(scheme, x, v, past, push)``
+    The velocity after the whole impulse of a step (that of the spring if the scheme kicks it, memory, load) and the
+    springpot's force in it.
 ``drift(scheme, x, v)``
     From one kick to the next as if there were no wall: state at the observation, state at the end.
 ``clearance(scheme, wall, x0, xm, x)``
     How far a drift that looks like this stays from the wall; negative if it may have met it.  Asked of every lane.
-``bounce(scheme, wall, x, v)``
-    The drift again, with the wall in it.  Asked of the few lanes that were struck.
+``bounce(scheme, wall, x, v, ear, lane, before, after)``
+    The drift again, with the wall in it.  Asked of the few lanes that were struck; impacts are told to the ear with the
+    weight (0 or 1) of the half of the step they happen in.
 
 Two schemes:
 
 ``Splitting`` (the default).  The flow of the bare oscillator, exact, with the wall in it, from kick to kick; at each
-kick the whole impulse of a step: memory and noise.  The springpot's force answers its own impulse through the mean of
+kick the whole impulse of a step: memory and load.  The springpot's force answers its own impulse through the mean of
 its kernel, which makes the kick implicit but scalar.  Since the kick moves only v and the drift is exact, no impact is
 missed between two noisy points, and at order 1 with an elastic wall the stationary law is exact at every step size.
 
@@ -36,8 +43,12 @@ from numba.extending import overload
 from scipy import special
 
 from springpot.simulation.lanes import FAST, INLINE
+from springpot.simulation.listening import hear
 
-__all__ = ["Euler", "NoWall", "Rigid", "Splitting", "bounce", "clearance", "drift", "euler", "fly", "kick", "splitting"]
+__all__ = [
+    "Euler", "NoWall", "Rigid", "Splitting", "Start", "White",
+    "answers", "begin", "bounce", "clearance", "drift", "euler", "fly", "kick", "push", "splitting",
+]  # fmt: skip
 
 # A chatter against a preload is over when a hop lasts less than this fraction of a half step.
 SHORTEST_HOP = 1e-4
@@ -55,8 +66,7 @@ class Splitting(NamedTuple):
     whole_cosine: float  # of the whole step
     whole_sine_over_frequency: float
     whole_sine_times_frequency: float
-    noise: float  # sqrt(q h), over 1 + answer h
-    drag: float  # h, over 1 + answer h
+    share: float  # 1 / (1 + answer h): what the springpot's answer leaves of an impulse
     damping: float  # weight of the present velocity in the springpot's force
     answer: float  # the springpot's mean force per impulse of its own step
 
@@ -66,8 +76,22 @@ class Euler(NamedTuple):
 
     step: float
     stiffness: float
-    noise: float
     contact: float
+
+
+class White(NamedTuple):
+    """White noise and nothing else."""
+
+    strength: float  # sqrt(q h)
+
+
+class Start(NamedTuple):
+    """State of every path at time 0."""
+
+    x: float
+    v: float
+    energy: float
+    early: float  # displacement to add at the first kick: Riemann-Liouville's force before it
 
 
 class NoWall(NamedTuple):
@@ -83,10 +107,9 @@ class Rigid(NamedTuple):
     restitution: float
 
 
-def splitting(frequency: float, order: float, coefficient: float, intensity: float, step: float) -> Splitting:
+def splitting(frequency: float, order: float, coefficient: float, step: float) -> Splitting:
     """The default scheme's numbers for one step size."""
     phase = 0.5 * frequency * step
-    damping = coefficient * step ** (1.0 - order) * _weight_of_slope(order)
     # mean over a step of the force that answers an impulse spread evenly over the same step
     answer = coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
     return Splitting(
@@ -98,16 +121,10 @@ def splitting(frequency: float, order: float, coefficient: float, intensity: flo
         whole_cosine=math.cos(2.0 * phase),
         whole_sine_over_frequency=math.sin(2.0 * phase) / frequency,
         whole_sine_times_frequency=math.sin(2.0 * phase) * frequency,
-        noise=math.sqrt(intensity * step) / (1.0 + answer * step),
-        drag=step / (1.0 + answer * step),
-        damping=damping,
+        share=1.0 / (1.0 + answer * step),
+        damping=2.0 * answer,
         answer=answer,
     )
-
-
-def _moment(order: float) -> float:
-    """First moment of the kernel over every step of the past, summed: -zeta(alpha - 1) / Gamma(2 - alpha)."""
-    return -(1.0 + float(special.zetac(order - 1.0))) / math.gamma(2.0 - order)
 
 
 def weight_of_last_impulse(order: float) -> float:
@@ -118,30 +135,38 @@ def weight_of_last_impulse(order: float) -> float:
     sum of what that changes over all kicks before the present one is -1 / Gamma(4 - alpha) - zeta(alpha - 1) /
     Gamma(2 - alpha), most of it due to the last; for smooth motion the sum is all that counts up to order h^2.
     """
-    return _moment(order) - 1.0 / math.gamma(4.0 - order)
-
-
-def _weight_of_slope(order: float) -> float:
-    """Weight, in units of h^(1 - alpha), of the present velocity less the mean velocity of the last step.
-
-    That difference is half a step of the spring's acceleration, which every step of the past has too.  The last impulse
-    is the change of the mean velocity between the last two steps less twice this difference.
-    """
-    return 2.0 * _moment(order) - 2.0 * weight_of_last_impulse(order)
+    # first moment of the kernel over every step of the past, summed
+    moment = -(1.0 + float(special.zetac(order - 1.0))) / math.gamma(2.0 - order)
+    return moment - 1.0 / math.gamma(4.0 - order)
 
 
 def newest_weights_splitting(order: float) -> tuple[float, float]:
-    """What the newest two displacement increments weigh beyond their L1 weights, in units of h^-alpha."""
+    """What the newest two displacement increments weigh beyond their L1 weights, in units of h^-alpha.
+
+    The present velocity less the mean velocity of the last step, which the force's damping weighs by 2 / Gamma(4 -
+    alpha), is half a step of the spring's acceleration, which every step of the past has too.  The last impulse is the
+    change of the mean velocity between the last two steps less twice this difference.
+    """
     last = weight_of_last_impulse(order)
-    return last - _weight_of_slope(order), -last
+    return last - 2.0 / math.gamma(4.0 - order), -last
 
 
-def euler(frequency: float, intensity: float, step: float, contact: float) -> Euler:
+def euler(frequency: float, step: float, contact: float) -> Euler:
     """The paper's scheme's numbers for one step size."""
-    return Euler(step, frequency * frequency, math.sqrt(intensity * step), contact)
+    return Euler(step, frequency * frequency, contact)
 
 
-def kick(scheme: Any, x: Any, v: Any, past: Any, g: Any) -> Any:
+def push(load: Any, n: Any, x: Any, v: Any, e: Any, g: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def begin(scheme: Any, wall: Any, start: Any, ear: Any, lane: Any, weight: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def kick(scheme: Any, x: Any, v: Any, past: Any, push: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -156,12 +181,12 @@ def clearance(scheme: Any, wall: Any, x0: Any, xm: Any, x: Any) -> Any:
     raise NotImplementedError
 
 
-def bounce(scheme: Any, wall: Any, x: Any, v: Any) -> Any:
+def bounce(scheme: Any, wall: Any, x: Any, v: Any, ear: Any, lane: Any, before: Any, after: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
 
-def _answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Register a function as the answer to ``question`` for parts of these types (its first arguments)."""
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -179,14 +204,19 @@ def _answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[.
     return register
 
 
-@_answers(kick, Splitting)
-def _kick_splitting(scheme, x, v, past, g):
+@answers(push, White)
+def _push_white(load, n, x, v, e, g):
+    return load.strength * g, e
+
+
+@answers(kick, Splitting)
+def _kick_splitting(scheme, x, v, past, push):
     force = past + scheme.damping * v
-    impulse = scheme.noise * g - scheme.drag * force
+    impulse = scheme.share * (push - scheme.step * force)
     return v + impulse, force + scheme.answer * impulse
 
 
-@_answers(drift, Splitting)
+@answers(drift, Splitting)
 def _drift_splitting(scheme, x, v):
     xm = scheme.cosine * x + scheme.sine_over_frequency * v
     vm = scheme.cosine * v - scheme.sine_times_frequency * x
@@ -195,20 +225,38 @@ def _drift_splitting(scheme, x, v):
     return xm, vm, xn, vn
 
 
-@_answers(clearance, Euler, NoWall)
-@_answers(clearance, Splitting, NoWall)
+@answers(clearance, Euler, NoWall)
+@answers(clearance, Splitting, NoWall)
 def _clear_of_nothing(scheme, wall, x0, xm, x):
     return 1.0
 
 
-@_answers(bounce, Euler, NoWall)
-@_answers(bounce, Splitting, NoWall)
-def _bounce_never(scheme, wall, x, v):
-    xm, vm, xn, vn = drift(scheme, x, v)
-    return xm, vm, xn, vn, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+@answers(bounce, Euler, NoWall)
+@answers(bounce, Splitting, NoWall)
+def _bounce_never(scheme, wall, x, v, ear, lane, before, after):
+    return drift(scheme, x, v)
 
 
-@_answers(clearance, Splitting, Rigid)
+@answers(begin, Splitting, NoWall)
+def _begin_free(scheme, wall, start, ear, lane, weight):
+    x, v, _, _ = drift(scheme, start.x, start.v)
+    return x + start.early, v
+
+
+@answers(begin, Splitting, Rigid)
+def _begin_splitting(scheme, wall, start, ear, lane, weight):
+    phase = 0.5 * scheme.frequency * scheme.step
+    x, v = fly(wall.position, wall.restitution, scheme.frequency, start.x, start.v, phase, ear, lane, weight)
+    return max(x + start.early, wall.position), v
+
+
+@answers(begin, Euler, NoWall)
+@answers(begin, Euler, Rigid)
+def _begin_euler(scheme, wall, start, ear, lane, weight):
+    return start.x, start.v
+
+
+@answers(clearance, Splitting, Rigid)
 def _clearance_splitting(scheme, wall, x0, xm, x):
     return min(x0, min(xm, x)) - _reach(scheme, wall)
 
@@ -225,54 +273,51 @@ def _reach(scheme, wall):
 
 
 @njit(**INLINE)
-def _half_step(scheme, wall, x, v):
+def _half_step(scheme, wall, x, v, ear, lane, weight):
     """Half a step with the wall in it; its trigonometry is for the few that meet the wall."""
     xh = scheme.cosine * x + scheme.sine_over_frequency * v
     vh = scheme.cosine * v - scheme.sine_times_frequency * x
     if min(x, xh) > _reach(scheme, wall):
-        return xh, vh, (0.0, 0.0, 0.0, 0.0)
-    return fly(wall.position, wall.restitution, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step)
+        return xh, vh
+    phase = 0.5 * scheme.frequency * scheme.step
+    return fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, ear, lane, weight)
 
 
-@_answers(bounce, Splitting, Rigid)
-def _bounce_splitting(scheme, wall, x, v):
-    xm, vm, before = _half_step(scheme, wall, x, v)
-    xn, vn, after = _half_step(scheme, wall, xm, vm)
-    return xm, vm, xn, vn, before, after
+@answers(bounce, Splitting, Rigid)
+def _bounce_splitting(scheme, wall, x, v, ear, lane, before, after):
+    xm, vm = _half_step(scheme, wall, x, v, ear, lane, before)
+    xn, vn = _half_step(scheme, wall, xm, vm, ear, lane, after)
+    return xm, vm, xn, vn
 
 
 @njit(**FAST)
-def fly(position, restitution, frequency, x, v, phase):
+def fly(position, restitution, frequency, x, v, phase, ear, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
-    Returns x, v and (impacts, sum of impact speeds, sum of their squares, collapses).  A chatter that has shrunk to
-    hops shorter than ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
+    Returns x and v; impacts are told to the ear.  A chatter that has shrunk to hops shorter than ``SHORTEST_HOP`` of
+    the flight has collapsed: the mass rests on the wall until the flight ends.
     """
     u = v / frequency
     left = phase
-    impacts = 0.0
-    speeds = 0.0
-    squares = 0.0
     arriving = -u if x <= position and u < 0.0 else 0.0  # already there and moving in: an impact at once
+    struck = False
     x = max(x, position)
     while True:
         if arriving > 0.0:
-            speed = frequency * arriving
-            impacts += 1.0
-            speeds += speed
-            squares += speed * speed
+            hear(ear, lane, weight, 1.0, frequency * arriving)
+            struck = True
             x = position
             u = restitution * arriving
         if position > 0.0 and x == position and u >= 0.0:  # a preload: the mass hops
             hop = 2.0 * math.atan2(u, position)
             if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
-                impacts += whole
-                speeds += whole * frequency * u
-                squares += whole * (frequency * u) ** 2
+                if whole > 0.0:
+                    hear(ear, lane, weight, whole, frequency * u)
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
-                return position, 0.0, (impacts, speeds, squares, 1.0 if impacts > 0.0 else 0.0)
+                ear.collapses[lane] += 1.0 if struck else 0.0
+                return position, 0.0
         square = u * u + (x - position) * (x + position)
         if not square > 0.0:  # a gap never closed (or a path that is no number any more)
             break
@@ -284,30 +329,30 @@ def fly(position, restitution, frequency, x, v, phase):
         arriving = height
     c = math.cos(left)
     s = math.sin(left)
-    return max(c * x + s * u, position), frequency * (c * u - s * x), (impacts, speeds, squares, 0.0)
+    return max(c * x + s * u, position), frequency * (c * u - s * x)
 
 
-@_answers(kick, Euler)
-def _kick_euler(scheme, x, v, past, g):
-    return v + (scheme.noise * g - scheme.step * (scheme.stiffness * x + past)), past
+@answers(kick, Euler)
+def _kick_euler(scheme, x, v, past, push):
+    return v + (push - scheme.step * (scheme.stiffness * x + past)), past
 
 
-@_answers(drift, Euler)
+@answers(drift, Euler)
 def _drift_euler(scheme, x, v):
     xn = x + scheme.step * v
     return xn, v, xn, v
 
 
-@_answers(clearance, Euler, Rigid)
+@answers(clearance, Euler, Rigid)
 def _clearance_euler(scheme, wall, x0, xm, x):
     # a path that moves away behind the wall is asked again too, and told that nothing happened
     return x - (wall.position + scheme.contact)
 
 
-@_answers(bounce, Euler, Rigid)
-def _bounce_euler(scheme, wall, x, v):
+@answers(bounce, Euler, Rigid)
+def _bounce_euler(scheme, wall, x, v, ear, lane, before, after):
     xm, _, xn, vn = drift(scheme, x, v)
-    hit = clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0
-    counted = (1.0, -vn, vn * vn, 0.0) if hit else (0.0, 0.0, 0.0, 0.0)
-    vn = -wall.restitution * vn if hit else vn
-    return xn, vn, xn, vn, counted, (0.0, 0.0, 0.0, 0.0)
+    if clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0:
+        hear(ear, lane, before, 1.0, -vn)
+        vn = -wall.restitution * vn
+    return xn, vn, xn, vn

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import platform
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -18,6 +18,7 @@ from springpot.simulation.accuracy import Budget, reach
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.observers import EXTREMES, Distribution, sample_quantiles
 from springpot.simulation.settings import (
     COLLAPSE_BELOW,
     Options,
@@ -30,6 +31,7 @@ from springpot.simulation.settings import (
     resolve,
 )
 from springpot.simulation.statistics import estimates, standard_error
+from springpot.simulation.watched import Observable, Watched
 from springpot.units import UNITS
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is cal
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_TRANSIENT = 0.01  # left where the window begins
+PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,11 @@ class Run:
         Times of the recorded paths, in s; empty if none were recorded.
     record : ndarray, shape (recorded, steps + 1, 2)
         x and v of the recorded paths.
+    distributions : dict
+        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if they were asked for.
+    extremes : dict
+        Smallest and largest x, largest speed and impact speed of each path in the window, if they were asked for:
+        arrays of shape (paths,), taken at the ends of the steps.
     """
 
     oscillator: Oscillator
@@ -75,11 +83,20 @@ class Run:
     warnings: tuple[str, ...]
     time: npt.NDArray[np.float64]
     record: npt.NDArray[np.float64]
+    distributions: dict[str, Distribution] = field(default_factory=dict)
+    extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None."""
+        """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
+
+        Distributions and extremes are there as their quantiles at PROBABILITIES.
+        """
+        quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
         return {
             **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
+            **({"probability": list(PROBABILITIES)} if quantiles else {}),
+            **{name: _finite(at) for name, (at, _) in quantiles.items()},
+            **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
             "oscillator": asdict(self.oscillator),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
@@ -89,8 +106,9 @@ class Run:
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
         """Every number by its public name: value, unit and what it is."""
         numbers = {}
-        for name, unit in UNITS.items():
-            numbers[name] = self.values[name], unit, name.replace("_", " ")
+        for name, value in self.values.items():
+            unit = UNITS.get(name, "")  # only the user knows the unit of an observable
+            numbers[name] = value, unit, name.replace("_", " ")
             numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
             if name in self.budgets:
                 budget = self.budgets[name]
@@ -99,6 +117,16 @@ class Run:
                 numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
                 numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
         return numbers
+
+    def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
+        """Quantiles at PROBABILITIES of what was sketched and of the extremes over the paths: values, errors, unit."""
+        found = {
+            f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)
+            for name, sketch in self.distributions.items()
+        }
+        for name, samples in self.extremes.items():
+            found[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
+        return found
 
     def to_dataset(self) -> xarray.Dataset:
         """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes."""
@@ -115,6 +143,17 @@ class Run:
             coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
             data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
             data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
+        for name, (at, error, unit) in self._quantiles().items():
+            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
+            data[name] = ("probability", at, {"units": unit})
+            data[f"{name}_se"] = ("probability", error, {"units": unit})
+        for name, sketch in self.distributions.items():
+            edges, density, error = sketch.density()
+            where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
+            coordinates[where] = (where, 0.5 * (edges[1:] + edges[:-1]), {"units": sketch.unit})
+            coordinates[f"{name}_bin_width"] = (where, np.diff(edges), {"units": sketch.unit})
+            data[f"{name}_density"] = (where, density, per_unit)
+            data[f"{name}_density_se"] = (where, error, per_unit)
         attributes = {
             "oscillator": json.dumps(asdict(self.oscillator)),
             "settings": json.dumps(self.settings.to_dict()),
@@ -130,6 +169,9 @@ def run(
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
+    observables: Mapping[str, Observable] | None = None,
+    impact_observables: Mapping[str, Observable] | None = None,
+    distributions: bool = False,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> Run:
@@ -147,17 +189,23 @@ def run(
             raise TypeError(f"there is no argument {name!r}; there are {', '.join(sorted(Options.__annotations__))}.")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
+    watched = Watched(observables or {}, impact_observables or {}, distributions)
     if rtol is not None:
+        if watched.anything:
+            raise ValueError("observables and distributions cannot be given with rtol, which does not control them.")
         return _run_to(oscillator, rtol, quantities, progress, given)
     settings = resolve(oscillator, **given)
+    observers = watched.observers(settings.step * fastest_rate(oscillator))
     begun = time.perf_counter()
     adapted = None
     if settings.start == "stationary":
         adapted = adapt(oscillator, settings)
         settings = replace(settings, initial_position=adapted.position)
     made = tables(oscillator, settings)
-    ensemble = advance(oscillator, settings, made, progress=progress)
+    ensemble = advance(oscillator, settings, made, observers=observers, progress=progress)
     values, errors = estimates(oscillator, settings, made, ensemble.rows)
+    for name, samples in watched.means(settings, ensemble).items():
+        values[name], errors[name] = float(samples.mean()), standard_error(samples)
     if adapted is not None:
         owed = owed_to_the_start(oscillator, settings, adapted, values)
         errors = {name: math.hypot(error, owed[name]) for name, error in errors.items()}
@@ -171,6 +219,8 @@ def run(
         warnings=_warnings(oscillator, settings, adapted, values, errors, _drift(ensemble.rows)),
         time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
         record=mirror(oscillator) * ensemble.record,
+        distributions=watched.sketched(oscillator, made, ensemble),
+        extremes=watched.extremes(ensemble),
     )
 
 
@@ -213,6 +263,9 @@ def simulate(
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
+    observables: Mapping[str, Observable] | None = None,
+    impact_observables: Mapping[str, Observable] | None = None,
+    distributions: bool = False,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> xarray.Dataset:
@@ -227,6 +280,15 @@ def simulate(
         is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         What ``rtol`` speaks of, ``("amplitude_mean_square",)`` if left out.
+    observables : dict
+        Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
+        window and comes back under its name, with its standard error.
+    impact_observables : dict
+        Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
+        and comes back per second.
+    distributions : bool
+        Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
+        and the extremes of each path in it.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -269,7 +331,10 @@ def simulate(
         ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
         ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
         end of the run, each with a twin ``_se``; with ``rtol`` the first seven also have ``_step_bias``,
-        ``_memory_bias``, ``_transient`` and their total ``_error``.  Attributes ``oscillator``, ``settings``,
+        ``_memory_bias``, ``_transient`` and their total ``_error``.  Then the observables; with
+        ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
+        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths.  Attributes
+        ``oscillator``, ``settings``,
         ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
@@ -294,10 +359,30 @@ def simulate(
     >>> found = sp.simulate(oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0))
     >>> abs(float(found["amplitude_mean_square"]) - 1.0) < 0.05
     True
+
+    What a harvester with a damping of 0.1 per second gains, and how fast the fastest tenth of the impacts is:
+
+    >>> found = sp.simulate(
+    ...     oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0),
+    ...     observables={"harvested_power": lambda t, x, v: 0.1 * v * v}, distributions=True,
+    ... )
+    >>> abs(float(found["harvested_power"]) - 0.05) < 0.0025
+    True
+    >>> bool(found["impact_speed_quantile"].sel(probability=0.95) > found["impact_speed_mean"])
+    True
     """
     import warnings
 
-    found = run(oscillator, rtol=rtol, quantities=quantities, progress=progress, **given)
+    found = run(
+        oscillator,
+        rtol=rtol,
+        quantities=quantities,
+        observables=observables,
+        impact_observables=impact_observables,
+        distributions=distributions,
+        progress=progress,
+        **given,
+    )
     for sentence in found.warnings:
         warnings.warn(sentence, stacklevel=2)
     return found.to_dataset()
@@ -413,3 +498,7 @@ def _about_start(adapted: Adapted | None) -> list[str]:
             f"(standard error {100.0 * adapted.residual_se:.1g} %) before its last correction."
         ]
     return []
+
+
+def _finite(numbers: list[float]) -> list[float | None]:
+    return [number if math.isfinite(number) else None for number in numbers]

@@ -293,9 +293,7 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
     return first * step, last * step  # what is averaged over: whole steps
 
 
-def _initial_position(
-    oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative
-) -> float:
+def _initial_position(oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative) -> float:
     barrier = oscillator.barrier
     if start == "stationary":
         if given is not None:

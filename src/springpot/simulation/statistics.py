@@ -22,6 +22,7 @@ __all__ = ["estimates", "linearised", "standard_error"]
 
 Floats = npt.NDArray[np.float64]
 
+
 def estimates(
     oscillator: Oscillator, settings: Settings, made: Tables, rows: Floats
 ) -> tuple[dict[str, float], dict[str, float]]:

@@ -1,0 +1,98 @@
+"""How observers listen to a block: calls through addresses, so that a new observer needs no new kernel.
+
+An observer is compiled for itself.  The kernel knows only two addresses of it (either may be missing): one to call with
+every group of four steps of all lanes, one to call with every impact.  What it accumulates lies in an array of doubles
+of the block, which starts with a header (:data:`HEADER`) that turns the kernel's units into the user's.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import llvmlite.ir as ir
+import numpy as np
+import numpy.typing as npt
+from numba import njit, types
+from numba.extending import intrinsic
+
+from springpot.simulation.lanes import GROUP, INLINE
+
+__all__ = ["HEADER", "HEAR", "NOBODY", "WATCH", "Ear", "Observers", "hear", "watch"]
+
+HEADER = ("length", "speed", "time", "frequency")
+"""First numbers of an observer's array: x, v and t of the kernel times these are x, v and t of the user.
+
+``length`` and ``speed`` are negative for a wall above the motion, which the kernel sees as its mirror image;
+``frequency`` is Omega in the kernel's units.
+"""
+
+_numbers = types.CPointer(types.float64)
+WATCH = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
+"""(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
+HEAR = types.void(types.float64, types.float64, types.int64, _numbers)
+"""(count, speed, lane, array): so many impacts at this speed."""
+
+
+class Observers(NamedTuple):
+    """Addresses of the observers of a block and of their arrays; an address of 0 is not called."""
+
+    watch: npt.NDArray[np.int64]
+    hear: npt.NDArray[np.int64]
+    place: npt.NDArray[np.int64]
+    every: npt.NDArray[np.int64]  # groups between two calls of watch
+
+
+NOBODY = Observers(*(np.zeros(0, np.int64) for _ in range(4)))
+
+
+class Ear(NamedTuple):
+    """What hears the impacts: sums for each lane, and the observers."""
+
+    impacts: Any
+    speeds: Any
+    squares: Any
+    collapses: Any  # over the whole run
+    observers: Observers
+
+
+def _calling(count: int, signature: Any) -> Any:
+    """An intrinsic that calls an address with ``count`` arguments and, last, the address of an array."""
+
+    @intrinsic
+    def call(typing_context, address, arguments):
+        def codegen(context, builder, call_signature, values):
+            kinds = [context.get_value_type(kind) for kind in signature.args]
+            function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), kinds).as_pointer())
+            given = [builder.extract_value(values[1], i) for i in range(count + 1)]
+            given[-1] = builder.inttoptr(given[-1], kinds[-1])
+            builder.call(function, given)
+            return context.get_dummy_value()
+
+        wanted = types.Tuple((*signature.args[:-1], types.int64))
+        return types.void(types.int64, wanted), codegen
+
+    return call
+
+
+_call_watch = _calling(len(WATCH.args) - 1, WATCH)
+_call_hear = _calling(len(HEAR.args) - 1, HEAR)
+
+
+@njit(**INLINE)
+def watch(observers, x, v, step, n, low, high):
+    """Show the observers four steps of all lanes."""
+    for i in range(observers.watch.size):
+        if observers.watch[i] != 0 and n // GROUP % observers.every[i] == 0:
+            _call_watch(observers.watch[i], (x, v, step, n, low, high, observers.place[i]))
+
+
+@njit(**INLINE)
+def hear(ear, lane, weight, count, speed):
+    """Tell of ``count`` impacts at one speed, if they lie in the window (``weight`` 1, otherwise 0)."""
+    if weight > 0.0:
+        ear.impacts[lane] += count
+        ear.speeds[lane] += count * speed
+        ear.squares[lane] += count * speed * speed
+        for i in range(ear.observers.hear.size):
+            if ear.observers.hear[i] != 0:
+                _call_hear(ear.observers.hear[i], (count, speed, lane, ear.observers.place[i]))

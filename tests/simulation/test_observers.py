@@ -1,0 +1,182 @@
+"""Observables, distributions and extremes against exact laws and against the moments of the same run."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import springpot as sp
+from springpot.simulation import Distribution, Run, run
+from tests.simulation.problems import oscillator
+
+
+@pytest.fixture(scope="module")
+def watched() -> Run:
+    """Order 1, wall at 0, C = Omega = q = 1: x half normal, v normal, impact speed Rayleigh."""
+    return run(
+        oscillator(1.0),
+        paths=20_000,
+        duration=50.0,
+        step=0.04,
+        window=(20.0, 50.0),
+        observables={"kinetic": lambda t, x, v: 0.5 * v * v, "place": lambda t, x, v: x, "instant": lambda t, x, v: t},
+        impact_observables={"dose": lambda speed: speed**2, "hard": lambda speed: 1.0 if speed > 1.0 else 0.0},
+        distributions=True,
+    )
+
+
+def test_observables_equal_the_moments_of_the_same_run(watched: Run) -> None:
+    values, errors = watched.values, watched.errors
+    assert values["kinetic"] == pytest.approx(0.5 * values["v_mean_square"], rel=1e-12)
+    assert errors["kinetic"] == pytest.approx(0.5 * errors["v_mean_square"], rel=1e-12)
+    assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)
+    assert values["instant"] == pytest.approx(35.02, rel=1e-12)  # middle of the steps that end in (20, 50]
+    assert values["dose"] == pytest.approx(values["impact_rate"] * values["impact_speed_mean_square"], rel=1e-12)
+    assert abs(values["hard"] - math.exp(-1.0) / math.pi) < 4.0 * errors["hard"]
+    assert errors["hard"] < 0.005 * values["hard"]
+
+
+def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> None:
+    """Omega = 300, q = 1e6, wall above the motion at 2 mm: numbers far from 1, and negative places."""
+    problem = sp.Oscillator(300.0, sp.Springpot(1.0, 20.0), sp.Barrier(0.002, 0.9, "below"), sp.WhiteNoise(1e3))
+    found = run(
+        problem,
+        paths=500,
+        duration=1.0,
+        observables={"cube": lambda t, x, v: x * v * v, "place": lambda t, x, v: x, "speed": lambda t, x, v: v * v},
+        impact_observables={"first": lambda speed: speed},
+        distributions=True,
+    )
+    values = found.values
+    assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)
+    assert values["place"] < 0.0
+    assert values["cube"] < 0.0
+    assert values["speed"] == pytest.approx(values["v_mean_square"], rel=1e-12)
+    assert values["first"] == pytest.approx(values["impact_rate"] * values["impact_speed_mean"], rel=1e-12)
+    assert found.distributions["x"].edges.max() == pytest.approx(0.002, rel=1e-12)
+    assert found.extremes["x_maximum"].max() <= 0.002
+    assert found.extremes["x_minimum"].min() >= found.distributions["x"].edges.min()
+
+
+LAWS: dict[str, Any] = {
+    "x": stats.halfnorm(scale=math.sqrt(0.5)),
+    "v": stats.norm(scale=math.sqrt(0.5)),
+    "amplitude": stats.rayleigh(scale=math.sqrt(0.5)),
+    "impact_speed": stats.rayleigh(scale=math.sqrt(0.5)),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_distributions_are_the_exact_ones(watched: Run, name: str) -> None:
+    law, found = LAWS[name], watched.distributions[name]
+    p = np.array([0.01, 0.1, 0.4, 0.75, 0.9, 0.99, 0.999])
+    quantile, error = found.quantile(p)
+    assert np.all(np.abs(quantile - law.ppf(p)) < 4.0 * error)
+    assert np.all(error < 0.03 * law.std())
+    edges, density, its_error = found.density()
+    exact = np.diff(law.cdf(edges)) / np.diff(edges)
+    gaps = (density - exact) / its_error
+    assert np.abs(gaps).max() < 5.0
+    assert 0.5 < np.mean(gaps**2) < 2.0  # the errors are what they say, over 50 bins
+    assert np.sum(density * np.diff(edges)) == pytest.approx(1.0, abs=3e-4)
+    assert 30 < density.size <= 80
+
+
+def test_extremes_bound_the_distributions(watched: Run) -> None:
+    extremes = watched.extremes
+    assert extremes["x_maximum"].shape == (20_000,)
+    assert np.all(extremes["x_minimum"] >= 0.0)
+    # sketches see one step in four: their last bin begins below the largest value of all
+    for name, top in (("x", "x_maximum"), ("impact_speed", "impact_speed_largest"), ("v", "v_largest")):
+        assert watched.distributions[name].edges[-2] <= extremes[top].max()
+        assert watched.distributions[name].quantile(0.999)[0] < extremes[top].max()
+    # 1 - exp(-expected number of upcrossings) of a high level by 30 s of a Gaussian linear oscillator |y|
+    level = 2.6
+    rate = 2.0 * math.exp(-(level**2)) / (2.0 * math.pi)
+    expected = 1.0 - math.exp(-30.0 * rate)
+    share = np.mean(extremes["x_maximum"] > level)
+    assert abs(share - expected) < 0.1 * expected + 4.0 * math.sqrt(expected / 20_000)
+
+
+def test_the_same_bits_for_any_number_of_threads_and_no_effect_on_the_run() -> None:
+    def observed(threads: int, distributions: bool = True) -> Run:
+        return run(
+            oscillator(0.5, restitution=0.8),
+            paths=700,
+            duration=15.0,
+            step=0.02,
+            threads=threads,
+            distributions=distributions,
+            observables={"cube": lambda t, x, v: x**3} if distributions else None,
+        )
+
+    first, *others = (observed(threads) for threads in (1, 2, 3))
+    for other in others:
+        assert other.values["cube"] == first.values["cube"]
+        for name, sketch in first.distributions.items():
+            assert sketch.counts.tobytes() == other.distributions[name].counts.tobytes()
+        for name, samples in first.extremes.items():
+            assert samples.tobytes() == other.extremes[name].tobytes()
+    plain = observed(2, distributions=False)
+    assert all(plain.values[name] == first.values[name] for name in plain.values)
+    assert not plain.distributions
+    assert not plain.extremes
+
+
+def test_dataset_and_json_hold_quantiles_and_densities(watched: Run) -> None:
+    data = watched.to_dataset()
+    assert data["x_density"].attrs["units"] == "m-1"
+    assert data["v_density"].attrs["units"] == "s m-1"
+    assert float((data["x_density"] * data["x_bin_width"]).sum()) == pytest.approx(1.0, abs=3e-4)
+    assert data["impact_speed_quantile"].sizes == {"probability": 9}
+    assert float(data["kinetic"]) == watched.values["kinetic"]
+    assert float(data["x_maximum_quantile"].sel(probability=0.5)) == pytest.approx(
+        float(np.median(watched.extremes["x_maximum"]))
+    )
+    numbers = json.loads(json.dumps(watched.to_dict(), allow_nan=False))
+    assert numbers["probability"][4] == 0.5
+    assert numbers["x_quantile"][4] == pytest.approx(math.sqrt(0.5) * 0.6745, rel=0.01)
+
+
+def test_without_impacts_there_is_no_speed_to_sketch() -> None:
+    found = run(oscillator(0.5, position=None), paths=64, duration=4.0, step=0.02, distributions=True)
+    speeds = found.distributions["impact_speed"]
+    assert speeds.size == 0.0
+    assert np.isnan(speeds.quantile([0.5])[0]).all()
+    assert speeds.density()[1].size == 0
+    assert found.to_dict()["impact_speed_quantile"] == [None] * 9
+    assert found.distributions["x"].edges[0] < 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"observables": {"x_mean": lambda t, x, v: x}}, "a run has a number of that name"),
+        ({"observables": {"2x": lambda t, x, v: x}}, "must be a word"),
+        ({"observables": {"power": 3.0}}, "must be a function of"),
+        ({"observables": {"power": lambda t, x: x}}, "Numba can compile"),
+        ({"observables": {"power": lambda t, x, v: str(x)}}, "Numba can compile"),
+        ({"impact_observables": {"power": lambda t, x, v: x}}, "Numba can compile"),
+        ({"observables": [abs]}, "must be a dict"),
+        ({"distributions": 1}, "must be True or False"),
+        ({"distributions": True, "rtol": 0.1}, "cannot be given with rtol"),
+        ({"observables": {"a": lambda t, x, v: x}, "impact_observables": {"a": lambda s: s}}, "at once"),
+    ],
+)
+def test_bad_observers_are_refused_in_one_sentence(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        run(oscillator(), paths=64, duration=1.0, **({} if "rtol" in given else {"step": 0.02}), **given) if (
+            "rtol" not in given
+        ) else run(oscillator(), **given)
+
+
+def test_a_quantile_needs_a_probability() -> None:
+    sketch = Distribution("m", "m-1", np.array([0.0, 1.0]), np.array([[1.0]]))
+    with pytest.raises(ValueError, match=r"in \[0, 1\]"):
+        sketch.quantile(1.5)
+    assert np.isnan(sketch.quantile(0.5)[1])  # one batch says nothing about its error

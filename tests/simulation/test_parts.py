@@ -1,0 +1,146 @@
+"""A part from outside: new physics without a change to the kernel, tested against what is exact about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import integrate
+
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.parts import Rigid, Splitting, White, answers, begin, bounce, clearance, fly, push
+from springpot.simulation.settings import resolve
+from springpot.simulation.statistics import standard_error
+from tests.simulation.problems import oscillator
+
+
+class Cubic(NamedTuple):
+    """White noise and a hardening spring beside the linear one: -cubic x^3."""
+
+    strength: float
+    cubic_step: float
+
+
+@answers(push, Cubic)
+def _push_cubic(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
+    return load.strength * g - load.cubic_step * x * x * x, e
+
+
+class Slot(NamedTuple):
+    """Two elastic walls, at +-half."""
+
+    half: float
+
+
+@answers(clearance, Splitting, Slot)
+def _clearance_slot(scheme, wall, x0, xm, x):  # type: ignore[no-untyped-def]
+    dip = wall.half * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
+    return wall.half - dip - max(max(abs(x0), abs(xm)), abs(x))
+
+
+@answers(begin, Splitting, Slot)
+def _begin_slot(scheme, wall, start, ear, lane, weight):  # type: ignore[no-untyped-def]
+    return start.x, start.v
+
+
+@answers(bounce, Splitting, Slot)
+def _bounce_slot(scheme, wall, x, v, ear, lane, before, after):  # type: ignore[no-untyped-def]
+    """Half a step at a time above the wall on the side of the motion: it is too short to reach the other one."""
+    phase = 0.5 * scheme.frequency * scheme.step
+    side = 1.0 if v <= 0.0 else -1.0
+    xm, vm = fly(-wall.half, 1.0, scheme.frequency, side * x, side * v, phase, ear, lane, before)
+    xm, vm = side * xm, side * vm
+    side = 1.0 if vm <= 0.0 else -1.0
+    xn, vn = fly(-wall.half, 1.0, scheme.frequency, side * xm, side * vm, phase, ear, lane, after)
+    return xm, vm, side * xn, side * vn
+
+
+class Shaken(NamedTuple):
+    """Noise through a first-order filter, and a harmonic force of one cycle per ``period`` steps."""
+
+    strength: float
+    decay: float
+    step: float
+    amplitude: float
+    turn: float
+
+
+@answers(push, Shaken)
+def _push_shaken(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
+    e = load.decay * e + load.strength * g
+    return load.step * (e + load.amplitude * np.cos(load.turn * (n + 0.5))), e
+
+
+def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:
+    settings = resolve(problem, **given)
+    made = tables(problem, settings)
+    assert (made.length, made.time) == (1.0, 1.0)
+    rows = advance(problem, settings, replace(made, **{k: make(made) for k, make in parts.items()})).rows
+    return dict(zip(COLUMNS, rows.T, strict=True)) | {"steps": np.diff(settings.window_steps)[0]}
+
+
+def test_a_cubic_spring_between_two_walls_has_the_maxwell_boltzmann_law() -> None:
+    """Order 1, elastic: the density is exp(-(2 c / q) (v^2 / 2 + potential)) between the walls."""
+    half, cubic, step = 0.9, 1.5, 0.02
+    found = _rows(
+        oscillator(1.0, 1.0, 1.0, 1.0),
+        {"paths": 8192, "duration": 60.0, "step": step, "window": (15.0, 60.0)},
+        load=lambda made: Cubic(made.load.strength, cubic * step),
+        wall=lambda made: Slot(half),
+    )
+
+    def mean(f: Any) -> float:
+        def weighed(x: float) -> float:
+            return f(x) * math.exp(-(x**2) - 0.5 * cubic * x**4)
+
+        return float(integrate.quad(weighed, -half, half)[0])
+
+    squares, speeds = found["x_square"] / found["steps"], found["v_square"] / found["steps"]
+    exact = mean(lambda x: x * x) / mean(lambda x: 1.0)
+    # the cubic spring is kicked, which leaves a bias of the order of the step squared
+    assert abs(squares.mean() - exact) < 4.0 * standard_error(squares) + step**2 * exact
+    assert abs(speeds.mean() - 0.5) < 4.0 * standard_error(speeds)
+    rates = found["impacts"] / 45.0
+    wall = 2.0 * math.exp(-(half**2) - 0.5 * cubic * half**4) / mean(lambda x: 1.0)
+    exact_rate = wall * math.sqrt(1.0 / (4.0 * math.pi))
+    assert abs(rates.mean() - exact_rate) < 4.0 * standard_error(rates) + 0.5 * step**2
+    assert standard_error(rates) < 0.005 * exact_rate
+    assert standard_error(squares) < 0.005 * exact
+
+
+def test_coloured_noise_and_a_harmonic_force_through_a_springpot() -> None:
+    """No wall: the mean is the harmonic response, the variance the integral of the filtered spectrum."""
+    step, rate, amplitude, turn = 0.02, 3.0, 2.0, 2.0 * math.pi / 250
+    problem = oscillator(0.5, 1.0, 1.0, 1.0, None)
+    found = _rows(
+        problem,
+        {"paths": 16_384, "duration": 100.0, "step": step, "window": (99.98, 100.0)},
+        load=lambda made: Shaken(rate * math.sqrt(step), math.exp(-rate * step), step, amplitude, turn),
+    )
+    omega = turn / step
+    transfer = 1.0 / (1.0 - omega**2 + (1j * omega) ** 0.5)
+    exact_mean = (amplitude * transfer * np.exp(1j * omega * 100.0)).real
+    ends = found["x_end"]
+    assert abs(ends.mean() - exact_mean) < 4.0 * standard_error(ends) + 2e-3
+    assert abs(exact_mean) > 50.0 * standard_error(ends)
+
+    def power(w: float) -> float:
+        return float(abs(1.0 / (1.0 - w * w + (1j * w) ** 0.5)) ** 2 / math.pi / (1.0 + (w / rate) ** 2))
+
+    exact = sum(integrate.quad(power, *p, limit=200)[0] for p in ((0.0, 1.0), (1.0, 3.0), (3.0, math.inf)))
+    # the discrete filter's noise is stronger by the factor rate h / 2 / tanh(rate h / 2), and a little more
+    squares = (ends - ends.mean()) ** 2
+    filtered = (rate * step / (1.0 - math.exp(-rate * step))) ** 2
+    assert abs(squares.mean() / filtered - exact) < 4.0 * standard_error(squares) + 2e-3
+    assert standard_error(squares) < 0.015 * exact
+
+
+def test_the_part_of_the_house_is_one_of_many() -> None:
+    """White noise alone, stated as a part, is the run of every day."""
+    given = {"paths": 64, "duration": 3.0, "step": 0.02}
+    plain = _rows(oscillator(), given)
+    again = _rows(oscillator(), given, load=lambda made: White(*made.load), wall=lambda made: Rigid(*made.wall))
+    assert plain["x_square"].tobytes() == again["x_square"].tobytes()
