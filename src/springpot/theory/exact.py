@@ -1,0 +1,515 @@
+"""Exact answers: the dashpot with an elastic wall anywhere, the springpot without a wall, and what never settles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from springpot.oscillator import Oscillator
+from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
+from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
+
+__all__ = ["Exact", "exact"]
+
+FloatArray = NDArray[np.float64]
+
+_FAR = 60.0  # standard deviations at which every density here is exactly 0 in double precision
+_LONG = 1e300  # a time that stands for infinity without making phases NaN
+_REACH = (
+    "The exact answer covers any order without a wall, order 1 with an elastic wall at any position, and a springpot "
+    "that dissipates nothing (order 0, or C = 0) with an elastic wall or none"
+)
+
+
+@dataclass(frozen=True)
+class Exact(Result):
+    """The exact stationary state, and where it is known the way there from rest.
+
+    Without a wall x and v are independent and normal.  With a dashpot and an elastic wall they are the same two
+    normals, of equal energy, with x cut off at the wall.
+
+    Notes
+    -----
+    The parameters are those of `springpot.theory.result.Result`.
+    """
+
+    def x_mean_at(self, time: ArrayLike) -> FloatArray:
+        """Mean displacement at a time from rest, in m.
+
+        Parameters
+        ----------
+        time : array_like
+            t >= 0 in s after a start with x = v = 0; infinity is the stationary state.
+
+        Raises
+        ------
+        NotCovered
+            If the wall is not at 0.
+        NoStationaryState
+            If a time is infinite and there is no stationary state.
+        TypeError, ValueError
+            If a time is negative, NaN or not a number.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
+        0.7143
+        """
+        side = _side(self.oscillator)
+        return np.asarray(side * np.sqrt(2.0 / math.pi * self.x_mean_square_at(time)))
+
+    def x_mean_square_at(self, time: ArrayLike) -> FloatArray:
+        """<x^2> at a time from rest, in m^2.
+
+        Parameters and errors are those of `x_mean_at`.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> result = exact(Oscillator(springpot=Springpot(0.5, 1.0), barrier=None))
+        >>> result.x_mean_square_at([1.0, 10.0]).round(4)
+        array([0.1844, 0.5309])
+        """
+        return self._transient(time)[0] * self.oscillator.length_scale**2
+
+    def v_mean_square_at(self, time: ArrayLike) -> FloatArray:
+        """<v^2> at a time from rest, in m^2 s^-2.
+
+        Parameters and errors are those of `x_mean_at`.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_mean_square_at(1.0).round(4))
+        0.4848
+        """
+        return self._transient(time)[1] * self.oscillator.speed_scale**2
+
+    def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
+        """<A^2> with A^2 = x^2 + v^2 / Omega^2 at a time from rest, in m^2.
+
+        Parameters and errors are those of `x_mean_at`.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.0))).amplitude_mean_square_at(7.0).round(12))
+        7.0
+        """
+        x, v = self._transient(time)
+        return (x + v) * self.oscillator.length_scale**2
+
+    def x_density(self, displacement: ArrayLike) -> FloatArray:
+        """Density of x, in 1/m: normal, cut off at the wall.
+
+        Parameters
+        ----------
+        displacement : array_like
+            x in m.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If an argument is not a number.
+        ValueError
+            If there is no noise: the mass rests, and has no density.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> result = exact(Oscillator(springpot=Springpot(1.0, 0.5)))
+        >>> result.x_density([-0.1, 0.0]).round(4)
+        array([0.    , 0.7979])
+        """
+        x_spread, _, length, _ = self._spreads()
+        x = self._own_side(displacement, "displacement") / length
+        wall = self.oscillator.dimensionless_position
+        density = _cut_normal(x, x_spread, wall) if self.oscillator.barrier is not None else _normal(x, x_spread)
+        return density / length
+
+    def v_density(self, velocity: ArrayLike) -> FloatArray:
+        """Density of the velocity (normal), in s/m.
+
+        Parameters and errors are those of `x_density`, with v in m/s.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(4))
+        0.3989
+        """
+        _, v_spread, _, speed = self._spreads()
+        return _normal(_array(velocity, "velocity") / speed, v_spread) / speed
+
+    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
+        """Density of (x, v), in s/m^2: x and v are independent; the arguments are broadcast.
+
+        Parameters and errors are those of `x_density`, with x in m and v in m/s.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).joint_density(0.0, 0.0).round(4))
+        0.3183
+        """
+        return np.asarray(self.x_density(displacement) * self.v_density(velocity))
+
+    def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
+        """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
+
+        Parameters and errors are those of `x_density`, with A in m.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).amplitude_density(1.0).round(4))
+        0.6065
+        """
+        x_spread, v_spread, length, _ = self._spreads()
+        a = _array(amplitude, "amplitude") / length
+        if self.oscillator.barrier is None:
+            return _hoyt(a, x_spread, v_spread) / length
+        return _cut_rayleigh(a, x_spread, self.oscillator.dimensionless_position) / length
+
+    def energy_density(self, energy: ArrayLike) -> FloatArray:
+        """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
+
+        Parameters and errors are those of `x_density`, with H in m^2/s^2.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).energy_density(1.0).round(4))
+        0.3679
+        """
+        omega = self.oscillator.natural_frequency
+        h = _array(energy, "energy")
+        a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega  # H = (Omega A)^2 / 2
+        return np.where(h >= 0.0, self.amplitude_density(a) / (omega * omega * a), 0.0)
+
+    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
+        """Density of the speed just before an impact (Rayleigh), in s/m.
+
+        Parameters and errors are those of `x_density`, with the speed in m/s.
+
+        Raises
+        ------
+        NotCovered
+            If the oscillator has no wall.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Springpot
+        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).impact_speed_density(1.0).round(4))
+        0.6065
+        """
+        if self.oscillator.barrier is None:
+            raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
+        _, v_spread, _, scale = self._spreads()
+        u = np.clip(_array(speed, "speed") / scale, 0.0, _FAR * v_spread) / v_spread
+        return np.asarray(u * np.exp(-u * u / 2.0) / (v_spread * scale))
+
+    def correlation(self, lag: ArrayLike) -> FloatArray:
+        """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
+
+        Parameters
+        ----------
+        lag : array_like
+            In s, of either sign.
+
+        Raises
+        ------
+        NotCovered
+            If there is a wall that is not at 0.
+        NoStationaryState
+            If there is no stationary state.
+        TypeError, ValueError
+            If a lag is NaN or not a number.
+
+        Examples
+        --------
+        >>> result = exact(Oscillator(barrier=None))
+        >>> result.correlation([0.0, 1.0, 10.0]).round(4)
+        array([0.5321, 0.209 , 0.0175])
+        """
+        moments = self.moments
+        t = np.minimum(np.abs(_times(np.abs(_array(lag, "lag")), "lag")) * self.oscillator.natural_frequency, _LONG)
+        if self.oscillator.barrier is not None and self.oscillator.barrier.position != 0.0:
+            raise NotCovered("The exact correlation is known with a wall at 0 or without a wall.")
+        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
+        if alpha < 1.0:
+            return _relaxation(alpha, c).correlation(t) * self.oscillator.length_scale**2
+        free = _dashpot_correlation(c, t)
+        if self.oscillator.barrier is not None:  # x = |y| with y normal
+            free = 2.0 / math.pi * (np.sqrt((1.0 - free) * (1.0 + free)) + free * np.arcsin(free))
+        return free * moments.x_mean_square
+
+    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+        """Two-sided spectral density of x, in m^2 s per rad; its integral over the real line is <x^2>.
+
+        Parameters
+        ----------
+        frequency : array_like
+            In rad/s, of either sign.
+
+        Raises
+        ------
+        NotCovered
+            If there is a wall.
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If a frequency is not a number.
+
+        Examples
+        --------
+        >>> float(exact(Oscillator(barrier=None)).spectrum(1.0).round(4))
+        0.1592
+        """
+        if self.oscillator.barrier is not None:
+            raise NotCovered("The exact spectrum is known without a wall only.")
+        _ = self.moments
+        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
+        w = np.minimum(np.abs(_array(frequency, "frequency")) / self.oscillator.natural_frequency, 1e75)
+        element = c * w**alpha
+        real = (1.0 - w) * (1.0 + w) + element * math.sin((1.0 - alpha) * math.pi / 2.0)
+        imaginary = element * math.sin(alpha * math.pi / 2.0)
+        scale = self.oscillator.length_scale**2 / self.oscillator.natural_frequency / (2.0 * math.pi)
+        return np.asarray(scale / (real**2 + imaginary**2))
+
+    def _transient(self, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
+        wall, t = self.oscillator.barrier, _times(_array(time, "time"), "time")
+        if wall is not None and wall.position != 0.0:
+            raise NotCovered("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
+        if np.any(np.isinf(t)) and isinstance(self.stationary, str):
+            raise NoStationaryState(self.stationary)
+        t = np.minimum(t * self.oscillator.natural_frequency, _LONG)
+        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
+        if alpha == 1.0 or c == 0.0:
+            return dashpot_mean_squares(c, t)
+        if alpha == 0.0:
+            frequency = math.sqrt(1.0 + c)
+            x, v = dashpot_mean_squares(0.0, frequency * t)
+            return x / frequency**3, v / frequency
+        return _relaxation(alpha, c).mean_squares(t)
+
+    def _own_side(self, value: ArrayLike, name: str) -> FloatArray:
+        """The argument, mirrored where the mass moves below the wall."""
+        array = _array(value, name)
+        return -array if _side(self.oscillator) < 0.0 else array
+
+    def _spreads(self) -> tuple[float, float, float, float]:
+        """Dimensionless standard deviations of the two normals, and the units of length and speed."""
+        moments = self.moments
+        length, speed = self.oscillator.length_scale, self.oscillator.speed_scale
+        if length == 0.0:
+            raise ValueError("there is no density: without noise the mass rests.")
+        v_spread = math.sqrt(moments.v_mean_square) / speed
+        wall = self.oscillator.barrier is not None
+        return (v_spread if wall else math.sqrt(moments.x_mean_square) / length), v_spread, length, speed
+
+
+def exact(oscillator: Oscillator) -> Exact:
+    """Solve the oscillator exactly, where that can be done.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Without a wall; or of order 1 with an elastic wall anywhere; or with a springpot that dissipates nothing
+        (order 0, or C = 0) and an elastic wall or none, where there is no stationary state.
+
+    Returns
+    -------
+    Exact
+        Its moments are exact to about 1e-13 of their size.
+
+    Raises
+    ------
+    NotCovered
+        If the oscillator is another one.
+    TypeError
+        If ``oscillator`` is not an Oscillator.
+
+    Notes
+    -----
+    Order 1, elastic wall: the joint density is proportional to exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)) beyond the
+    wall [1]_.  No wall: <x^2> = int S dw and <v^2> = int w^2 S dw with
+    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.linear`.  Order 0 is a spring of stiffness Omega^2 + C (for the Riemann-Liouville
+    derivative, and for Caputo's from x(0) = 0).
+
+    References
+    ----------
+    .. [1] T. K. Caughey, "Nonlinear theory of random vibrations", Advances in Applied Mechanics 11 (1971).
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Barrier, Springpot
+    >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(position=1.0))
+    >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
+    (1.5251, 0.6084)
+    >>> round(exact(Oscillator(barrier=None)).x_mean_square, 6)
+    0.532136
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    _check_covered(oscillator)
+    return Exact(
+        method="exact",
+        oscillator=oscillator,
+        stationary=_stationary(oscillator),
+        assumptions=("None: this solves the equation of motion as it stands, with memory of the whole past.",),
+        warnings=(),
+    )
+
+
+def _dissipates(oscillator: Oscillator) -> bool:
+    return oscillator.springpot.coefficient > 0.0 and oscillator.springpot.order > 0.0
+
+
+def _check_covered(oscillator: Oscillator) -> None:
+    wall, alpha = oscillator.barrier, oscillator.springpot.order
+    if wall is None:
+        return
+    if wall.restitution < 1.0:
+        raise NotCovered(f"{_REACH}, not a wall of restitution {wall.restitution:g}.")
+    if alpha < 1.0 and _dissipates(oscillator):
+        raise NotCovered(f"{_REACH}, not order {alpha:g} with a wall.")
+
+
+def _stationary(oscillator: Oscillator) -> Moments | str:
+    alpha, c = oscillator.springpot.order, oscillator.dimensionless_coefficient
+    length, speed = oscillator.length_scale, oscillator.speed_scale
+    if not _dissipates(oscillator):
+        cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
+        fate = "the energy grows as q t / 2" if length > 0.0 else "the energy stays what it was at the start"
+        return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
+    if length == 0.0:
+        return _rest(oscillator)
+    if c == 0.0:
+        return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
+    with np.errstate(over="ignore"):
+        x_mean_square, v_mean_square = mean_squares(alpha, c)
+    x_mean, rate = 0.0, 0.0
+    if oscillator.barrier is not None:
+        spread = math.sqrt(v_mean_square)
+        k = oscillator.dimensionless_position / spread
+        hazard = _hazard(k)
+        x_mean = _side(oscillator) * spread * hazard
+        x_mean_square = v_mean_square * (1.0 + k * hazard)
+        rate = hazard / math.sqrt(2.0 * math.pi)
+    strikes = rate > 0.0
+    moments = Moments(
+        amplitude_mean_square=(x_mean_square + v_mean_square) * length**2,
+        x_mean=x_mean * length,
+        x_mean_square=x_mean_square * length**2,
+        v_mean_square=v_mean_square * speed**2,
+        impact_rate=rate * oscillator.natural_frequency,
+        impact_speed_mean=math.sqrt(math.pi / 2.0 * v_mean_square) * speed if strikes else math.nan,
+        impact_speed_mean_square=2.0 * v_mean_square * speed**2 if strikes else math.nan,
+    )
+    if not math.isfinite(moments.amplitude_mean_square):
+        return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small."
+    return moments
+
+
+def _rest(oscillator: Oscillator) -> Moments:
+    """Without noise: at the wall under a preload, at 0 otherwise."""
+    place = 0.0
+    if oscillator.barrier is not None and oscillator.dimensionless_position > 0.0:
+        place = oscillator.barrier.position
+    return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)
+
+
+def _hazard(k: float) -> float:
+    """phi(k) / (1 - Phi(k)), the inverse of Mills' ratio; 0 where it is below double precision."""
+    return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
+
+
+def _side(oscillator: Oscillator) -> float:
+    """+1 where the mass moves above the wall, -1 below it, 0 without a wall."""
+    if oscillator.barrier is None:
+        return 0.0
+    return 1.0 if oscillator.barrier.side == "above" else -1.0
+
+
+@lru_cache(maxsize=16)
+def _relaxation(alpha: float, c: float) -> Relaxation:
+    return relaxation(alpha, c)
+
+
+def _dashpot_correlation(c: float, lag: FloatArray) -> FloatArray:
+    """Correlation coefficient of the linear oscillator: its free decay from a unit displacement."""
+    half = c / 2.0
+    root = np.emath.sqrt((half - 1.0) * (half + 1.0))
+    if root == 0.0:
+        return np.asarray(np.exp(-half * lag) * (1.0 + np.minimum(half * lag, _LONG)))
+    slow, fast = -1.0 / (half + root), -(half + root)
+    decay = (fast * np.exp(slow * lag) - slow * np.exp(fast * lag)) / (fast - slow)
+    return np.asarray(np.clip(decay.real, -1.0, 1.0))
+
+
+def _array(value: ArrayLike, name: str) -> FloatArray:
+    """Real numbers as an array of floats, or one sentence that names the argument."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # a ragged list
+        array = np.asarray("not numbers")
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
+    return np.asarray(array, dtype=float)
+
+
+def _times(value: FloatArray, name: str) -> FloatArray:
+    if np.any(np.isnan(value)):
+        raise ValueError(f"{name} must be in s, and NaN is not a time.")
+    if np.any(value < 0.0):
+        raise ValueError(f"{name} must be at least 0 s, not {np.min(value):g}.")
+    return value
+
+
+def _normal(value: FloatArray, spread: float) -> FloatArray:
+    z = np.clip(value / spread, -_FAR, _FAR)
+    return np.asarray(np.exp(-z * z / 2.0) / (math.sqrt(2.0 * math.pi) * spread))
+
+
+def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
+    """Normal density on value >= wall, normalised there."""
+    k = wall / spread
+    z = np.clip(value / spread - k, -1.0, _FAR + abs(k))
+    if k > 0.0:  # k^2 is taken out by hand: under a deep preload it is huge
+        shape = _hazard(k) * np.exp(-z * (k + z / 2.0))
+    else:
+        shape = np.exp(-((z + k) ** 2) / 2.0) / (math.sqrt(2.0 * math.pi) * float(special.ndtr(-k)))
+    return np.asarray(np.where(z >= 0.0, shape, 0.0) / spread)
+
+
+def _cut_rayleigh(amplitude: FloatArray, spread: float, wall: float) -> FloatArray:
+    """Rayleigh density of an amplitude whose phase is uniform on the arc beyond the wall."""
+    k = wall / spread
+    a = np.clip(amplitude / spread, 0.0, _FAR + abs(k))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        arc = np.arccos(np.clip(np.nan_to_num(k / a), -1.0, 1.0)) / math.pi
+    if k > 0.0:  # 1 - Phi(k) = exp(-k^2 / 2) erfcx(k / sqrt 2) / 2
+        shape = np.exp(-np.maximum(a - k, 0.0) * (a + k) / 2.0) * 2.0 / float(special.erfcx(k / math.sqrt(2.0)))
+    else:
+        shape = np.exp(-a * a / 2.0) / float(special.ndtr(-k))
+    return np.asarray(a * arc * shape / spread)
+
+
+def _hoyt(amplitude: FloatArray, x_spread: float, v_spread: float) -> FloatArray:
+    """Density of the modulus of two independent normals of different spread."""
+    wide = max(x_spread, v_spread)
+    a = np.clip(amplitude, 0.0, _FAR * wide)
+    inverse_x, inverse_v = 1.0 / x_spread**2, 1.0 / v_spread**2
+    # I0(z) e^(-a^2 (1/x^2 + 1/v^2) / 4) with z = a^2 |1/x^2 - 1/v^2| / 4: together e^(-a^2 / (2 wide^2)) at most
+    z = a * a * abs(inverse_x - inverse_v) / 4.0
+    return np.asarray(a / (x_spread * v_spread) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide * wide)))
