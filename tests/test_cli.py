@@ -151,9 +151,7 @@ def test_warnings_are_grouped_by_sentence() -> None:
     assert cli._by_sentence(answers) == {"One.": ["a"], "Two.": ["a", "b"]}
 
 
-def test_simulate_leaves_the_defaults_to_the_library(
-    asked: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_simulate_leaves_the_defaults_to_the_library(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--json"]) == 0
     capsys.readouterr()
     assert asked == {"oscillator": springpot.Oscillator()}
@@ -261,6 +259,19 @@ def test_a_real_run_to_an_error_asked_for(capsys: pytest.CaptureFixture[str]) ->
     bounds = answer[f"{name}_step_bias"] + answer[f"{name}_memory_bias"] + answer[f"{name}_transient"]
     assert answer[f"{name}_error"] == pytest.approx(1.96 * answer[f"{name}_se"] + bounds, rel=1e-3)
     assert answer[f"{name}_error"] < 0.05 * answer[name]
+
+
+def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", "--paths", "200", "--duration", "5", "--step", "0.02", "--distributions"]
+    assert cli.main(words) == 0
+    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.startswith("  ")}
+    assert "5 %" in rows["quantile"]
+    assert rows["impact_speed"].count("+-") == rows["x_maximum"].count("+-") == 5
+    assert rows["impact_speed"].endswith("m s-1")
+    assert cli.main([*words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert len(answer["probability"]) == len(answer["x_quantile"]) == len(answer["v_largest_quantile_se"]) == 9
+    assert sorted(answer["amplitude_quantile"]) == answer["amplitude_quantile"]
 
 
 @pytest.mark.parametrize(

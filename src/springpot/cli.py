@@ -206,6 +206,14 @@ def simulate(
             help="Distance at which the paper's scheme sees an impact, in m; 1e-05 if not given.",
         ),
     ] = None,
+    distributions: Annotated[
+        bool,
+        Parameter(
+            group=_MONTE_CARLO,
+            negative="",
+            help="Quantiles of x, v, amplitude and impact speed, and of the extremes of each path, as well.",
+        ),
+    ] = False,
     json_: _Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
@@ -228,6 +236,7 @@ def simulate(
         "derivative": derivative,
         "memory_tolerance": memory_tolerance,
         "contact_tolerance": contact_tolerance,
+        "distributions": distributions or None,
     }
     given = {name: value for name, value in settings.items() if value is not None}
     with leave_at_once():
@@ -399,6 +408,24 @@ def _print_estimates(answer: Mapping[str, Any]) -> None:
         _print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
     rows = [[name, _with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
     _print_table([["", "value +- standard error"], *rows] if controlled else rows)
+    if "probability" in answer:
+        _print_quantiles(answer)
+
+
+def _print_quantiles(answer: Mapping[str, Any]) -> None:
+    """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
+    from springpot.simulation.observers import EXTREMES, SKETCHED
+
+    units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
+    shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
+    print()
+    _print_table(
+        [["quantile +- standard error", *(f"{100.0 * answer['probability'][i]:g} %" for i in shown)]]
+        + [
+            [name, *(_with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
+            for name, unit in units.items()
+        ]
+    )
 
 
 def _plain_short(value: float | None) -> str:

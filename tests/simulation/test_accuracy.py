@@ -7,6 +7,9 @@ import pytest
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
 from springpot.simulation.accuracy import reach, slow_impact_order
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.settings import resolve
+from springpot.simulation.statistics import controlled, linearised, standard_error
 
 from .problems import oscillator, truncated_gaussian
 
@@ -103,3 +106,23 @@ def test_order_of_slow_impacts() -> None:
         s = -2.0 * slow_impact_order(restitution)
         assert restitution**s == pytest.approx(2.0 * math.cos(math.pi * (1.0 + s) / 3.0), abs=1e-9)
     assert slow_impact_order(0.163) == 0.0
+
+
+@pytest.mark.parametrize(("order", "restitution", "position"), [(0.3, 0.7, 0.0), (0.5, 1.0, 0.4), (1.0, 0.9, -0.5)])
+def test_the_energy_balance_has_mean_zero_at_any_step(order: float, restitution: float, position: float) -> None:
+    """So it may serve as a control: a bias of the balance would be a bias of everything controlled by it."""
+    found = run(oscillator(order, 1.0, 1.0, 1.0, position, restitution), paths=200_000, duration=30.0, step=0.4)
+    assert found.errors["energy_residual"] < 2e-3
+    assert abs(found.values["energy_residual"]) < 4.0 * found.errors["energy_residual"]
+
+
+def test_the_control_takes_out_most_of_the_spread_and_no_mean() -> None:
+    problem = oscillator(1.0)
+    settings = resolve(problem, paths=20_000, duration=60.0, step=0.1, window=(20.0, 60.0))
+    made = tables(problem, settings)
+    found = linearised(problem, settings, made, advance(problem, settings, made).rows)
+    raw = found["amplitude_mean_square"][1]
+    kept = controlled(raw, found["energy_residual"][1][:, None])
+    assert standard_error(kept) < 0.5 * standard_error(raw)
+    assert abs(kept.mean() - 1.0) < 4.0 * standard_error(kept)  # the truth is 1 at any step
+    assert standard_error(kept) < 0.001

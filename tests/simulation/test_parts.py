@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 from scipy import integrate
 
 from springpot.simulation.ensemble import advance, tables
@@ -144,3 +149,46 @@ def test_the_part_of_the_house_is_one_of_many() -> None:
     plain = _rows(oscillator(), given)
     again = _rows(oscillator(), given, load=lambda made: White(*made.load), wall=lambda made: Rigid(*made.wall))
     assert plain["x_square"].tobytes() == again["x_square"].tobytes()
+
+
+def test_somebodys_part_in_the_cache_does_not_disturb_others(tmp_path: Path) -> None:
+    """A process that cannot import the module of a cached part finds its own kernel; an edit of the part is seen."""
+    part = tmp_path / "somebody.py"
+    source = """
+from typing import NamedTuple
+from dataclasses import replace
+from springpot import Oscillator
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.kernel import block
+from springpot.simulation.parts import answers, push
+from springpot.simulation.settings import resolve
+
+class Mine(NamedTuple):
+    size: float
+
+@answers(push, Mine)
+def _mine(load, n, x, v, e, g):
+    return FACTOR * load.size, e
+
+def found():
+    settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05)
+    made = replace(tables(Oscillator(), settings), load=Mine(1.0))
+    return advance(Oscillator(), settings, made).rows[0, 0], sum(block.stats.cache_hits.values())
+"""
+    use = "import sys; sys.path.insert(0, sys.argv[1]); import somebody; print(*somebody.found())"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def process(*words: str) -> list[float]:
+        done = subprocess.run(
+            [sys.executable, "-c", *words], env=environment, capture_output=True, text=True, check=True
+        )
+        return [float(word) for word in done.stdout.split()]
+
+    part.write_text(source.replace("FACTOR", "1.0"))
+    first, hits = process(use, str(tmp_path))
+    assert (first > 0.0, hits) == (True, 0)
+    assert process(use, str(tmp_path)) == [first, 1]
+    part.write_text(source.replace("FACTOR", "3.0"))
+    assert process(use, str(tmp_path)) == [pytest.approx(3.0 * first), 0]
+    plain = "import springpot; print(springpot.run(springpot.Oscillator(), paths=1, step=.05).values['x_mean'])"
+    assert process(plain)[0] > 0.0

@@ -6,6 +6,11 @@ and h/2 on the same noise, whose mean difference D is added (Giles, "Multilevel 
 Paths that strike a wall soon part whatever noise they share, so the difference keeps a fifth to a half of the variance
 and more levels would not pay; the budget needs the pairs all the same.
 
+The energy balance is a control variate: what springpot and wall took out and the motion gained, less what the noise is
+expected to feed in, has mean zero exactly, at every step of the default scheme.  A path that was fed more than its
+share swings wider, so its part in the balance explains nine tenths of the variance of energies, and half or more of
+that of the mean; what is left of each estimate is its regression's residual.
+
 Paths are added until the sum of the parts is below what was asked for, and the step is halved where its bias stands in
 the way.
 """
@@ -24,7 +29,7 @@ from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
-from springpot.simulation.statistics import linearised, standard_error
+from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
@@ -37,7 +42,7 @@ COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
 FINEST_STEP = 1e-3
 FIRST_PATHS = 2048
 SURE = 4.0  # standard errors beyond which a difference between steps is bias
-PILOT_PATHS = 4096
+PILOT_PATHS = 2048
 MOST_PATH_STEPS = 3e11
 SINGLE_PRECISION = 1e-4  # largest relative effect of memory in single precision that was ever seen, twice over
 
@@ -75,7 +80,7 @@ class Reached:
         Of the coarse level; ``paths`` counts the coarse level and both members of the pairs.
     adapted : Adapted
     values : dict
-        Every estimate, extrapolated to half the coarse step.
+        Every estimate, extrapolated to half the coarse step, with the energy balance as its control.
     errors : dict
         Their standard errors.
     budgets : dict
@@ -122,8 +127,10 @@ class _Level:
             )
             self.rows.append(found.rows)
 
-    def samples(self) -> dict[str, tuple[float, Floats]]:
-        return linearised(self.oscillator, self.settings, self.made, np.concatenate(self.rows))
+    def samples(self) -> dict[str, Floats]:
+        """What each path contributes to each estimate."""
+        found = linearised(self.oscillator, self.settings, self.made, np.concatenate(self.rows))
+        return {name: samples for name, (_, samples) in found.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +195,8 @@ def reach(
         levels.coarse.extend(targets[0])
         levels.pair_coarse.extend(targets[1])
         levels.pair_fine.extend(targets[1])
-        values, errors, budgets, differences = _combine(oscillator, levels, adapted)
+        samples = _samples(levels)
+        values, errors, budgets = _combine(oscillator, levels, adapted, samples)
         worst = max(wanted, key=lambda name: budgets[name].total / abs(values[name]))
         reached = budgets[worst].total / abs(values[worst])
         if progress is not None:
@@ -196,8 +204,10 @@ def reach(
         if reached <= rtol:
             shortfall = ""
             break
-        difference, its_error = differences[worst]
-        if abs(difference) > SURE * its_error and budgets[worst].step_bias > 0.5 * rtol * abs(values[worst]):
+        difference = samples[worst].difference
+        if abs(difference.mean()) > SURE * standard_error(difference) and budgets[worst].step_bias > 0.5 * rtol * abs(
+            values[worst]
+        ):
             if step * fastest <= FINEST_STEP:
                 shortfall = _sentence(worst, reached, rtol, f"its bias at a step of {step:.2g} s is still too large")
                 break
@@ -209,7 +219,7 @@ def reach(
         if budgets[worst].memory_bias + budgets[worst].transient > 0.9 * rtol * abs(values[worst]):
             shortfall = _sentence(worst, reached, rtol, "what its start and its memory leave does not average out")
             break
-        targets = _targets(levels, wanted, values, budgets, differences, rtol)
+        targets = _targets(samples, wanted, values, budgets, rtol)
         more = targets[0] - levels.coarse.paths + 3 * (targets[1] - levels.pair_coarse.paths)
         if spent + levels.path_steps + more * levels.coarse.settings.steps > most_path_steps:
             shortfall = _sentence(worst, reached, rtol, f"it would take more than {most_path_steps:.0e} path-steps")
@@ -253,31 +263,48 @@ def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float) ->
     )
 
 
-def _combine(
-    oscillator: Oscillator, levels: _Levels, adapted: Adapted
-) -> tuple[dict[str, float], dict[str, float], dict[str, Budget], dict[str, tuple[float, float]]]:
-    """Values, standard errors, budgets and the differences between the steps, of all quantities."""
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Of one estimate: what paths of the coarse level contribute, and pairs to the difference fine less coarse."""
+
+    many: Floats
+    difference: Floats
+
+
+def _samples(levels: _Levels) -> dict[str, _Samples]:
+    """The samples of every estimate, with what the energy balance explains of their spread taken out."""
     many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
+    control = "energy_residual"
+    controls = np.stack([coarse[control], fine[control]], axis=1)
+    found = {
+        name: _Samples(controlled(many[name], many[control][:, None]), controlled(fine[name] - coarse[name], controls))
+        for name in many
+    }
+    return found | {control: _Samples(many[control], fine[control] - coarse[control])}
+
+
+def _combine(
+    oscillator: Oscillator, levels: _Levels, adapted: Adapted, samples: dict[str, _Samples]
+) -> tuple[dict[str, float], dict[str, float], dict[str, Budget]]:
+    """Values, standard errors and budgets of all quantities."""
     values, errors, budgets = {}, {}, {}
-    differences = {}
     settings = levels.coarse.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _left_of_the_energy(oscillator, settings)
-    owed = owed_to_the_start(oscillator, settings, adapted, {name: many[name][0] for name in many})
-    for name in many:
-        difference = fine[name][0] - coarse[name][0]
-        its_error = standard_error(fine[name][1] - coarse[name][1])
-        values[name] = many[name][0] + difference
-        errors[name] = math.hypot(standard_error(many[name][1]), its_error)
-        differences[name] = difference, its_error
-        if name in CONTROLLED:
-            budgets[name] = Budget(
-                standard_error=errors[name],
-                step_bias=(abs(difference) + its_error) / (2.0 ** _order(oscillator, name) - 1.0),
-                memory_bias=memory * abs(values[name]),
-                transient=energy * abs(values[name]) + NORMAL * owed[name],
-            )
-    return values, errors, budgets, differences
+    for name, found in samples.items():
+        values[name] = float(found.many.mean() + found.difference.mean())
+        errors[name] = math.hypot(standard_error(found.many), standard_error(found.difference))
+    owed = owed_to_the_start(oscillator, settings, adapted, values)
+    for name in CONTROLLED:
+        difference = samples[name].difference
+        bias = abs(float(difference.mean())) + standard_error(difference)
+        budgets[name] = Budget(
+            standard_error=errors[name],
+            step_bias=bias / (2.0 ** _order(oscillator, name) - 1.0),
+            memory_bias=memory * abs(values[name]),
+            transient=energy * abs(values[name]) + NORMAL * owed[name],
+        )
+    return values, errors, budgets
 
 
 def _order(oscillator: Oscillator, name: str) -> float:
@@ -315,30 +342,29 @@ def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:
 
 
 def _targets(
-    levels: _Levels,
+    samples: dict[str, _Samples],
     wanted: Sequence[str],
     values: dict[str, float],
     budgets: dict[str, Budget],
-    differences: dict[str, tuple[float, float]],
     rtol: float,
 ) -> tuple[int, int]:
     """Paths of the coarse level and pairs that should do: the cheapest split for the standard error still allowed.
 
     At least a fifth more than there is, and at most eight times as many, for the variances are estimates themselves.
     """
-    many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
-    paths, pairs = levels.coarse.paths, levels.pair_coarse.paths
+    paths, pairs = samples[wanted[0]].many.size, samples[wanted[0]].difference.size
     best = [int(1.2 * paths), int(1.2 * pairs)]
     for name in wanted:
-        budget, (difference, its_error) = budgets[name], differences[name]
-        weight = budget.step_bias / (abs(difference) + its_error)  # of the difference in the budget
+        budget, found = budgets[name], samples[name]
+        difference, its_error = abs(float(found.difference.mean())), standard_error(found.difference)
+        weight = budget.step_bias / (difference + its_error)  # of the difference in the budget
         free = rtol * abs(values[name]) - budget.memory_bias - budget.transient
         if free <= 0.0:
             continue
         # what is surely bias counts, but no more than leaves room for more paths to tell
-        free = max(0.3 * free, free - weight * max(abs(difference) - 2.0 * its_error, 0.0))
+        free = max(0.3 * free, free - weight * max(difference - 2.0 * its_error, 0.0))
         goal = free / (NORMAL + 1.6 * weight)
-        variances = many[name][1].var(), (fine[name][1] - coarse[name][1]).var()
+        variances = found.many.var(), found.difference.var()
         spread = math.sqrt(variances[0]) + math.sqrt(3.0 * variances[1])
         needed = (spread * math.sqrt(variances[0]) / goal**2, spread * math.sqrt(variances[1] / 3.0) / goal**2)
         best = [max(b, int(n) + 1) for b, n in zip(best, needed, strict=True)]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from springpot.oscillator import Barrier, Oscillator
 from springpot.simulation.ensemble import advance, tables
 from springpot.simulation.settings import Settings, creep_time, default_step, energy_time, mirror
-from springpot.simulation.statistics import estimates
+from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory import averaging
 
 __all__ = ["Adapted", "adapt", "owed_to_the_start"]
@@ -84,8 +84,9 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = Non
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
         at = replace(pilot, initial_position=sign * position)
         made = tables(oscillator, at)
-        values, errors = estimates(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
-        return sign * values["x_mean"], errors["x_mean"], values["x_mean_square"] ** 0.5
+        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
+        means = controlled(found["x_mean"][1], found["energy_residual"][1][:, None])
+        return sign * float(means.mean()), standard_error(means), found["x_mean_square"][0] ** 0.5
 
     tried: list[tuple[float, float]] = []  # starts and the means they reached
     while True:

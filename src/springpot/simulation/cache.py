@@ -42,10 +42,12 @@ def _files_of_parts(kind: Any) -> set[Path | None]:
 
 class _SourceCache(FunctionCache):  # type: ignore[misc]
     def _index_key(self, sig: Any, codegen: Any) -> Any:
+        _, *rest = super()._index_key(sig, codegen)
         files = set().union(*map(_files_of_parts, sig))
         # a part typed at a prompt has no source to compare: a key that no other process has
         foreign = os.getpid() if None in files else _digest(file for file in files if file is not None)
-        return (*super()._index_key(sig, codegen), _DIGEST, foreign)
+        # types as words: a process that cannot import somebody's part must be able to read the index all the same
+        return (" ".join(map(repr, sig)), *rest, _DIGEST, foreign)
 
 
 def cached(dispatcher: Any) -> Any:

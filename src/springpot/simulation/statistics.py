@@ -18,7 +18,7 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import Settings, impacts_are_countable, mirror
 from springpot.units import UNITS
 
-__all__ = ["estimates", "linearised", "standard_error"]
+__all__ = ["controlled", "estimates", "linearised", "standard_error"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -101,3 +101,19 @@ def _ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
 def standard_error(samples: Floats) -> float:
     """Standard error of the mean of independent samples; NaN for a single one."""
     return float(samples.std(ddof=1) / math.sqrt(samples.size)) if samples.size > 1 else math.nan
+
+
+def controlled(samples: Floats, controls: Floats) -> Floats:
+    """Samples less their regression on controls of mean zero; their mean stays what it is expected to be.
+
+    Examples
+    --------
+    >>> control = np.array([[1.0], [-2.0], [4.0]])
+    >>> controlled(3.0 + 2.0 * control[:, 0], control).round(12)
+    array([3., 3., 3.])
+    """
+    if not np.isfinite(samples).all():
+        return samples
+    apart = controls - controls.mean(axis=0)
+    slopes = np.linalg.lstsq(apart, samples - samples.mean(), rcond=None)[0]
+    return np.asarray(samples - controls @ slopes)
