@@ -3,6 +3,7 @@
 from springpot.simulation.accuracy import CONTROLLED, Budget
 from springpot.simulation.observers import Distribution
 from springpot.simulation.run import Run, run, simulate
+from springpot.simulation.spectral import Spectrum
 from springpot.units import UNITS
 
-__all__ = ["CONTROLLED", "UNITS", "Budget", "Distribution", "Run", "run", "simulate"]
+__all__ = ["CONTROLLED", "UNITS", "Budget", "Distribution", "Run", "Spectrum", "run", "simulate"]

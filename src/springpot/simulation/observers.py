@@ -88,7 +88,12 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     TypeError, ValueError
         If the name cannot be one, or the function is none or cannot be compiled.
     """
-    taken = {*UNITS, *EXTREMES, *(f"{word}_{part}" for word in SKETCHED for part in ("density", "quantile"))}
+    taken = {
+        *UNITS,
+        "x_spectrum",
+        *EXTREMES,
+        *(f"{word}_{part}" for word in SKETCHED for part in ("density", "quantile")),
+    }
     if not isinstance(name, str) or not name.isidentifier():
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
     if name in taken or name.removesuffix("_se") in taken:

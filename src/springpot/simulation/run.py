@@ -30,6 +30,7 @@ from springpot.simulation.settings import (
     relaxation_time,
     resolve,
 )
+from springpot.simulation.spectral import Spectrum
 from springpot.simulation.statistics import estimates, standard_error
 from springpot.simulation.watched import Observable, Watched
 from springpot.units import UNITS
@@ -72,6 +73,8 @@ class Run:
     extremes : dict
         Smallest and largest x, largest speed and impact speed of each path in the window, if they were asked for:
         arrays of shape (paths,), taken at the ends of the steps.
+    spectrum : Spectrum or None
+        `springpot.simulation.Spectrum` of x in the window, if it was asked for.
     """
 
     oscillator: Oscillator
@@ -85,6 +88,7 @@ class Run:
     record: npt.NDArray[np.float64]
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    spectrum: Spectrum | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
@@ -97,6 +101,7 @@ class Run:
             **({"probability": list(PROBABILITIES)} if quantiles else {}),
             **{name: _finite(at) for name, (at, _) in quantiles.items()},
             **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
+            **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
             "oscillator": asdict(self.oscillator),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
@@ -147,6 +152,10 @@ class Run:
             coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
             data[name] = ("probability", at, {"units": unit})
             data[f"{name}_se"] = ("probability", error, {"units": unit})
+        if (found := self.spectrum) is not None:
+            coordinates["frequency"] = ("frequency", found.frequency, {"units": "rad s-1"})
+            data["x_spectrum"] = ("frequency", found.density, {"units": "m2 s rad-1", "resolution": found.resolution})
+            data["x_spectrum_se"] = ("frequency", found.standard_error, {"units": "m2 s rad-1"})
         for name, sketch in self.distributions.items():
             edges, density, error = sketch.density()
             where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
@@ -172,6 +181,7 @@ def run(
     observables: Mapping[str, Observable] | None = None,
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
+    spectrum: npt.ArrayLike | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> Run:
@@ -189,13 +199,15 @@ def run(
             raise TypeError(f"there is no argument {name!r}; there are {', '.join(sorted(Options.__annotations__))}.")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
-    watched = Watched(observables or {}, impact_observables or {}, distributions)
+    watched = Watched(observables or {}, impact_observables or {}, distributions, spectrum)
     if rtol is not None:
         if watched.anything:
-            raise ValueError("observables and distributions cannot be given with rtol, which does not control them.")
+            raise ValueError(
+                "observables, distributions and a spectrum cannot be given with rtol, which controls moments only."
+            )
         return _run_to(oscillator, rtol, quantities, progress, given)
     settings = resolve(oscillator, **given)
-    observers = watched.observers(settings.step * fastest_rate(oscillator))
+    observers = watched.observers(oscillator, settings)
     begun = time.perf_counter()
     adapted = None
     if settings.start == "stationary":
@@ -221,6 +233,7 @@ def run(
         record=mirror(oscillator) * ensemble.record,
         distributions=watched.sketched(oscillator, made, ensemble),
         extremes=watched.extremes(ensemble),
+        spectrum=watched.spectrum_found(settings, ensemble),
     )
 
 
@@ -266,6 +279,7 @@ def simulate(
     observables: Mapping[str, Observable] | None = None,
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
+    spectrum: npt.ArrayLike | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> xarray.Dataset:
@@ -289,6 +303,8 @@ def simulate(
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
         and the extremes of each path in it.
+    spectrum : array_like
+        Frequencies in rad/s at which to estimate the spectral density of x in the window.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -333,7 +349,8 @@ def simulate(
         end of the run, each with a twin ``_se``; with ``rtol`` the first seven also have ``_step_bias``,
         ``_memory_bias``, ``_transient`` and their total ``_error``.  Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
-        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths.  Attributes
+        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
+        ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``.  Attributes
         ``oscillator``, ``settings``,
         ``diagnostics`` (JSON) and ``warnings``.
 
@@ -380,6 +397,7 @@ def simulate(
         observables=observables,
         impact_observables=impact_observables,
         distributions=distributions,
+        spectrum=spectrum,
         progress=progress,
         **given,
     )
@@ -502,3 +520,11 @@ def _about_start(adapted: Adapted | None) -> list[str]:
 
 def _finite(numbers: list[float]) -> list[float | None]:
     return [number if math.isfinite(number) else None for number in numbers]
+
+
+def _spectrum_words(found: Spectrum) -> dict[str, list[float | None]]:
+    return {
+        "frequency": _finite(found.frequency.tolist()),
+        "x_spectrum": _finite(found.density.tolist()),
+        "x_spectrum_se": _finite(found.standard_error.tolist()),
+    }

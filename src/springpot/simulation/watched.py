@@ -20,7 +20,8 @@ from springpot.simulation.observers import (
     mean_of,
     sketches,
 )
-from springpot.simulation.settings import Settings, mirror
+from springpot.simulation.settings import Settings, fastest_rate, mirror
+from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observable", "Watched"]
 
@@ -29,11 +30,12 @@ Observable = Callable[..., float]
 
 @dataclass(frozen=True)
 class Watched:
-    """What is observed beside the moments: the user's functions first, then sketches and extremes."""
+    """What is observed beside the moments: the user's functions, then sketches and extremes, then the spectrum."""
 
     observables: Mapping[str, Observable]
     impact_observables: Mapping[str, Observable]
     distributions: bool
+    spectrum: npt.ArrayLike | None
 
     def __post_init__(self) -> None:
         for name in ("observables", "impact_observables"):
@@ -47,14 +49,23 @@ class Watched:
     @property
     def anything(self) -> bool:
         """Whether there is anything to observe."""
-        return bool(self.observables or self.impact_observables or self.distributions)
+        return bool(self.observables or self.impact_observables or self.distributions or self.spectrum is not None)
 
-    def observers(self, step: float) -> tuple[Observer, ...]:
-        """The observers, for a step in units of the shortest time scale."""
+    def observers(self, oscillator: Oscillator, settings: Settings) -> tuple[Observer, ...]:
+        """The observers, compiled.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a function cannot be compiled or a frequency is none.
+        """
+        group = GROUP * settings.step * fastest_rate(oscillator)
+        frequencies = None if self.spectrum is None else checked_frequencies(self.spectrum, settings)
         return (
             *(mean_of(name, function, "state") for name, function in self.observables.items()),
             *(mean_of(name, function, "impact") for name, function in self.impact_observables.items()),
-            *((sketches(GROUP * step), extremes()) if self.distributions else ()),
+            *((sketches(group), extremes()) if self.distributions else ()),
+            *(() if frequencies is None else (spectral(frequencies, settings),)),
         )
 
     def means(self, settings: Settings, found: Ensemble) -> dict[str, npt.NDArray[np.float64]]:
@@ -69,7 +80,7 @@ class Watched:
         if not self.distributions:
             return {}
         return distributions_in(
-            found.observed[-2],
+            found.observed[self._first_sketch],
             length=made.length,
             speed=made.length / made.time,
             sign=mirror(oscillator),
@@ -78,4 +89,16 @@ class Watched:
 
     def extremes(self, found: Ensemble) -> dict[str, npt.NDArray[np.float64]]:
         """By name, if they were asked for."""
-        return dict(zip(EXTREMES, found.observed[-1].T, strict=True)) if self.distributions else {}
+        if not self.distributions:
+            return {}
+        return dict(zip(EXTREMES, found.observed[self._first_sketch + 1].T, strict=True))
+
+    def spectrum_found(self, settings: Settings, found: Ensemble) -> Spectrum | None:
+        """The spectrum, if it was asked for."""
+        if self.spectrum is None:
+            return None
+        return spectrum_in(checked_frequencies(self.spectrum, settings), settings, found.observed[-1])
+
+    @property
+    def _first_sketch(self) -> int:
+        return len(self.observables) + len(self.impact_observables)

@@ -1,0 +1,134 @@
+"""The spectrum of x, estimated in the run: one windowed Fourier sum for each path and frequency.
+
+The whole window of a path is one segment, tapered by Hann's window; its mean is taken out, and the periodograms of the
+paths are averaged.  So the resolution is as fine as the window is long, and the standard error comes from independent
+paths.  A peak is blurred: what is estimated is the density averaged over frequencies with a root mean square width of
+``resolution`` = sqrt(4/3) pi / length, which lowers a Lorentzian peak of half-width g by about (resolution / g)^2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import cfunc
+
+from springpot.oscillator import LARGEST, finite_number
+from springpot.simulation.lanes import FAST, GROUP, LANES
+from springpot.simulation.listening import HEADER, WATCH
+from springpot.simulation.observers import Floats, Observer
+from springpot.simulation.settings import Settings
+
+__all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
+
+MOST_SUMS = 100_000_000  # numbers kept, 0.8 GB
+SAMPLES_PER_CYCLE = 12  # of the highest frequency, at least; what lies beyond half of that folds back
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Two-sided spectral density of x about its mean.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (n,)
+        In rad/s.
+    density, standard_error : ndarray, shape (n,)
+        In m^2 s per rad: the integral of the density over all frequencies, negative ones too, is the variance of x.
+    resolution : float
+        Root mean square width of the average over frequencies that each value is, in rad/s.
+    """
+
+    frequency: Floats
+    density: Floats
+    standard_error: Floats
+    resolution: float
+
+
+def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings) -> Floats:
+    """The frequencies as an array.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no positive numbers, too many, or too high for the step.
+    """
+    try:
+        given = [finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True) for w in frequencies]  # type: ignore[union-attr]
+    except TypeError as reason:
+        raise TypeError(f"spectrum must be a sequence of frequencies in rad/s: {reason}") from reason
+    if not given:
+        raise ValueError("spectrum must hold at least one frequency.")
+    found = np.array(given)
+    if 2 * found.size * settings.paths > MOST_SUMS:
+        raise ValueError(
+            f"spectrum asks for {found.size} frequencies of {settings.paths} paths; at most "
+            f"{MOST_SUMS // (2 * settings.paths)} frequencies are kept for so many paths."
+        )
+    if (highest := float(found.max())) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
+        raise ValueError(
+            f"spectrum goes up to {highest:g} rad/s, too high for a step of {settings.step:g} s: use a step of at most "
+            f"{2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
+        )
+    return found
+
+
+def spectral(frequencies: Floats, settings: Settings) -> Observer:
+    """Fourier sums of each path at frequencies in rad/s."""
+    every = _every(frequencies, settings)
+    turns = np.repeat(frequencies * settings.step, LANES)  # of one step
+    initial = np.concatenate([turns, np.zeros((2 * frequencies.size + 1) * LANES)])
+    return Observer(_spectral_part(frequencies.size), None, initial, per_path=True, every=every)
+
+
+def _every(frequencies: Floats, settings: Settings) -> int:
+    return max(1, int(2.0 * math.pi / SAMPLES_PER_CYCLE / (float(frequencies.max()) * GROUP * settings.step)))
+
+
+@cache
+def _spectral_part(count: int) -> Any:
+    first = len(HEADER)
+    cosines, sines, weighed = first + count * LANES, first + 2 * count * LANES, first + 3 * count * LANES
+
+    @cfunc(WATCH, **FAST)
+    def watch(x, v, step, n, low, high, array):
+        if low <= n < high:
+            taper = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2
+            scale = taper * array[0]
+            for lane in range(LANES):
+                array[weighed + lane] += scale * x[lane]
+            for k in range(count):
+                angle = array[first + k * LANES] * (n + 1.0)
+                c, s = scale * math.cos(angle), scale * math.sin(angle)
+                for lane in range(LANES):
+                    array[cosines + k * LANES + lane] += c * x[lane]
+                    array[sines + k * LANES + lane] -= s * x[lane]
+
+    return watch
+
+
+def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats) -> Spectrum:
+    """The spectrum that `spectral` has summed.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (paths, 3 * n + 1)
+    """
+    count, spacing = frequencies.size, GROUP * _every(frequencies, settings)
+    low, high = settings.window_steps
+    n = np.arange(-(-low // spacing) * spacing, high, spacing)
+    taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
+    turned = np.exp(-1j * np.outer(n + 1.0, frequencies * settings.step)).T @ taper
+    paths = sums[:, count : 2 * count] + 1j * sums[:, 2 * count : 3 * count]
+    mean = sums[:, -1].mean() / taper.sum()  # of all paths: that of each would take its slow motion out as well
+    periodograms = np.abs(paths - mean * turned) ** 2
+    periodograms *= spacing * settings.step / (2.0 * np.pi * (taper**2).sum())
+    error = np.full(count, np.nan)
+    if len(sums) > 1:
+        error = periodograms.std(axis=0, ddof=1) / math.sqrt(len(sums))
+    resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
+    return Spectrum(frequencies, periodograms.mean(axis=0), error, resolution)
