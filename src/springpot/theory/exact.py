@@ -343,8 +343,8 @@ def exact(oscillator: Oscillator) -> Exact:
     -----
     Order 1, elastic wall: the joint density is proportional to exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)) beyond the
     wall [1]_.  No wall: <x^2> = int S dw and <v^2> = int w^2 S dw with
-    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.linear`.  Order 0 is a spring of stiffness Omega^2 + C (for the Riemann-Liouville
-    derivative, and for Caputo's from x(0) = 0).
+    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.linear`.  Order 0 is a
+    spring of stiffness Omega^2 + C (for the Riemann-Liouville derivative, and for Caputo's from x(0) = 0).
 
     References
     ----------

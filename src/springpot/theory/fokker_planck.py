@@ -1,0 +1,496 @@
+"""Inelastic impacts without dice: the stationary Fokker-Planck equation with a dashpot, as one integral equation.
+
+Dimensionless (time 1 / Omega, length sqrt(q / Omega^3)), with b the wall and r its restitution, the density of (x, v)
+obeys L p = 0 beyond the wall, and what leaves the wall at speed r u is what struck it at speed u.  Let p be 0 behind
+the wall.  Then on the whole plane L p = (flux taken at (b, -u)) - (flux given back at (b, r u)), so that
+
+    p(z) = p_free(z) + int_0^inf du f(u) int_0^inf dt [P_t(z | b, r u) - P_t(z | b, -u)],
+
+with P_t the normal transition density of the oscillator without a wall, p_free its stationary density, and f(u) du the
+rate of impacts with speed u.  That p is indeed 0 behind the wall is a Fredholm equation of the second kind for f alone,
+
+    f(u) / u = p_free(b, -u) + int_0^inf du' f(u') int_0^inf dt [P_t(b, -u | b, r u') - P_t(b, -u | b, -u')],
+
+where the instant t = 0 has been taken out (it is the left-hand side).  Towards u = 0 its kernel is
+sqrt(3) / (2 pi Q) with Q = u^2 + u v + v^2, whatever the oscillator; the power law of slow impacts follows from it by
+itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+from scipy import interpolate, optimize, special
+
+from springpot.oscillator import Oscillator
+from springpot.theory.linear import dashpot_mean_squares
+from springpot.theory.result import Moments, NotCovered, Result
+
+__all__ = ["FokkerPlanck", "fokker_planck"]
+
+FloatArray = NDArray[np.float64]
+
+COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
+"""Restitution at and below which infinitely many impacts follow in finite time (McKean)."""
+
+_LIGHTEST = 1e-3  # of c; the time integral is 36/c long
+_STRONGEST = 50.0
+_DEEPEST = 4.0  # b over the free standard deviation of x, beyond which the equation loses too many digits
+_FAR_BEHIND = -6.0  # where impacts are too rare to be told from rounding
+_LOWEST = 0.18  # of the restitution: slow impacts then count down to 1e-200 of the typical speed
+
+_REACH = f"The Fokker-Planck solution covers order 1 with a wall of restitution above exp(-pi/sqrt 3) = {COLLAPSE:.3f}"
+_SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
+_SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
+_GAUSS = np.polynomial.legendre.leggauss(16)
+_EXPONENTIALS = 2_000_000  # evaluated at once
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """How fine: spacing of the speeds, Gauss nodes and longest panel in time, free decay kept, range of speeds."""
+
+    spacing: float
+    nodes: int
+    panel: float
+    decay: float
+    reach: float
+
+
+_COARSE = _Grid(spacing=0.32, nodes=6, panel=0.4, decay=14.0, reach=6.0)
+_FINE = _Grid(spacing=0.25, nodes=8, panel=0.45, decay=18.0, reach=6.8)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Dimensionless damping, wall and restitution."""
+
+    c: float
+    wall: float
+    r: float
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of x and of v without the wall."""
+        return math.sqrt(0.5 / self.c)
+
+
+@dataclass(frozen=True)
+class _Impacts:
+    """Rate of impacts by speed: ``weight[i]`` of them per unit time have a speed near ``speed[i]``."""
+
+    position: FloatArray  # y, with speed = scale * log(1 + e^y)
+    speed: FloatArray
+    weight: FloatArray
+    spacing: float
+
+    @cached_property
+    def log_weight(self) -> interpolate.CubicSpline:
+        """ln weight between the nodes, a function of y."""
+        return interpolate.CubicSpline(self.position, np.log(self.weight))
+
+    def moment(self, power: int) -> float:
+        """Rate times the mean of speed^power."""
+        return float(self.weight @ self.speed**power)
+
+
+@dataclass(frozen=True)
+class FokkerPlanck(Result):
+    """The stationary density of (x, v) with impacts that lose energy.
+
+    Parameters
+    ----------
+    error_estimate : float
+        Largest relative difference of a moment (an x_mean near 0 against the root mean square) between the answer and
+        one on a coarser grid; the answer's own error is smaller.
+    impact_rate_error : float
+        The same for the impact rate alone: slow impacts, as frequent as speed^g with g falling to -1 at the
+        restitution of inelastic collapse, count there and hardly anywhere else.
+
+    Notes
+    -----
+    The other parameters are those of `springpot.theory.result.Result`.
+    """
+
+    error_estimate: float
+    impact_rate_error: float
+
+    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
+        """Density of the speed just before an impact, in s/m.
+
+        Parameters
+        ----------
+        speed : array_like
+            In m/s.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If an argument is not a number.
+        ValueError
+            If there is no noise: the mass rests, and has no density.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Barrier, Springpot
+        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
+        >>> fokker_planck(lossy).impact_speed_density([0.0, 1.0]).round(3)
+        array([0.   , 0.432])
+        """
+        scale = self._scale().speed_scale
+        u = _array(speed, "speed") / scale
+        impacts, unit = self._impacts, _speed_unit(self._problem)
+        y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
+        first = impacts.position[0]
+        log_weight = impacts.log_weight(np.maximum(y, first)) + _slow_power(self._problem.r) * np.minimum(
+            y - first, 0.0
+        )
+        density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
+        inside = (u >= 0.0) & (u <= impacts.speed[-1])
+        return np.asarray(np.where(inside, density, 0.0) / (impacts.moment(0) * scale))
+
+    def to_dict(self) -> dict[str, object]:
+        """The common dictionary of `Result.to_dict`, and both error estimates."""
+        common = super().to_dict()
+        tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
+        errors = {"error_estimate": self.error_estimate, "impact_rate_error": self.impact_rate_error}
+        return {**common, **errors, **tail}
+
+    @cached_property
+    def _problem(self) -> _Problem:
+        return _problem(self.oscillator)
+
+    @cached_property
+    def _impacts(self) -> _Impacts:
+        return _solve(self._problem, _FINE)
+
+    def _scale(self) -> Oscillator:
+        _ = self.moments
+        if self.oscillator.length_scale == 0.0:
+            raise ValueError("there is no density: without noise the mass rests.")
+        return self.oscillator
+
+
+def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
+    """Solve the stationary Fokker-Planck equation of an oscillator with a dashpot and a wall that takes energy.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Of order 1 with a wall of restitution above 0.163; elastic walls are solved the same way (`exact` is faster).
+
+    Returns
+    -------
+    FokkerPlanck
+        Moments to about 1e-6, and an estimate of their error from two grids.
+
+    Raises
+    ------
+    NotCovered
+        If the order is not 1, there is no wall, the restitution is too low, or the damping or the wall's position is so
+        extreme that the equation would lose its digits.
+    TypeError
+        If ``oscillator`` is not an Oscillator.
+
+    Notes
+    -----
+    See the module's first lines.  From f follow <x> = (1+r) N <u>, the energy balance
+    c <v^2> = 1/2 - (1-r^2) N <u^2> / 2 and <x^2> = <v^2> + b <x>, with N the rate and u the speed of the impacts.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Barrier, Springpot
+    >>> lossy = Oscillator(springpot=Springpot(order=1.0, coefficient=0.2), barrier=Barrier(restitution=0.8))
+    >>> result = fokker_planck(lossy)
+    >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4
+    (1.4917, 0.3346, True)
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    statement = _check_covered(oscillator)
+    if isinstance(statement, str):
+        return _result(oscillator, statement)
+    if oscillator.length_scale == 0.0:
+        wall = oscillator.barrier
+        place = wall.position if wall is not None and oscillator.dimensionless_position > 0.0 else 0.0
+        return _result(oscillator, Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan))
+    problem = _problem(oscillator)
+    fine, coarse = (_moments(problem, _solve(problem, grid)) for grid in (_FINE, _COARSE))
+    error, rate_error = _difference(fine, coarse)
+    length, speed = oscillator.length_scale, oscillator.speed_scale
+    side = -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
+    moments = Moments(
+        amplitude_mean_square=fine.amplitude_mean_square * length**2,
+        x_mean=side * fine.x_mean * length,
+        x_mean_square=fine.x_mean_square * length**2,
+        v_mean_square=fine.v_mean_square * speed**2,
+        impact_rate=fine.impact_rate * oscillator.natural_frequency,
+        impact_speed_mean=fine.impact_speed_mean * speed,
+        impact_speed_mean_square=fine.impact_speed_mean_square * speed**2,
+    )
+    return _result(oscillator, moments, error, rate_error)
+
+
+def _result(
+    oscillator: Oscillator, stationary: Moments | str, error: float = 0.0, rate_error: float = 0.0
+) -> FokkerPlanck:
+    return FokkerPlanck(
+        method="fokker_planck",
+        oscillator=oscillator,
+        stationary=stationary,
+        assumptions=("None but the numerical solution: its error is estimated from two grids.",),
+        warnings=_warnings(error, rate_error),
+        error_estimate=error,
+        impact_rate_error=rate_error,
+    )
+
+
+def _warnings(error: float, rate_error: float) -> tuple[str, ...]:
+    if max(error, rate_error) < 1e-4:
+        return ()
+    return (f"Two grids differ by {error:.1g} of a moment and {rate_error:.1g} of the impact rate.",)
+
+
+def _check_covered(oscillator: Oscillator) -> str | None:
+    """The sentence of an oscillator without a stationary state, None for one to be solved; the others are refused."""
+    wall, alpha, c = oscillator.barrier, oscillator.springpot.order, oscillator.dimensionless_coefficient
+    if wall is None:
+        raise NotCovered(f"{_REACH}, not an oscillator without a wall.")
+    if alpha != 1.0:
+        raise NotCovered(f"{_REACH}, not order {alpha:g}.")
+    if c == 0.0 and wall.restitution == 1.0:
+        return (
+            "There is no stationary state: nothing dissipates energy (C is 0, the wall is elastic), so the energy "
+            "grows as q t / 2."
+        )
+    if wall.restitution < _LOWEST:
+        raise NotCovered(f"{_REACH} (in practice {_LOWEST:g}), not restitution {wall.restitution:g}.")
+    if not _LIGHTEST <= c <= _STRONGEST:
+        raise NotCovered(f"{_REACH} and C/Omega in [{_LIGHTEST:g}, {_STRONGEST:g}], not {c:.3g}.")
+    k = oscillator.dimensionless_position * math.sqrt(2.0 * c)
+    if oscillator.length_scale > 0.0 and not _FAR_BEHIND <= k <= _DEEPEST:
+        raise NotCovered(
+            f"{_REACH} at {_FAR_BEHIND:g} to {_DEEPEST:g} standard deviations sqrt(q / 2 C Omega^2), not at {k:.3g}."
+        )
+    return None
+
+
+def _problem(oscillator: Oscillator) -> _Problem:
+    return _Problem(oscillator.dimensionless_coefficient, oscillator.dimensionless_position, oscillator.restitution)
+
+
+def _moments(problem: _Problem, impacts: _Impacts) -> Moments:
+    rate, first, second = (impacts.moment(power) for power in range(3))
+    x_mean = (1.0 + problem.r) * first
+    v_mean_square = (0.5 - (1.0 - problem.r**2) / 2.0 * second) / problem.c
+    x_mean_square = v_mean_square + problem.wall * x_mean
+    return Moments(
+        amplitude_mean_square=x_mean_square + v_mean_square,
+        x_mean=x_mean,
+        x_mean_square=x_mean_square,
+        v_mean_square=v_mean_square,
+        impact_rate=rate,
+        impact_speed_mean=first / rate,
+        impact_speed_mean_square=second / rate,
+    )
+
+
+def _difference(fine: Moments, coarse: Moments) -> tuple[float, float]:
+    changes = {
+        field.name: abs(getattr(coarse, field.name) / getattr(fine, field.name) - 1.0) for field in fields(Moments)
+    }
+    changes["x_mean"] = abs(coarse.x_mean - fine.x_mean) / math.sqrt(fine.x_mean_square)
+    return max(changes.values()), changes["impact_rate"]
+
+
+def _speed_unit(problem: _Problem) -> float:
+    """Speed below which the grid is logarithmic and above which it is uniform."""
+    return min(1.0, problem.spread)
+
+
+def _slow_power(r: float) -> float:
+    """1 + g: impacts slower than u are as rare as u^(1+g), with r^-(1+g) = 2 cos(pi g / 3)."""
+    if r == 1.0:
+        return 2.0
+    return float(optimize.brentq(lambda m: r**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0))
+
+
+def _solve(problem: _Problem, grid: _Grid) -> _Impacts:
+    """Nystrom's method with the trapezoid rule in y, speed = unit * log(1 + e^y)."""
+    r, unit, h = problem.r, _speed_unit(problem), grid.spacing
+    # what an impact keeps, and at most pi/2 of new variance in half a period, bound the speeds
+    fastest = grid.reach * math.sqrt(min(problem.spread**2, 1.6 / (1.0 - r * r) if r < 1.0 else math.inf))
+    low = -math.log(1e10) / _slow_power(r)
+    y = np.arange(low, fastest / unit + h, h)
+    u = unit * np.logaddexp(0.0, y)
+    measure = h * unit * special.expit(y) / u  # du / u
+    source = u * u * np.exp(-(problem.wall**2 + u * u) * problem.c) * problem.c / math.pi
+    kernel = _kernel(problem, grid, u)
+    weight = np.linalg.solve(np.eye(u.size) - measure[:, None] * kernel, measure * source)
+    peak = int(np.argmax(weight))
+    lost = np.flatnonzero(weight[peak:] < 1e-13 * weight[peak])  # from there on rounding rules
+    end = peak + int(lost[0]) if lost.size else u.size
+    return _Impacts(y[:end], u[:end], weight[:end], h)
+
+
+def _kernel(problem: _Problem, grid: _Grid, u: FloatArray) -> FloatArray:
+    """u^2 int_0^inf [P_t(b, -u | b, r u') - P_t(b, -u | b, -u')] dt, a row for each u, a column for each u'."""
+    r, unit = problem.r, _speed_unit(problem)
+    first = min(int(np.searchsorted(u, _SMALLEST * unit)), u.size - 1)
+    some = u[first:]
+    total = np.zeros((some.size, 2 * some.size))
+    depart = np.concatenate([r * some, -some])
+    for time, weight in _panels(problem, grid):
+        form = _QuadraticForm.at(problem, time)
+        arrive_grid, depart_grid = -some, depart
+        back = ahead = None
+        if time[0] > 2.0:  # smooth by now: fewer speeds do, on which polynomials are interpolated
+            arrive_grid, back = _interpolation(-some[-1], 0.0, form.arrival_width, -some)
+            depart_grid, ahead = _interpolation(-some[-1], some[-1], form.departure_width, depart)
+            if arrive_grid.size * depart_grid.size > total.size // 2:
+                arrive_grid, depart_grid, back, ahead = -some, depart, None, None
+        part = form.integrate(weight, arrive_grid, depart_grid)
+        total += part if back is None or ahead is None else back @ part @ ahead.T
+    difference = total[:, : some.size] - total[:, some.size :]
+    index = np.maximum(np.arange(u.size) - first, 0)
+    difference = difference[np.ix_(index, index)] * (u / some[index])
+    ratio = np.exp(np.minimum(np.subtract.outer(-np.log(u), -np.log(u)), 300.0))  # u' / u
+    limit = 1.0 / (1.0 - r * ratio + (r * ratio) ** 2) - 1.0 / (1.0 + ratio + ratio**2)
+    small = np.maximum.outer(u, u) < _SMALL * unit
+    return np.asarray(np.where(small, math.sqrt(3.0) / (2.0 * math.pi) * limit, (u * u)[:, None] * difference))
+
+
+def _panels(problem: _Problem, grid: _Grid) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Nodes and weights of the integral over time, in blocks of times of like size."""
+    unit, c = _speed_unit(problem), problem.c
+    x, w = np.polynomial.legendre.leggauss(grid.nodes)
+    start = math.log((_SMALL * unit) ** 2 / 60.0)
+    turn = math.log(min(0.3, 0.3 / c))
+    edges = np.exp(np.linspace(start, turn, math.ceil(turn - start) + 1))
+    slowest = c / 2.0 if c < 2.0 else 1.0 / (c / 2.0 + math.sqrt((c / 2.0 - 1.0) * (c / 2.0 + 1.0)))
+    last = grid.decay / slowest
+    longest = grid.panel if c < 2.0 else last  # without oscillation there is nothing to follow
+    later = [float(edges[-1])]
+    while later[-1] < last:
+        later.append(later[-1] + min(longest, 0.8 * later[-1]))
+    # within one panel the early times are smooth in ln t, the later ones in t
+    half = np.diff(np.log(edges)) / 2.0
+    early = np.exp((np.log(edges[:-1]) + half)[:, None] + half[:, None] * x)
+    yield early.reshape(-1), (half[:, None] * w * early).reshape(-1)
+    ends = np.array(later)
+    half = np.diff(ends) / 2.0
+    time = (ends[:-1] + half)[:, None] + half[:, None] * x
+    weight = half[:, None] * w
+    block = np.floor(np.log2(np.maximum(time[:, 0], 1.0)) * 1.5)
+    for number in np.unique(block):
+        yield time[block == number].reshape(-1), weight[block == number].reshape(-1)
+
+
+@dataclass(frozen=True)
+class _QuadraticForm:
+    """P_t(b, v | b, v') = height exp(-z' form z) with z = (v, v', 1), for many t."""
+
+    form: FloatArray  # of shape (times, 3, 3)
+    height: FloatArray
+
+    @classmethod
+    def at(cls, problem: _Problem, time: FloatArray) -> _QuadraticForm:
+        """The form at these times; small times through integrals that do not cancel."""
+        c, wall = problem.c, problem.wall
+        kick, kick_rate, hold = _free(c, time)
+        x_x, v_v = dashpot_mean_squares(c, time)
+        x_v = kick**2 / 2.0
+        determinant = x_x * v_v - x_v**2
+        slip = 1.0 - hold
+        early = time < 0.5 / max(c, 1.0)
+        if np.any(early):
+            nodes, weights = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
+            t = time[early, None]
+            h, h_rate, _ = _free(c, t * nodes)
+            w = t * weights
+            x_x[early], v_v[early], slip[early] = (np.sum(w * f, axis=1) for f in (h * h, h_rate * h_rate, h))
+            # of a Gram matrix: half the double integral of (h(s) h'(s') - h'(s) h(s'))^2
+            cross = h[:, :, None] * h_rate[:, None, :]
+            cross = (cross - cross.transpose(0, 2, 1)) ** 2
+            determinant[early] = np.einsum("ti,tj,tij->t", w, w, cross) / 2.0
+        zero = np.zeros_like(time)
+        dx = np.stack([zero, -kick, wall * slip], axis=1)
+        dv = np.stack([zero + 1.0, -kick_rate, wall * kick], axis=1)
+
+        def product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
+            return np.asarray(factor[:, None, None] * a[:, :, None] * b[:, None, :])
+
+        mixed = product(dx, dv, x_v)
+        form = product(dx, dx, v_v) + product(dv, dv, x_x) - mixed - mixed.transpose(0, 2, 1)
+        return cls(form / (2.0 * determinant)[:, None, None], 1.0 / (2.0 * math.pi * np.sqrt(determinant)))
+
+    @property
+    def arrival_width(self) -> float:
+        """Smallest standard deviation in v."""
+        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 0, 0])))
+
+    @property
+    def departure_width(self) -> float:
+        """Smallest standard deviation in v'."""
+        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 1, 1])))
+
+    def integrate(self, weight: FloatArray, arrive: FloatArray, depart: FloatArray) -> FloatArray:
+        """Sum over the times of weight P_t(b, arrive | b, depart)."""
+        total = np.zeros((arrive.size, depart.size))
+        features = np.stack([arrive**2, arrive, np.ones_like(arrive)])
+        chunk = max(1, _EXPONENTIALS // total.size)
+        for start in range(0, weight.size, chunk):
+            m = self.form[start : start + chunk]
+            size = weight[start : start + chunk] * self.height[start : start + chunk]
+            slope = 2.0 * (m[:, 0, 1, None] * depart + m[:, 0, 2, None])
+            rest = depart * (m[:, 1, 1, None] * depart + 2.0 * m[:, 1, 2, None]) + m[:, 2, 2, None]
+            factors = np.stack([np.broadcast_to(m[:, 0, 0, None], slope.shape), slope, rest], axis=2)
+            exponent = factors @ features  # times, departures, arrivals
+            np.exp(np.negative(exponent, out=exponent), out=exponent)
+            total += np.tensordot(size, exponent, axes=1).T
+        return total
+
+
+def _free(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Displacement and speed after a unit kick, and displacement after a unit displacement, without noise."""
+    half = c / 2.0
+    if half < 1.0:
+        frequency = math.sqrt((1.0 - half) * (1.0 + half))
+        decay = np.exp(-half * time)
+        cosine, sine = decay * np.cos(frequency * time), decay * time * np.sinc(frequency * time / math.pi)
+    else:
+        split = math.sqrt((half - 1.0) * (half + 1.0))
+        slow, gap = np.exp(-time / (half + split)), -2.0 * split * time
+        cosine = slow * (1.0 + np.exp(gap)) / 2.0
+        sine = slow * (-np.expm1(gap) / (2.0 * split) if split > 0.0 else time)
+    return sine, cosine - half * sine, cosine + half * sine
+
+
+def _interpolation(low: float, high: float, width: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Chebyshev nodes enough for a normal density of this width, and the matrix from them to the points."""
+    half = (high - low) / 2.0
+    n = math.ceil(4.0 * half / width) + 10
+    nodes = chebyshev.chebpts1(n)
+    to_coefficients = 2.0 / n * chebyshev.chebvander(nodes, n - 1).T
+    to_coefficients[0] /= 2.0
+    at_points = chebyshev.chebvander((points - low) / half - 1.0, n - 1)
+    return low + half * (nodes + 1.0), at_points @ to_coefficients
+
+
+def _array(value: ArrayLike, name: str) -> FloatArray:
+    """Real numbers as an array of floats, or one sentence that names the argument."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # a ragged list
+        array = np.asarray("not numbers")
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
+    return np.asarray(array, dtype=float)

@@ -1,0 +1,186 @@
+"""Inelastic impacts without dice: against the exact elastic answer, Monte Carlo, scaling laws and power laws."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.simulation import run
+from springpot.theory.exact import exact
+from springpot.theory.fokker_planck import (
+    _COARSE,
+    _FINE,
+    COLLAPSE,
+    _Grid,
+    _moments,
+    _problem,
+    _QuadraticForm,
+    _slow_power,
+    _solve,
+    fokker_planck,
+)
+from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+
+
+def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
+    return Oscillator(omega, Springpot(1.0, c), Barrier(position, r, side), WhiteNoise(q))
+
+
+@pytest.mark.parametrize("c", [0.05, 0.5, 2.0, 10.0])
+@pytest.mark.parametrize("position", [-1.0, 0.0, 0.5])
+def test_an_elastic_wall_has_the_exact_answer(c, position):
+    asked = oscillator(c, 1.0, position)
+    result, truth = fokker_planck(asked), exact(asked)
+    for name in MOMENTS:
+        assert getattr(result, name) == pytest.approx(getattr(truth, name), rel=1e-6, abs=1e-7), name
+    u = np.array([0.01, 0.3, 1.0]) / math.sqrt(c)
+    np.testing.assert_allclose(result.impact_speed_density(u), truth.impact_speed_density(u), rtol=1e-4)
+
+
+@pytest.mark.parametrize(("position", "factor"), [(3.5, 1e-5), (-5.5, 1e-7)])
+def test_deep_preload_and_wide_gap(position, factor):
+    asked = oscillator(0.5, 1.0, position)
+    result, truth = fokker_planck(asked), exact(asked)
+    assert result.impact_rate == pytest.approx(truth.impact_rate, rel=factor)
+    assert result.x_mean_square == pytest.approx(truth.x_mean_square, rel=factor)
+
+
+@pytest.mark.parametrize(("r", "energy", "error"), [
+    (0.95, 0.3782, 0.0006), (0.8, 0.2108, 0.0003), (0.5, 0.1100, 0.0002),
+])
+def test_energy_against_recorded_monte_carlo(r, energy, error):
+    result = fokker_planck(oscillator(0.1, r, q=0.1))
+    assert result.amplitude_mean_square / 2 == pytest.approx(energy, abs=2.5 * error)
+    assert result.error_estimate < 1e-5
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("c", "r", "position"), [(0.3, 0.8, 0.0), (1.0, 0.8, 0.5), (0.3, 0.6, -1.0)])
+def test_against_monte_carlo(c, r, position):
+    asked = oscillator(c, r, position)
+    found = run(asked, paths=4096, duration=120.0, window=(30.0, 120.0), step=0.01, seed=5)
+    result = fokker_planck(asked)
+    for name in ("x_mean", "x_mean_square", "v_mean_square"):
+        assert abs(found.values[name] - getattr(result, name)) < 4 * found.errors[name], name
+    assert result.impact_rate == pytest.approx(found.values["impact_rate"], rel=0.02)
+
+
+@pytest.mark.parametrize(("c", "r", "position"), [
+    (0.1, 0.8, 0.0), (1.0, 0.5, -0.5), (0.05, 0.95, 0.5), (2.0, 0.3, 0.0),
+])
+def test_the_answer_does_not_depend_on_the_grid(c, r, position):
+    """Third grids, finer in every respect, and twice the range of speeds: the estimate bounds the error."""
+    asked = oscillator(c, r, position)
+    result, problem = fokker_planck(asked), _problem(asked)
+    finest = _moments(problem, _solve(problem, _Grid(spacing=0.15, nodes=12, panel=0.35, decay=24.0, reach=8.0)))
+    for name in MOMENTS:
+        gap = abs(getattr(result, name) / getattr(finest, name) - 1)
+        assert gap < 1e-6, name
+        assert gap <= result.error_estimate
+    rate = _moments(problem, _solve(problem, _COARSE)).impact_rate
+    assert result.impact_rate_error == pytest.approx(abs(rate / result.impact_rate - 1), rel=1e-6)
+
+
+@pytest.mark.parametrize("c", [0.1, 1.99, 2.0, 6.0])
+@pytest.mark.parametrize("wall", [0.0, 0.7])
+def test_transition_density_against_the_moment_equations(c, wall):
+    """P_t(b, v | b, v') from the matrix exponential and an integrated covariance."""
+    from scipy.linalg import expm
+
+    times = np.array([1e-3, 0.1, 0.6, 3.0, 9.0])
+    v, kick = 0.4, -0.9
+    drift = np.array([[0.0, 1.0], [-1.0, -c]])
+    problem = _problem(oscillator(c, 1.0, wall))
+    form = _QuadraticForm.at(problem, times)
+    for index, t in enumerate(times):
+        nodes, weights = np.polynomial.legendre.leggauss(60)
+        columns = [expm(drift * t * (n + 1) / 2)[:, 1] for n in nodes]
+        covariance = sum(w * t / 2 * np.outer(col, col) for w, col in zip(weights, columns, strict=True))
+        offset = np.array([wall, v]) - expm(drift * t) @ np.array([wall, kick])
+        exponent = offset @ np.linalg.solve(covariance, offset) / 2
+        z = np.array([v, kick, 1.0])
+        assert float(z @ form.form[index] @ z) == pytest.approx(exponent, rel=1e-6)
+        assert form.height[index] == pytest.approx(1 / (2 * math.pi * math.sqrt(np.linalg.det(covariance))), rel=1e-6)
+
+
+@pytest.mark.parametrize("r", [0.3, 0.5, 0.8, 1.0])
+def test_slow_impacts_follow_the_power_law(r):
+    """Flux of slow impacts like u^g: the solution finds the exponent of the self-similar problem by itself."""
+    impacts = _solve(_problem(oscillator(0.3, r)), _FINE)
+    part = (impacts.speed > 1e-4) & (impacts.speed < 1e-3)
+    slope = np.polyfit(np.log(impacts.speed[part]), np.log(impacts.weight[part]), 1)[0]
+    assert slope == pytest.approx(_slow_power(r), abs=0.01)
+    assert _slow_power(1.0) == 2.0
+    assert _slow_power(0.5) == pytest.approx(1.0)
+
+
+def test_density_of_impact_speeds_has_its_moments():
+    result = fokker_planck(oscillator(0.3, 0.7, -0.4, omega=2.0, q=3.0))
+
+    def moment(power):
+        cuts = itertools.pairwise([0.0, 1e-3, 0.1, 2.0, 5.0, 15.0])
+        return sum(quad(lambda u: u**power * float(result.impact_speed_density(u)), *ends)[0] for ends in cuts)
+
+    moments = [moment(0), moment(1), moment(2)]
+    assert moments == pytest.approx([1.0, result.impact_speed_mean, result.impact_speed_mean_square], rel=1e-5)
+    np.testing.assert_array_equal(result.impact_speed_density([-1.0, 1e200, math.inf]), 0.0)
+
+
+def test_losses_cool_the_oscillator():
+    energies = [fokker_planck(oscillator(0.2, r)).amplitude_mean_square for r in (1.0, 0.9, 0.7, 0.4, 0.2)]
+    assert energies == sorted(energies, reverse=True)
+    assert energies[0] == pytest.approx(5.0, rel=1e-7)
+
+
+def test_units_and_mirror():
+    base = fokker_planck(oscillator(0.4, 0.7, 0.3))
+    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
+    scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
+    assert scaled.x_mean == pytest.approx(-base.x_mean * length, rel=1e-9)
+    assert scaled.amplitude_mean_square == pytest.approx(base.amplitude_mean_square * length**2, rel=1e-9)
+    assert scaled.v_mean_square == pytest.approx(base.v_mean_square * speed**2, rel=1e-9)
+    assert scaled.impact_rate == pytest.approx(base.impact_rate * 50, rel=1e-9)
+    density = scaled.impact_speed_density(0.8 * speed) * speed
+    np.testing.assert_allclose(density, base.impact_speed_density(0.8), rtol=1e-9)
+
+
+def test_no_noise_and_no_dissipation():
+    rest = fokker_planck(oscillator(q=0.0, position=0.7))
+    assert (rest.x_mean, rest.impact_rate) == (0.7, 0.0)
+    with pytest.raises(ValueError, match="no density"):
+        rest.impact_speed_density(1.0)
+    with pytest.raises(NoStationaryState, match="energy grows"):
+        _ = fokker_planck(oscillator(0.0, 1.0)).x_mean
+
+
+@pytest.mark.parametrize(("asked", "said"), [
+    (Oscillator(springpot=Springpot(0.5, 1.0)), "not order 0.5"),
+    (Oscillator(springpot=Springpot(1.0, 1.0), barrier=None), "without a wall"),
+    (oscillator(r=0.1), "not restitution 0.1"),
+    (oscillator(0.0, 0.9), "not 0"),
+    (oscillator(1e-5, 0.9), "not 1e-05"),
+    (oscillator(0.5, 0.9, 9.0), "not at 9"),
+    (oscillator(0.5, 0.9, -9.0), "not at -9"),
+])
+def test_not_covered(asked, said):
+    with pytest.raises(NotCovered, match=f"^The Fokker-Planck solution covers order 1 with a wall .*{said}"):
+        fokker_planck(asked)
+
+
+def test_refusals_and_dictionary():
+    with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
+        fokker_planck(None)
+    result = fokker_planck(oscillator())
+    with pytest.raises(TypeError, match="speed must be a real number"):
+        result.impact_speed_density("a")
+    answer = result.to_dict()
+    assert list(answer) == [*MOMENTS, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
+    assert json.loads(json.dumps(answer)) == answer
+    assert result.warnings == ()
+    assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE
+    (warning,) = fokker_planck(oscillator(0.1, 0.18)).warnings
+    assert "impact rate" in warning
