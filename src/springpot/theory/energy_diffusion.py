@@ -1,0 +1,214 @@
+"""Diffusion of an action or energy in one dimension: a conservative finite-volume operator and what follows from it.
+
+The probability per action J obeys  dp/dt = d/dJ [D f d/dJ (p / f)]  with the stationary density f and diffusion D: no
+flux at rest or far away.  Cells hold the masses m_i of f; neighbours exchange probability through conductances g,
+
+    dP_i/dt = g_{i-1/2} (P_{i-1}/m_{i-1} - P_i/m_i) + g_{i+1/2} (P_{i+1}/m_{i+1} - P_i/m_i),
+
+so probability is conserved, stays positive and settles on m, all to rounding.  In the variables P_i / sqrt(m_i) the
+operator is a symmetric tridiagonal matrix: its eigenvalues and vectors give every time at once.  The conductances
+integrate 1 / (D f) between cells with D f / J exponential in ln J (Scharfetter and Gummel's idea), exact where
+D is proportional to J, as it is at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+__all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FirstPassage:
+    """When a level is first reached from rest.
+
+    Parameters
+    ----------
+    mean_time : float
+        In s.
+    rates, weights : ndarray
+        The survival probability is sum of weights e^(-rates t), rates in 1/s.
+    """
+
+    mean_time: float
+    rates: FloatArray
+    weights: FloatArray
+
+    def survival(self, time: float | FloatArray) -> FloatArray:
+        """Probability that the level has not been reached yet.
+
+        Parameters
+        ----------
+        time : array_like
+            t >= 0 in s.
+
+        Raises
+        ------
+        ValueError
+            If a time is negative or NaN.
+
+        Examples
+        --------
+        >>> passage = FirstPassage(mean_time=2.0, rates=np.array([0.5]), weights=np.array([1.0]))
+        >>> float(passage.survival(2.0).round(4))
+        0.3679
+        """
+        t = np.asarray(time, dtype=float)
+        if not np.all(t >= 0.0):
+            raise ValueError("time must be at least 0 s.")
+        decay = np.exp(-np.multiply.outer(np.minimum(t, 800.0 / self.rates.min()), self.rates))
+        return np.asarray(np.clip(decay @ self.weights, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class EnergyDiffusion:
+    """The operator, on cells of the action.
+
+    Parameters
+    ----------
+    action : ndarray
+        J of the cells, rising.
+    mass : ndarray
+        Stationary probabilities of the cells, positive, with sum 1.
+    strength : ndarray
+        D f / J at the cells, with which the conductances are made.
+    """
+
+    action: FloatArray
+    mass: FloatArray
+    strength: FloatArray
+
+    @cached_property
+    def conductance(self) -> FloatArray:
+        """Between neighbouring cells, in 1/s."""
+        return _conductance(self.action[:-1], self.action[1:], self.strength[:-1], self.strength[1:])
+
+    @cached_property
+    def modes(self) -> tuple[FloatArray, FloatArray]:
+        """Rates (the first is 0, the stationary state) and orthonormal modes in the symmetric variables."""
+        rates, vectors = self._spectrum(self.action.size, 0.0)
+        rates[0] = 0.0
+        vectors[:, 0] = np.sqrt(self.mass)
+        return rates, vectors
+
+    def spectrum(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rates of the modes, and the squares of the fluctuation's components: the variance, mode by mode.
+
+        Parameters
+        ----------
+        values : ndarray
+            A quantity on the cells.
+
+        Examples
+        --------
+        >>> cells = make_energy_diffusion(np.array([1.0, 2.0]), np.array([0.5, 0.5]), np.array([1.0, 1.0]))
+        >>> rates, squares = cells.spectrum(np.array([-1.0, 1.0]))
+        >>> float(squares.sum().round(12))
+        1.0
+        """
+        rates, vectors = self.modes
+        components = vectors.T @ (np.sqrt(self.mass) * values)
+        return rates[1:], np.asarray(components[1:] ** 2)
+
+    def from_rest(self, time: FloatArray) -> FloatArray:
+        """Probabilities of the cells at these times after a start in the lowest cell.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            t >= 0; infinity is the stationary state.
+
+        Returns
+        -------
+        ndarray, shape (n, cells)
+            Rows with sum 1.
+        """
+        rates, vectors = self.modes
+        root = np.sqrt(self.mass)
+        decay = np.exp(-np.multiply.outer(np.minimum(time, 1e3 / rates[1]), rates[1:]))
+        start = vectors[0, 1:] / root[0]
+        probability = np.maximum(self.mass + (decay * start) @ vectors[:, 1:].T * root, 0.0)
+        return np.asarray(probability / probability.sum(axis=1, keepdims=True))
+
+    def first_passage(self, level: float) -> FirstPassage:
+        """When the action first reaches a level from rest.
+
+        Parameters
+        ----------
+        level : float
+            Between the lowest and the highest cell.
+
+        Raises
+        ------
+        ValueError
+            If the level is outside the cells.
+        """
+        inside = int(np.searchsorted(self.action, level))
+        if not 0 < inside < self.action.size:
+            raise ValueError("the level must lie between rest and the far end of the stationary law.")
+        strength = math.exp(float(np.interp(math.log(level), np.log(self.action), np.log(self.strength))))
+        last = inside - 1
+        escape = float(
+            _conductance(
+                self.action[last : last + 1], np.array([level]), self.strength[last : last + 1], np.array([strength])
+            )[0]
+        )
+        # mean time = sum over the cells of (mass below) / (conductance above): all terms positive, so no cancellation
+        above = np.r_[self.conductance[:last], escape]
+        mean_time = float(np.sum(np.cumsum(self.mass[:inside]) / above))
+        rates, vectors = self._spectrum(inside, escape)
+        root = np.sqrt(self.mass[:inside])
+        weights = vectors[0] / root[0] * (root @ vectors)
+        return FirstPassage(mean_time, np.maximum(rates, 0.0), weights)
+
+    def _spectrum(self, cells: int, escape: float) -> tuple[FloatArray, FloatArray]:
+        """Rates and modes of the lowest cells, closed at the upper end but for a conductance to the outside."""
+        inner = self.conductance[: cells - 1]
+        mass = self.mass[:cells]
+        diagonal = (np.r_[0.0, inner] + np.r_[inner, escape]) / mass
+        beside = -inner / np.sqrt(mass[1:] * mass[:-1])
+        rates, vectors = linalg.eigh_tridiagonal(diagonal, beside)
+        return np.asarray(np.maximum(rates, 0.0), dtype=float), np.asarray(vectors, dtype=float)
+
+
+def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
+    """Check and normalise the cells, leaving out those whose mass double precision cannot tell from 0.
+
+    Parameters
+    ----------
+    action, mass, strength : ndarray
+        As in `EnergyDiffusion`; the masses need not have sum 1, ``strength`` is scaled with them.
+
+    Raises
+    ------
+    ValueError
+        If the actions do not rise from above 0, or a mass or strength is negative.
+
+    Examples
+    --------
+    >>> cells = make_energy_diffusion(np.array([1.0, 2.0, 4.0]), np.array([2.0, 1.0, 1.0]), np.ones(3))
+    >>> cells.mass
+    array([0.5 , 0.25, 0.25])
+    """
+    if np.any(np.diff(action) <= 0.0) or action[0] <= 0.0 or np.any(mass < 0.0) or np.any(strength < 0.0):
+        raise ValueError("the actions must rise from above 0 and no mass or strength be negative.")
+    total = float(mass.sum())
+    kept = (mass > 1e-30 * total) & (strength > 0.0)
+    share = mass[kept] / mass[kept].sum()
+    return EnergyDiffusion(action[kept], share, strength[kept] / total)
+
+
+def _conductance(low: FloatArray, high: FloatArray, at_low: FloatArray, at_high: FloatArray) -> FloatArray:
+    """1 / int dJ / (D f), with D f / J exponential in ln J."""
+    tilt = np.log(at_high / at_low)
+    # int_0^1 e^(-tilt s) ds / at_low
+    resistance = np.where(np.abs(tilt) < 1e-9, 1.0 - tilt / 2.0, -np.expm1(-tilt) / np.where(tilt == 0.0, 1.0, tilt))
+    return np.asarray(at_low / (np.log(high / low) * resistance))

@@ -1,0 +1,400 @@
+"""The self-consistent balance of the envelope: cycles of every size, what they gain, lose and store, and how often.
+
+Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3), so that q = 1).  A cycle is labelled by the height
+to which it rises above the wall; below grazing it never strikes it.  `balance` sums up a fixed point in four numbers
+(`Closure`); the physics is derived in `springpot.theory.envelope`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
+from springpot.theory.envelope_cycles import Cycles, harmonic_sum, make_cycles
+
+__all__ = ["Balance", "Closure", "Labels", "Problem", "balance"]
+
+FloatArray = NDArray[np.float64]
+
+_NODES = 10  # Gauss-Legendre nodes of a panel
+_FAR = 45.0  # the stationary density ends where it has fallen by e^-45
+_STEPS = 80
+_SETTLED = 1e-8
+_STRIKING_PANELS = 9
+_SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The dimensionless oscillator.
+
+    Parameters
+    ----------
+    order, coefficient : float
+        alpha and c.
+    position, restitution : float
+        b (-inf without a wall) and r.
+    """
+
+    order: float
+    coefficient: float
+    position: float
+    restitution: float
+
+    @property
+    def in_phase(self) -> float:
+        """cos(alpha pi/2), exactly 0 for a dashpot."""
+        return 0.0 if self.order == 1.0 else math.cos(self.order * math.pi / 2.0)
+
+    @property
+    def out_of_phase(self) -> float:
+        """sin(alpha pi/2)."""
+        return math.sin(self.order * math.pi / 2.0)
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The numbers that a cycle takes from the whole motion.
+
+    Parameters
+    ----------
+    slow_stiffness : float
+        k0, with which the springpot resists slow changes of the cycle's mean.
+    mean : float
+        m = E[x].
+    decay : float
+        beta, the rate at which the amplitude forgets.
+    frequency : float
+        Mean frequency w of the arcs.
+    share : float
+        Share of the broadened lines' extra dissipation that is not taken back by the line at zero frequency.
+    """
+
+    slow_stiffness: float = 0.0
+    mean: float = 0.0
+    decay: float = 0.0
+    frequency: float = 1.0
+    share: float = 0.0
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Gauss-Legendre panels of the label of the cycles: those clear of the wall, then those that strike.
+
+    The label is A/A_clear - 1 in [-1, 0] without impacts and the square root of the height above grazing with them.
+
+    Parameters
+    ----------
+    edges : ndarray
+        Ends of the panels.
+    clear : int
+        How many of the panels are without impacts.
+    clear_amplitude : float
+        A at the end of the cycles without impacts: the grazing amplitude, or the largest of interest; 0 where every
+        cycle strikes.
+    """
+
+    edges: FloatArray
+    clear: int
+    clear_amplitude: float
+
+    @property
+    def nodes(self) -> FloatArray:
+        """Labels of the nodes, one row for each panel."""
+        return np.asarray(self.edges[:-1, None] + np.diff(self.edges)[:, None] * _POINTS)
+
+    @property
+    def weights(self) -> FloatArray:
+        """Of the integral over the label, as the nodes."""
+        return np.asarray(np.diff(self.edges)[:, None] * _WEIGHTS)
+
+    def derivative(self, values: FloatArray) -> FloatArray:
+        """By the label."""
+        return np.asarray((self._rows(values) @ _DERIVATIVE.T / np.diff(self.edges)[:, None]).ravel())
+
+    def integral(self, values: FloatArray) -> FloatArray:
+        """From the first edge to each node."""
+        width = np.diff(self.edges)[:, None]
+        rows = self._rows(values) * width
+        before = np.r_[0.0, np.cumsum(rows @ _WEIGHTS)[:-1]]
+        return np.asarray((rows @ _INTEGRAL.T + before[:, None]).ravel())
+
+    def interpolate(self, values: FloatArray, label: FloatArray) -> FloatArray:
+        """Values of the nodes' polynomials at any labels, shape (..., quantities) for values (nodes, quantities)."""
+        panel = np.clip(np.searchsorted(self.edges, label, side="right") - 1, 0, self.edges.size - 2)
+        place = 2.0 * (label - self.edges[panel]) / (self.edges[panel + 1] - self.edges[panel]) - 1.0
+        series = np.einsum("kn,pnq->pkq", _TO_LEGENDRE, values.reshape(-1, _NODES, values.shape[-1]))
+        return np.asarray(np.einsum("...k,...kq->...q", legendre.legvander(place, _NODES - 1), series[panel]))
+
+    def _rows(self, values: FloatArray) -> FloatArray:
+        return values.reshape(-1, _NODES)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The settled balance; one entry per node for every array.
+
+    Parameters
+    ----------
+    problem, closure, labels
+        What was asked, the fixed point and the nodes.
+    steps, change : int, float
+        Of the fixed-point iteration; the change is that of the last step.
+    phase, amplitude, frequency, centre : ndarray
+        p, A, w and x_e of the cycles.
+    mean, x_square, v_square : ndarray
+        Of x, x^2 and v^2 over a cycle.
+    rate, speed, before : ndarray
+        Impacts per unit of time (0 without), the cycle's impact speed, and the square of the speed before an impact
+        over the square of that.
+    action, measure, weight : ndarray
+        J, dJ/dlabel and the probability of the node's cell.
+    density : ndarray
+        Stationary density per label.
+    diffusion : EnergyDiffusion
+        On the same cells, leaving out those of no weight.
+    """
+
+    problem: Problem
+    closure: Closure
+    labels: Labels
+    steps: int
+    change: float
+    phase: FloatArray
+    amplitude: FloatArray
+    frequency: FloatArray
+    centre: FloatArray
+    mean: FloatArray
+    x_square: FloatArray
+    v_square: FloatArray
+    rate: FloatArray
+    speed: FloatArray
+    before: FloatArray
+    action: FloatArray
+    measure: FloatArray
+    weight: FloatArray
+    density: FloatArray
+    diffusion: EnergyDiffusion
+
+    def average(self, values: FloatArray) -> float:
+        """Stationary mean of a quantity of the cycles."""
+        return float(self.weight @ values)
+
+
+def balance(problem: Problem) -> Balance:
+    """Solve for the stationary envelope.
+
+    Parameters
+    ----------
+    problem : Problem
+        One that dissipates energy.
+
+    Examples
+    --------
+    >>> found = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
+    >>> round(found.average(found.v_square), 6)
+    1.0
+    """
+    closure, reach = Closure(), _first_reach(problem)
+    change, tried = math.inf, 0
+    for steps in range(1, _STEPS + 1):
+        found, fall = _sweep(problem, closure, reach)
+        target = _close(found)
+        change = _distance(closure, target)
+        fits = 0.9 * _FAR < fall < 1.3 * _FAR
+        if change < _SETTLED and (fits or tried > 20):
+            break
+        if not fits:
+            tried += 1
+            reach *= min(max(math.sqrt(1.05 * _FAR / fall), 0.4), 2.5)
+        closure = target if steps < 20 else _between(closure, target)
+    return Balance(**{**found, "steps": steps, "change": change})  # type: ignore[arg-type]
+
+
+def _first_reach(problem: Problem) -> float:
+    """Amplitude of about the least likely cycles of interest, from the light oscillator at b = 0."""
+    c, r, b = problem.coefficient, problem.restitution, problem.position
+    damping = c * problem.out_of_phase + (2.0 / math.pi) * (1.0 - r * r) / (1.0 + r * r)
+    reach = math.sqrt(_FAR / damping)
+    if b > 0.0:  # the energy above the preload is b h rather than h^2 / 2
+        return min(reach, 1.5 * _FAR / (damping * b))
+    return reach
+
+
+def _between(old: Closure, new: Closure) -> Closure:
+    """A third of a step, for the strong springpots on which the whole one does not settle."""
+    return Closure(*((2.0 * before + after) / 3.0 for before, after in zip(astuple(old), astuple(new), strict=True)))
+
+
+def _distance(old: Closure, new: Closure) -> float:
+    """Largest change, relative to the number where it is above 1."""
+    changes = ((abs(b - a), max(1.0, abs(b))) for a, b in zip(astuple(old), astuple(new), strict=True))
+    return max(float(change / size) for change, size in changes)
+
+
+def _labels(clearance: float, reach: float) -> Labels:
+    """Panels for cycles up to about ``reach``; ``clearance`` is the grazing amplitude, negative for a preload."""
+    clear = np.zeros(0)
+    amplitude = 0.0
+    if clearance > 0.0:
+        amplitude = min(clearance, reach)
+        wide = amplitude > 0.2 * reach
+        clear = np.array([-1.0, -0.9, -0.8, -0.7, -0.55, -0.33] if wide else [-1.0, -0.6])
+    if clearance >= reach:
+        return Labels(np.r_[clear, 0.0], clear.size, amplitude)
+    largest = math.sqrt(max(reach - clearance, 0.3 * reach) if clearance > 0.0 else reach)
+    smallest = max(0.35 * math.sqrt(2.0 * max(clearance, 0.0)), largest * 0.5 ** (_STRIKING_PANELS - 1))
+    strike = np.geomspace(min(smallest, 0.3 * largest), largest, _STRIKING_PANELS)
+    return Labels(np.r_[clear, 0.0, strike], clear.size, amplitude)
+
+
+def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, object], float]:
+    """Every cycle for one closure, and how far the density falls."""
+    alpha, c, b, r = problem.order, problem.coefficient, problem.position, problem.restitution
+    k0, m, beta = closure.slow_stiffness, closure.mean, closure.decay
+    cos, sin = problem.in_phase, problem.out_of_phase
+    cycles = make_cycles(alpha, c * max(cos - (1.0 - alpha) * beta / closure.frequency * sin, 0.0))
+    slow_share = k0 / (1.0 + k0)
+    rest = slow_share * m  # where the mass rests without impacts
+    labels = _labels(rest - b, reach)
+    label = labels.nodes.ravel()
+    first = labels.clear * _NODES  # the first node of a striking cycle
+    p, a = _shape(cycles, labels, label, first, b - rest, slow_share)
+    w = cycles.frequency(p)
+    w1 = math.pi * w / p
+    k1 = np.maximum(w * w - 1.0, 0.0)
+    bulge = a * np.sinc(p / math.pi) * (1.0 + k1)
+    bulge[:first] = 0.0
+    mean = (bulge + k0 * m) / (1.0 + k0)
+    centre = mean - a * np.sinc(p / math.pi)
+    centre[:first] = rest
+    wave = a * a * harmonic_sum(p, 0.0)
+    x_square = mean**2 + wave / 2.0
+    v_square = 0.5 * (w * a) ** 2 * (1.0 - np.sinc(2.0 * p / math.pi))
+    speed = w * a * np.sin(p)
+    speed[:first] = 0.0
+    rate = w1 / (2.0 * math.pi)
+    rate[:first] = 0.0
+    lost = 0.5 * c * sin * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
+    before = _before_impact(lost / v_square * 2.0 * p / w, r)
+    lost += rate * 0.5 * (1.0 - r * r) * before * speed**2
+    extra = _broadening(problem, closure, p, a, w, w1)
+    lost += closure.share * extra
+    action = v_square / w1
+    measure = np.maximum(labels.derivative(action), 1e-12 * action)
+    # what is stored: motion and spring, (1 - alpha) of the springpot's harmonics, and the work of its slow force
+    stored = labels.derivative(0.5 * (v_square + x_square) + 0.25 * (1.0 - alpha) * k1 * wave)
+    stored += k0 * (mean - m) * labels.derivative(mean)
+    share = np.maximum(stored / (w1 * measure), _SMALLEST_SHARE)
+    fall = labels.integral(2.0 * lost / v_square * share * w1 * measure)
+    density = np.exp(fall.min() - fall) * measure
+    weight = labels.weights.ravel() * density
+    total = weight.sum()
+    strength = np.exp(fall.min() - fall) / (2.0 * w1 * share**2)
+    arrays: dict[str, object] = {
+        "problem": problem,
+        "closure": closure,
+        "labels": labels,
+        "phase": p,
+        "amplitude": a,
+        "frequency": w,
+        "centre": centre,
+        "mean": mean,
+        "x_square": x_square,
+        "v_square": v_square,
+        "rate": rate,
+        "speed": speed,
+        "before": before,
+        "action": action,
+        "measure": measure,
+        "weight": weight / total,
+        "density": density / total,
+        "diffusion": make_energy_diffusion(action, weight, strength),
+    }
+    return arrays, float(fall[-1] - fall[0])
+
+
+def _shape(
+    cycles: Cycles, labels: Labels, label: FloatArray, first: int, above_rest: float, slow_share: float
+) -> tuple[FloatArray, FloatArray]:
+    """Phase and amplitude of the cycles with these labels."""
+    p = np.full(label.size, math.pi)
+    a = np.empty(label.size)
+    a[:first] = labels.clear_amplitude * (1.0 + label[:first])
+    if first < label.size:
+        height = 2.0 * labels.clear_amplitude + label[first:] ** 2
+        p[first:] = cycles.phase_at(np.maximum(above_rest / height, -0.5), slow_share)
+        a[first:] = height / (2.0 * np.sin(p[first:] / 2.0) ** 2)
+    return p, a
+
+
+def _before_impact(damping: FloatArray, r: float) -> FloatArray:
+    """Energy before an impact over its mean between two.
+
+    With a damping d and the period T the energy H grows towards q / 2d, from r^2 times what it was before the impact:
+    (1 - E) / (1 - r^2 E) over 1 - (1 - r^2) (1 - E) / ((1 - r^2 E) d T), with E = e^(-d T); 2 / (1 + r^2) undamped.
+    """
+    if r == 1.0:
+        return np.ones_like(damping)
+    z = np.maximum(damping, 1e-12)
+    gone = -np.expm1(-z)
+    # (z - gone) / z^2, without cancellation
+    lag = np.where(z < 1e-3, 0.5 - z / 6.0, (z - gone) / z**2)
+    return np.asarray(gone / (z * ((1.0 - r * r) * lag + r * r * gone / z)))
+
+
+def _broadening(
+    problem: Problem, closure: Closure, p: FloatArray, a: FloatArray, w: FloatArray, w1: FloatArray
+) -> FloatArray:
+    """Power that the springpot takes because the harmonics are lines of a finite width, beyond the whole cosine's."""
+    alpha = problem.order
+    if alpha == 1.0 or closure.decay == 0.0:
+        return np.zeros_like(p)
+    sums = (w1 / w) ** 2 * harmonic_sum(p, 2.0 + alpha) - harmonic_sum(p, alpha)
+    whole = 0.25 * problem.coefficient * problem.in_phase * (1.0 - alpha) * closure.decay
+    return np.asarray(np.maximum(whole * w1**alpha * a * a * sums, 0.0))
+
+
+def _close(found: dict[str, object]) -> Closure:
+    """The numbers that the cycles of a sweep imply."""
+    b = Balance(**{**found, "steps": 0, "change": 0.0})  # type: ignore[arg-type]
+    alpha, c = b.problem.order, b.problem.coefficient
+    decay = 1.0 / (4.0 * b.average(b.v_square))
+    frequency = b.average(b.frequency)
+    fundamental = b.average(math.pi * b.frequency / b.phase)
+    kept = np.isin(b.action, b.diffusion.action)
+    rates, squares = b.diffusion.spectrum(b.mean[kept])
+    variance = float(squares.sum())
+    if variance <= 1e-24 * b.average(b.x_square) or alpha == 1.0 or c == 0.0:
+        return Closure(0.0, b.average(b.mean), decay, frequency, 0.0)
+    memory = float(squares @ rates**alpha) / variance
+    slow = squares @ (
+        rates**alpha * _saturated((rates / fundamental) ** (1.0 - alpha) * b.problem.out_of_phase, 1.0 / (1.0 - alpha))
+    )
+    extra = b.average(
+        _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
+    )
+    taken_back = c * float(squares @ rates) * memory
+    share = float(_saturated(np.array(taken_back / extra), 1.0 / alpha)) if extra > 0.0 else 0.0
+    return Closure(c * float(slow) / variance, b.average(b.mean), decay, frequency, share)
+
+
+def _saturated(y: FloatArray, power: float) -> FloatArray:
+    """(1 - y) / (1 - y^power): 1 - y for small y, and never negative."""
+    log = np.log(np.clip(y, 1e-200, 1e200))
+    high = np.minimum(power * log, 700.0)
+    near = np.abs(log) < 1e-9
+    return np.where(near, 1.0 / power, np.expm1(log) / np.where(near, 1.0, np.expm1(high)))
+
+
+_X, _W = legendre.leggauss(_NODES)
+_POINTS, _WEIGHTS = (_X + 1.0) / 2.0, _W / 2.0
+_TO_LEGENDRE = np.linalg.inv(legendre.legvander(_X, _NODES - 1))
+_UNIT = np.eye(_NODES)
+_DERIVATIVE = 2.0 * legendre.legval(_X, legendre.legder(_UNIT)).T @ _TO_LEGENDRE
+_INTEGRAL = 0.5 * legendre.legval(_X, legendre.legint(_UNIT, lbnd=-1)).T @ _TO_LEGENDRE

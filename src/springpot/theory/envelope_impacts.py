@@ -1,0 +1,106 @@
+"""Impacts of the envelope: the flux of impact speeds, with the short returns that a lossy wall multiplies.
+
+An envelope strikes once in each cycle.  After a slow impact, though, the noise alone may throw the mass back at the
+wall long before the spring would.  On such a short flight the mass is free, and McKean's law holds: the density of the
+return speed u and time t after leaving at v0 is
+
+    (sqrt(3) u / (pi q^2 t^2)) exp(-2 (u^2 - u v0 + v0^2) / (q t)) erf(sqrt(6 u v0 / (q t))),
+
+whose integral over t < t_c is elementary.  With K_r the law from r v and t_c the time to the turning point (later
+returns are the spring's), the flux N of the impact speeds is  N = N_long + K_r N.  With an elastic wall the envelope's
+own flux N_1 is the whole of it, so N_long = N_1 - K_1 N_1; for r < 1 the same long returns arrive:
+N = (1 - K_r)^-1 (1 - K_1) N_1, with the energy lost per unit of time kept.  Nothing is fitted.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from springpot.theory.envelope_balance import Balance
+
+__all__ = ["COLLAPSE", "Impacts", "impacts"]
+
+FloatArray = NDArray[np.float64]
+
+COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
+"""Below this restitution, .163, the slow impacts are infinitely many (inelastic collapse)."""
+
+_POINTS = 240
+_DECADES = 4.0
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """The flux of impacts; dimensionless.
+
+    Parameters
+    ----------
+    rate : float
+        Impacts per unit of time.
+    speed_mean, speed_mean_square : float
+        Of the speed just before an impact.
+    speeds, density : ndarray
+        Density of these speeds on a grid from 0.
+    """
+
+    rate: float
+    speed_mean: float
+    speed_mean_square: float
+    speeds: FloatArray
+    density: FloatArray
+
+
+def impacts(balance: Balance) -> Impacts | None:
+    """The impacts of a settled balance; None where nothing is struck or the impacts are infinitely many.
+
+    Examples
+    --------
+    >>> from springpot.theory.envelope_balance import Problem, balance
+    >>> found = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
+    >>> round(found.rate * math.pi, 4), round(found.speed_mean_square, 3)
+    (1.0, 2.0)
+    """
+    r = balance.problem.restitution
+    regular = balance.average(balance.rate)
+    if r <= COLLAPSE or regular <= 1e-15:
+        return None
+    before = np.sqrt(balance.before) * balance.speed
+    first = balance.labels.clear * (balance.action.size // (balance.labels.edges.size - 1))
+    strike = slice(first, None)
+    speed = before[strike]
+    flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
+    v = speed[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
+    step = math.log(v[1] / v[0])
+    # towards 0 the flux falls in proportion to the speed
+    elastic_flux = v * np.exp(np.interp(np.log(v), np.log(speed), np.log(np.maximum(flux, 1e-300) / speed)))
+    n = elastic_flux
+    if r < 1.0:
+        turning = np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
+        elastic = _short_returns(v[:, None], v, turning) * (v * step)
+        lossy = _short_returns(v[:, None], r * v, np.interp(r * v, v, turning)) * (v * step)
+        n = np.maximum(np.linalg.solve(np.eye(v.size) - lossy, n - elastic @ n), 0.0)
+    # the grid's sums serve only to compare both fluxes; the elastic one's moments are known better from the cycles
+    gain = [float(n @ v**power) / float(elastic_flux @ v**power) for power in (1, 2, 3)]
+    per_rate, mean, square = (gain[power] * balance.average(balance.rate * before**power) for power in (0, 1, 2))
+    # the loss of energy per unit of time, in proportion to the third moment of the flux, is the envelope's
+    return Impacts(
+        rate=per_rate / gain[2],
+        speed_mean=mean / per_rate,
+        speed_mean_square=square / per_rate,
+        speeds=np.r_[0.0, v],
+        density=np.r_[n[0] if r < 1.0 else 0.0, n] / (step * float(n @ v)),
+    )
+
+
+def _short_returns(u: FloatArray, v0: FloatArray, limit: FloatArray) -> FloatArray:
+    """Density of the return speed u after leaving at v0, of a free mass and for returns before ``limit``; q = 1."""
+    a = 2.0 * (v0 * v0 - v0 * u + u * u)
+    b = 6.0 * v0 * u
+    late = np.exp(-a / limit) * special.erf(np.sqrt(b / limit))
+    early = np.sqrt(b / (a + b)) * special.erfc(np.sqrt((a + b) / limit))
+    return np.asarray(math.sqrt(3.0) * u / (math.pi * a) * (late + early))
