@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from springpot.oscillator import Oscillator
+from springpot.theory.distributions import hoyt, normal, rayleigh, real_array
 from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
@@ -132,7 +133,7 @@ class Exact(Result):
         x_spread, _, length, _ = self._spreads()
         x = self._own_side(displacement, "displacement") / length
         wall = self.oscillator.dimensionless_position
-        density = _cut_normal(x, x_spread, wall) if self.oscillator.barrier is not None else _normal(x, x_spread)
+        density = _cut_normal(x, x_spread, wall) if self.oscillator.barrier is not None else normal(x, x_spread**2)
         return density / length
 
     def v_density(self, velocity: ArrayLike) -> FloatArray:
@@ -147,7 +148,7 @@ class Exact(Result):
         0.3989
         """
         _, v_spread, _, speed = self._spreads()
-        return _normal(_array(velocity, "velocity") / speed, v_spread) / speed
+        return normal(real_array(velocity, "velocity") / speed, v_spread**2) / speed
 
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2: x and v are independent; the arguments are broadcast.
@@ -174,9 +175,9 @@ class Exact(Result):
         0.6065
         """
         x_spread, v_spread, length, _ = self._spreads()
-        a = _array(amplitude, "amplitude") / length
+        a = real_array(amplitude, "amplitude") / length
         if self.oscillator.barrier is None:
-            return _hoyt(a, x_spread, v_spread) / length
+            return hoyt(a, x_spread**2, v_spread**2) / length
         return _cut_rayleigh(a, x_spread, self.oscillator.dimensionless_position) / length
 
     def energy_density(self, energy: ArrayLike) -> FloatArray:
@@ -191,7 +192,7 @@ class Exact(Result):
         0.3679
         """
         omega = self.oscillator.natural_frequency
-        h = _array(energy, "energy")
+        h = real_array(energy, "energy")
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega  # H = (Omega A)^2 / 2
         return np.where(h >= 0.0, self.amplitude_density(a) / (omega * omega * a), 0.0)
 
@@ -214,8 +215,7 @@ class Exact(Result):
         if self.oscillator.barrier is None:
             raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
         _, v_spread, _, scale = self._spreads()
-        u = np.clip(_array(speed, "speed") / scale, 0.0, _FAR * v_spread) / v_spread
-        return np.asarray(u * np.exp(-u * u / 2.0) / (v_spread * scale))
+        return rayleigh(real_array(speed, "speed") / scale, 2.0 * v_spread**2) / scale
 
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
@@ -241,7 +241,7 @@ class Exact(Result):
         array([0.5321, 0.209 , 0.0175])
         """
         moments = self.moments
-        t = np.minimum(np.abs(_times(np.abs(_array(lag, "lag")), "lag")) * self.oscillator.natural_frequency, _LONG)
+        t = np.minimum(np.abs(_times(np.abs(real_array(lag, "lag")), "lag")) * self.oscillator.natural_frequency, _LONG)
         if self.oscillator.barrier is not None and self.oscillator.barrier.position != 0.0:
             raise NotCovered("The exact correlation is known with a wall at 0 or without a wall.")
         alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
@@ -278,7 +278,7 @@ class Exact(Result):
             raise NotCovered("The exact spectrum is known without a wall only.")
         _ = self.moments
         alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
-        w = np.minimum(np.abs(_array(frequency, "frequency")) / self.oscillator.natural_frequency, 1e75)
+        w = np.minimum(np.abs(real_array(frequency, "frequency")) / self.oscillator.natural_frequency, 1e75)
         element = c * w**alpha
         real = (1.0 - w) * (1.0 + w) + element * math.sin((1.0 - alpha) * math.pi / 2.0)
         imaginary = element * math.sin(alpha * math.pi / 2.0)
@@ -287,7 +287,7 @@ class Exact(Result):
 
     def _transient(self, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
-        wall, t = self.oscillator.barrier, _times(_array(time, "time"), "time")
+        wall, t = self.oscillator.barrier, _times(real_array(time, "time"), "time")
         if wall is not None and wall.position != 0.0:
             raise NotCovered("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
@@ -304,7 +304,7 @@ class Exact(Result):
 
     def _own_side(self, value: ArrayLike, name: str) -> FloatArray:
         """The argument, mirrored where the mass moves below the wall."""
-        array = _array(value, name)
+        array = real_array(value, name)
         return -array if _side(self.oscillator) < 0.0 else array
 
     def _spreads(self) -> tuple[float, float, float, float]:
@@ -457,28 +457,12 @@ def _dashpot_correlation(c: float, lag: FloatArray) -> FloatArray:
     return np.asarray(np.clip(decay.real, -1.0, 1.0))
 
 
-def _array(value: ArrayLike, name: str) -> FloatArray:
-    """Real numbers as an array of floats, or one sentence that names the argument."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged list
-        array = np.asarray("not numbers")
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
-    return np.asarray(array, dtype=float)
-
-
 def _times(value: FloatArray, name: str) -> FloatArray:
     if np.any(np.isnan(value)):
         raise ValueError(f"{name} must be in s, and NaN is not a time.")
     if np.any(value < 0.0):
         raise ValueError(f"{name} must be at least 0 s, not {np.min(value):g}.")
     return value
-
-
-def _normal(value: FloatArray, spread: float) -> FloatArray:
-    z = np.clip(value / spread, -_FAR, _FAR)
-    return np.asarray(np.exp(-z * z / 2.0) / (math.sqrt(2.0 * math.pi) * spread))
 
 
 def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
@@ -503,13 +487,3 @@ def _cut_rayleigh(amplitude: FloatArray, spread: float, wall: float) -> FloatArr
     else:
         shape = np.exp(-a * a / 2.0) / float(special.ndtr(-k))
     return np.asarray(a * arc * shape / spread)
-
-
-def _hoyt(amplitude: FloatArray, x_spread: float, v_spread: float) -> FloatArray:
-    """Density of the modulus of two independent normals of different spread."""
-    wide = max(x_spread, v_spread)
-    a = np.clip(amplitude, 0.0, _FAR * wide)
-    inverse_x, inverse_v = 1.0 / x_spread**2, 1.0 / v_spread**2
-    # I0(z) e^(-a^2 (1/x^2 + 1/v^2) / 4) with z = a^2 |1/x^2 - 1/v^2| / 4: together e^(-a^2 / (2 wide^2)) at most
-    z = a * a * abs(inverse_x - inverse_v) / 4.0
-    return np.asarray(a / (x_spread * v_spread) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide * wide)))

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import interpolate, optimize, special
 
 from springpot.oscillator import Oscillator
+from springpot.theory.distributions import real_array
 from springpot.theory.linear import dashpot_mean_squares
 from springpot.theory.result import Moments, NotCovered, Result
 
@@ -146,7 +147,7 @@ class FokkerPlanck(Result):
         array([0.   , 0.432])
         """
         scale = self._scale().speed_scale
-        u = _array(speed, "speed") / scale
+        u = real_array(speed, "speed") / scale
         impacts, unit = self._impacts, _speed_unit(self._problem)
         y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
         first = impacts.position[0]
@@ -483,14 +484,3 @@ def _interpolation(low: float, high: float, width: float, points: FloatArray) ->
     to_coefficients[0] /= 2.0
     at_points = chebyshev.chebvander((points - low) / half - 1.0, n - 1)
     return low + half * (nodes + 1.0), at_points @ to_coefficients
-
-
-def _array(value: ArrayLike, name: str) -> FloatArray:
-    """Real numbers as an array of floats, or one sentence that names the argument."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged list
-        array = np.asarray("not numbers")
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
-    return np.asarray(array, dtype=float)

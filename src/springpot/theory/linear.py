@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 _STEP = 0.2  # of ln s: the integrands are analytic for \|Im ln s\| < pi/2, so the trapezoid rule errs by e^(-pi^2/0.2)
 _DECADES = 42.0  # e^-42 is below rounding
-_NODES = 20  # of one panel on the cut
+_NODES = 14  # of one panel on the cut
 _CHUNK = 256  # times handled at once
 
 
@@ -167,7 +167,7 @@ def relaxation(alpha: float, c: float) -> Relaxation:
     response = density / np.abs(_below(y, alpha, c)) ** 2
     memory = response / (y * y + c * y**alpha + 1.0)
     fast = response * np.maximum(y, 1.0)
-    kept = (fast > 1e-20 * float(np.max(fast))) | (memory > 1e-20 * float(np.max(memory)))
+    kept = (fast > 1e-17 * float(np.max(fast))) | (memory > 1e-17 * float(np.max(memory)))
     return Relaxation(pole, residue, strength, y[kept], response[kept], memory[kept])
 
 

@@ -1,0 +1,77 @@
+"""Densities that several methods share, safe at any argument, and the check of that argument."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+__all__ = ["hoyt", "normal", "rayleigh", "real_array"]
+
+FloatArray = NDArray[np.float64]
+
+_FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exactly 0 in double precision
+
+
+def real_array(value: ArrayLike, name: str) -> FloatArray:
+    """Real numbers as an array of floats, or one sentence that names the argument.
+
+    Raises
+    ------
+    TypeError
+        If a value is not a real number (strings, booleans and complex numbers are not).
+
+    Examples
+    --------
+    >>> real_array([1, 2], "speed")
+    array([1., 2.])
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:  # a ragged list
+        array = np.asarray("not numbers")
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
+    return np.asarray(array, dtype=float)
+
+
+def normal(value: FloatArray, variance: float) -> FloatArray:
+    """Normal density of mean 0.
+
+    Examples
+    --------
+    >>> float(normal(np.array(0.0), 1.0).round(4))
+    0.3989
+    """
+    far = _FAR * math.sqrt(variance)
+    v = np.clip(value, -far, far)
+    return np.asarray(np.exp(-v * v / (2.0 * variance)) / math.sqrt(2.0 * math.pi * variance))
+
+
+def rayleigh(value: FloatArray, mean_square: float) -> FloatArray:
+    """Rayleigh density: of the modulus of two independent normals of variance mean_square / 2.
+
+    Examples
+    --------
+    >>> float(rayleigh(np.array(1.0), 2.0).round(4))
+    0.6065
+    """
+    r = np.clip(value, 0.0, _FAR * math.sqrt(mean_square))
+    return np.asarray(2.0 * r / mean_square * np.exp(-r * r / mean_square))
+
+
+def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
+    """Hoyt's density: of the modulus of two independent normals with these variances.
+
+    Examples
+    --------
+    >>> float(hoyt(np.array(1.0), 1.0, 1.0).round(4)), float(hoyt(np.array(1.0), 1.0, 0.25).round(4))
+    (0.6065, 0.6565)
+    """
+    wide = max(first, second)
+    a = np.clip(value, 0.0, _FAR * math.sqrt(wide))
+    # I0(z) exp(-a^2 (1/first + 1/second) / 4) with z = a^2 |1/first - 1/second| / 4, scaled so that nothing overflows
+    z = a * a * abs(1.0 / first - 1.0 / second) / 4.0
+    return np.asarray(a / math.sqrt(first * second) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide)))
