@@ -248,7 +248,7 @@ def test_slow_force_vanishes_towards_a_dashpot(b):
 def test_transient_of_the_dashpot_without_a_wall():
     result = envelope(make(1.0, 0.02, None))
     t = np.array([5.0, 20.0, 50.0, 200.0])
-    assert result.amplitude_mean_square_at(t) == pytest.approx(50.0 * -np.expm1(-0.02 * t), rel=0.025)
+    assert result.amplitude_mean_square_at(t) == pytest.approx(50.0 * -np.expm1(-0.02 * t), rel=5e-3)
     assert result.amplitude_mean_square_at(math.inf) == pytest.approx(result.amplitude_mean_square, rel=1e-9)
     assert result.relaxation_rates[0] == pytest.approx(0.02, rel=0.01)
 
@@ -384,7 +384,9 @@ def first_passage_times(order, c, level, *, paths, step, seed):
 @pytest.mark.parametrize("level", [3.0, 5.0])
 def test_first_passage_against_simulation(level):
     known = first_passage_times(0.5, 0.1, level, paths=4000, step=0.01, seed=3)
-    passage = envelope(make(0.5, 0.1)).first_passage(amplitude=level)
+    # a path looked at once a step passes a level that is 0.5826 standard deviations of a step higher
+    shift = 0.5826 * math.sqrt(0.01 / 2.0)
+    passage = envelope(make(0.5, 0.1)).first_passage(amplitude=level + shift)
     assert passage.mean_time == pytest.approx(known.mean(), rel=0.05)
     for quantile in (0.25, 0.5, 0.75):
         assert passage.survival(np.quantile(known, quantile)) == pytest.approx(1.0 - quantile, abs=0.05)

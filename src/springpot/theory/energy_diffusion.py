@@ -25,6 +25,8 @@ __all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
 
 FloatArray = NDArray[np.float64]
 
+_REST = 1e-8  # stationary probability of what counts as rest: cells below are so fast that they spoil the slow rates
+
 
 @dataclass(frozen=True)
 class FirstPassage:
@@ -180,7 +182,7 @@ class EnergyDiffusion:
 
 
 def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
-    """Check and normalise the cells, leaving out those whose mass double precision cannot tell from 0.
+    """Check and normalise the cells, leaving out those of no mass and those that together are hardly more than rest.
 
     Parameters
     ----------
@@ -201,7 +203,7 @@ def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatA
     if np.any(np.diff(action) <= 0.0) or action[0] <= 0.0 or np.any(mass < 0.0) or np.any(strength < 0.0):
         raise ValueError("the actions must rise from above 0 and no mass or strength be negative.")
     total = float(mass.sum())
-    kept = (mass > 1e-30 * total) & (strength > 0.0)
+    kept = (mass > 1e-30 * total) & (strength > 0.0) & (np.cumsum(mass) > _REST * total)
     share = mass[kept] / mass[kept].sum()
     return EnergyDiffusion(action[kept], share, strength[kept] / total)
 

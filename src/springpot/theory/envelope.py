@@ -47,7 +47,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import Oscillator, finite_number
 from springpot.theory.energy_diffusion import FirstPassage
-from springpot.theory.envelope_balance import Balance, Problem, balance
+from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, Tabulated, portrait
 from springpot.theory.envelope_impacts import COLLAPSE, Impacts, impacts
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
@@ -101,7 +101,7 @@ class Envelope(Result):
     @property
     def relaxation_rates(self) -> FloatArray:
         """Rates at which the density of the energy relaxes, in 1/s, the slowest first."""
-        return np.asarray(self._settled().diffusion.modes[0][1:] / self._scales.time)
+        return np.asarray(self._cells.diffusion.modes[0][1:] / self._scales.time)
 
     def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<A^2> at a time from rest, in m^2.
@@ -130,9 +130,9 @@ class Envelope(Result):
             raise ValueError("time must be at least 0 s.")
         if self._still():
             return np.full(t.shape, self.amplitude_mean_square)
-        found, kept = self._cells()
-        square = (found.x_square + self._scales.kappa * found.v_square)[kept]
-        probability = found.diffusion.from_rest(t.ravel() / self._scales.time)
+        cells = self._cells
+        square = cells.x_square + self._scales.kappa * cells.v_square
+        probability = cells.diffusion.from_rest(t.ravel() / self._scales.time)
         return (probability @ square).reshape(t.shape) * self._scales.length**2
 
     def x_density(self, displacement: ArrayLike) -> FloatArray:
@@ -290,7 +290,7 @@ class Envelope(Result):
         >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
-        (11.6, 0.14)
+        (11.5, 0.14)
         """
         if (amplitude is None) == (energy is None):
             raise TypeError("first_passage takes one level, either amplitude or energy.")
@@ -299,16 +299,15 @@ class Envelope(Result):
             level /= self.oscillator.natural_frequency
         else:
             level = finite_number(amplitude, "amplitude", low=0.0, open_low=True)
-        found, kept = self._cells()
-        largest = _largest_amplitude(found, self._scales.kappa)[kept]
-        action = found.action[kept]
+        cells = self._cells
+        largest = _largest_amplitude(cells, self._scales.kappa)
         wanted = level / self._scales.length
         if not largest[0] < wanted < largest[-1]:
             raise ValueError(
                 f"the level must lie between {largest[0] * self._scales.length:g} m (rest) and "
                 f"{largest[-1] * self._scales.length:g} m (which is never reached), not at {level:g} m."
             )
-        passage = found.diffusion.first_passage(float(np.interp(wanted**2, largest**2, action)))
+        passage = cells.diffusion.first_passage(float(np.interp(wanted**2, largest**2, cells.diffusion.action)))
         unit = self._scales.time
         return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
@@ -342,15 +341,14 @@ class Envelope(Result):
 
     def _amplitude_at(self, time: float) -> Tabulated:
         t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
-        found, kept = self._cells()
-        ratio = found.diffusion.from_rest(np.array([t / self._scales.time]))[0] / found.diffusion.mass
-        # beyond the cells that have a mass the ratio changes nothing
-        ratio = np.interp(found.action, found.action[kept], ratio)
+        found, cells = self._settled(), self._cells
+        ratio = cells.diffusion.from_rest(np.array([t / self._scales.time]))[0] / cells.diffusion.mass
+        ratio = np.interp(found.labels.nodes.ravel(), cells.label, ratio)
         return portrait(found, ratio).amplitude(self._scales.kappa)
 
-    def _cells(self) -> tuple[Balance, NDArray[np.bool_]]:
-        found = self._settled()
-        return found, np.isin(found.action, found.diffusion.action)
+    @cached_property
+    def _cells(self) -> Cells:
+        return self._settled().cells()
 
     def _still(self) -> bool:
         return self.balance is None and not isinstance(self.stationary, str)
@@ -486,7 +484,7 @@ def _moments(found: Balance, struck: Impacts | None, scales: _Scales) -> Moments
     )
 
 
-def _largest_amplitude(found: Balance, kappa: float) -> FloatArray:
+def _largest_amplitude(found: Cells, kappa: float) -> FloatArray:
     """Largest sqrt(x^2 + kappa v^2) along each cycle: at its ends, or at a place between them."""
     a, w, centre = found.amplitude, found.frequency, found.centre
     lowest = np.cos(found.phase)

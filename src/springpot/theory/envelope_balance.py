@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.envelope_cycles import Cycles, harmonic_sum, make_cycles
 
-__all__ = ["Balance", "Closure", "Labels", "Problem", "balance"]
+__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "balance"]
 
 FloatArray = NDArray[np.float64]
 
 _NODES = 10  # Gauss-Legendre nodes of a panel
+_FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of second order
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
 _STEPS = 80
 _SETTLED = 1e-8
@@ -136,6 +137,20 @@ class Labels:
 
 
 @dataclass(frozen=True)
+class Cells:
+    """Cells of the diffusion in time; one entry per cell for every array, named as in `Balance`."""
+
+    label: FloatArray
+    x_square: FloatArray
+    v_square: FloatArray
+    phase: FloatArray
+    amplitude: FloatArray
+    frequency: FloatArray
+    centre: FloatArray
+    diffusion: EnergyDiffusion
+
+
+@dataclass(frozen=True)
 class Balance:
     """The settled balance; one entry per node for every array.
 
@@ -154,6 +169,8 @@ class Balance:
         over the square of that.
     action, measure, weight : ndarray
         J, dJ/dlabel and the probability of the node's cell.
+    fall, mobility : ndarray
+        -ln of the stationary density per action, and D / J.
     density : ndarray
         Stationary density per label.
     diffusion : EnergyDiffusion
@@ -178,12 +195,30 @@ class Balance:
     action: FloatArray
     measure: FloatArray
     weight: FloatArray
+    fall: FloatArray
+    mobility: FloatArray
     density: FloatArray
     diffusion: EnergyDiffusion
 
     def average(self, values: FloatArray) -> float:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
+
+    def cells(self) -> Cells:
+        """The same cycles on a finer grid, for the diffusion in time."""
+        points, weights = legendre.leggauss(_FINE_NODES)
+        width = np.diff(self.labels.edges)[:, None]
+        label = (self.labels.edges[:-1, None] + width * (points + 1.0) / 2.0).ravel()
+        columns = (self.action, self.measure, self.fall, self.mobility, self.x_square, self.v_square)
+        shapes = (self.phase, self.amplitude, self.frequency, self.centre)
+        fine = self.labels.interpolate(np.stack([*columns, *shapes], axis=1), label).T
+        density = np.exp(-fine[2])
+        mass = density * np.maximum(fine[1], 0.0) * (width * weights / 2.0).ravel()
+        likely = (mass > 1e-25 * mass.max()) & (np.diff(np.maximum.accumulate(fine[0]), prepend=0.0) > 0.0)
+        diffusion = make_energy_diffusion(fine[0, likely], mass[likely], (density * fine[3])[likely])
+        kept = likely & np.isin(fine[0], diffusion.action)
+        x_square, v_square, phase, amplitude, frequency, centre = fine[4:, kept]
+        return Cells(label[kept], x_square, v_square, phase, amplitude, frequency, centre, diffusion)
 
 
 def balance(problem: Problem) -> Balance:
@@ -313,6 +348,8 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, 
         "action": action,
         "measure": measure,
         "weight": weight / total,
+        "fall": fall - fall.min(),
+        "mobility": 1.0 / (2.0 * w1 * share**2),
         "density": density / total,
         "diffusion": make_energy_diffusion(action, weight, strength),
     }
