@@ -312,3 +312,15 @@ def test_statistics_refuse_nothing_and_hide_nothing_with_one_path() -> None:
 def test_grunwald_also_obeys_the_exact_law_at_its_fine_step() -> None:
     found = run(oscillator(1.0), paths=10_000, duration=60.0, scheme="grunwald")
     assert_agrees(found, {"amplitude_mean_square": 1.0, "impact_rate": 1 / math.pi, "x_mean": math.pi**-0.5})
+
+
+def test_a_lossy_wall_warns_of_slow_impacts_where_they_count() -> None:
+    def warned(restitution: float, step: float) -> list[str]:
+        found = run(oscillator(0.5, restitution=restitution), paths=64, duration=8.0, window=(6.0, 8.0), step=step)
+        return [sentence for sentence in found.warnings if "slow impacts" in sentence]
+
+    assert "about 1 %" in warned(0.5, 0.01)[0]
+    assert "step^0.5" in warned(0.5, 0.01)[0]
+    assert not warned(0.5, 0.002)
+    assert not warned(0.8, 0.05)
+    assert not warned(1.0, 0.1)

@@ -40,6 +40,7 @@ CONTROLLED = MOMENTS
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
 FINEST_STEP = 1e-3
+FORGOTTEN = 101.0  # the start, at least, before the window: what a run does not warn of
 FIRST_PATHS = 2048
 SURE = 4.0  # standard errors beyond which a difference between steps is bias
 PILOT_PATHS = 2048
@@ -254,7 +255,7 @@ def _checked(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ..
 def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float) -> _Levels:
     """A window of ten relaxation times that begins when the start is forgotten to a thirtieth of ``rtol``."""
     relaxation = max(relaxation_time(oscillator), 2.0 / oscillator.natural_frequency)
-    begin = relaxation * math.log(3.0 / rtol)
+    begin = relaxation * math.log(max(3.0 / rtol, FORGOTTEN))
     begin, length = (step * math.ceil(time / step) for time in (begin, 10.0 * relaxation))
     coarse = replace(base, step=step, duration=begin + length, window=(begin, begin + length))
     fine = replace(coarse, step=0.5 * step)

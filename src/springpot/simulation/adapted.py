@@ -124,7 +124,9 @@ def owed_to_the_start(
     share = float(adapted.error * oscillator.dimensionless_coefficient * fading)
     energies = {name for name in values if name.startswith(("x_mean_square", "v_", "amplitude", "springpot"))}
     owed = {name: (0.5 if name in energies else 1.0) * share * abs(value) for name, value in values.items()}
-    owed["springpot_force_mean"] = share * frequency**2 * math.sqrt(values["x_mean_square"])
+    size = math.sqrt(values["x_mean_square"])
+    owed |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
+    owed["springpot_force_mean"] = share * frequency**2 * size
     owed["energy_residual"] = 0.0
     return owed
 

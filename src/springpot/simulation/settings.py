@@ -132,17 +132,32 @@ def energy_time(oscillator: Oscillator) -> float:
     """
     frequency, barrier = oscillator.natural_frequency, oscillator.barrier
     elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
-    rate = 2.0 * averaging(elastic).decay_rate
+    rate = 2.0 * averaging(elastic).decay_rate / _slowing(oscillator)
     growth = 0.0
     if barrier is not None and barrier.restitution < 1.0:
         gap = max(0.0, -mirror(oscillator) * barrier.position)
         intensity = oscillator.excitation.intensity
         # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
         struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
-        impacts = 2.0 * averaging(replace(oscillator, barrier=Barrier(0.0, barrier.restitution))).decay_rate - rate
+        lossy = replace(oscillator, barrier=Barrier(0.0, barrier.restitution))
+        impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
         rate += struck * impacts
         growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
     return 1.0 / rate + growth if rate > 0.0 else math.inf
+
+
+def _slowing(oscillator: Oscillator) -> float:
+    """How much slower the springpot dissipates than averaging at Omega says: its stiffness raises the frequency to w.
+
+    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2), without a wall; a wall leaves less of that stiffness.  The springpot's
+    power goes like w^(alpha - 1), and it holds a part of the energy, alpha (w^2 - Omega^2) / (2 w^2).
+    """
+    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
+    in_phase = oscillator.springpot.coefficient * math.cos(0.5 * math.pi * order)
+    square = stiffness
+    for _ in range(60):  # contracts by alpha / 2 at least
+        square = stiffness + in_phase * math.pow(square, 0.5 * order)
+    return math.pow(square / stiffness, 0.5 * (1.0 - order)) * (1.0 + 0.5 * order * (1.0 - stiffness / square))
 
 
 def creep_time(oscillator: Oscillator) -> float:
