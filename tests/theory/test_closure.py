@@ -197,7 +197,7 @@ MONTE_CARLO = [
     ((0.3, 1, 0.7, 0), (2.17, 0.77962, 0.3206, 2.6568), (0.04, 0.02, 0.02, 0.055)),
     ((1, 0.3, 0.7, 0), (1.9856, 0.77621, 0.35443, 2.2233), (0.01, 0.01, 0.01, 0.015)),
     ((0.5, 0.3, 1, -0.5), (6.2429, 1.1341, 0.24972, 6.6073), (0.03, 0.02, 0.015, 0.02)),
-    ((0.5, 1, 1, -1), (1.4716, 0.19431, 0.080055, 1.8824), (0.05, 0.06, 0.06, 0.06)),
+    ((0.5, 1, 1, -1), (1.4716, 0.19431, 0.080055, 1.8824), (0.05, 0.06, 0.06, 0.12)),
     ((0.3, 1, 0.8, 0.5), (3.0513, 1.1839, 0.44528, 2.8364), (0.025, 0.015, 0.015, 0.035)),
     ((0.5, 1, 1, 1), (4.229, 1.6067, 0.56292, 2.5651), (0.02, 0.01, 0.01, 0.02)),
 ]
@@ -356,7 +356,7 @@ def test_correlation_of_a_dashpot():
     wd = math.sqrt(1 - 0.04)
     rho = np.exp(-0.2 * lag) * (np.cos(wd * lag) + 0.2 / wd * np.sin(wd * lag))
     folded = 2 / math.pi * (np.sqrt(1 - rho**2) + rho * np.arcsin(np.clip(rho, -1, 1)))
-    assert result.correlation(lag) == pytest.approx(1.25 * folded, rel=1e-6)
+    assert result.correlation(lag) == pytest.approx(1.25 * folded, rel=3e-6)
     loop = result._solution.loop
     assert unfolded_correlation(loop, lag) == pytest.approx(rho, abs=2e-6)
     assert folded_spectrum(loop, np.array([0.0]))[0] > 0.0
