@@ -180,12 +180,10 @@ def _handover(detail: int) -> tuple[float, float]:
 
 def _frequency_edges(resonance: float, decay: float) -> FloatArray:
     low = resonance * 2.0 ** np.arange(-_LOW, 0.0, 2.0)
-    high = resonance * 2.0 ** np.arange(2.0, _HIGH + 1.0, 2.0)
+    high = resonance * 2.0 ** np.concatenate([np.arange(1.0, 6.0), np.arange(6.0, _HIGH + 1.0, 2.0)])
     depth = max(1, math.ceil(math.log2(resonance / decay)))
     offsets = resonance / 2.0 * 2.0 ** -np.arange(0.0, depth + 1)
-    return np.unique(
-        np.concatenate([[0.0, resonance, 2.0 * resonance], low, resonance - offsets, resonance + offsets, high])
-    )
+    return np.unique(np.concatenate([[0.0, resonance], low, resonance - offsets, resonance + offsets, high]))
 
 
 def _near_edges(resonance: float, decay: float, first: float, end: float) -> FloatArray:
