@@ -184,3 +184,77 @@ def test_refusals_and_dictionary():
     assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE
     (warning,) = fokker_planck(oscillator(0.1, 0.18)).warnings
     assert "impact rate" in warning
+
+
+@pytest.mark.parametrize(("c", "position"), [(0.06, 0.0), (0.3, -1.0), (1.0, 0.5), (5.0, 0.0)])
+def test_densities_at_an_elastic_wall_are_exact(c, position):
+    asked = oscillator(c, 1.0, position)
+    result, truth, spread = fokker_planck(asked), exact(asked), math.sqrt(0.5 / c)
+    x = position + spread * np.array([-0.1, 0.0, 0.003, 0.03, 0.3, 1.0, 3.0, 50.0])
+    v = spread * np.linspace(-3, 3, 20)
+    peak_x, peak_v = (float(density(0.0 if density is truth.v_density else max(position, 0.0)))
+                      for density in (truth.x_density, truth.v_density))
+    np.testing.assert_allclose(result.x_density(x), truth.x_density(x), atol=2e-3 * peak_x)
+    np.testing.assert_allclose(result.x_density(x[3:]), truth.x_density(x[3:]), atol=5e-5 * peak_x)
+    np.testing.assert_allclose(result.v_density(v), truth.v_density(v), atol=1e-4 * peak_v)
+    joint = result.joint_density(x[:, None], v)
+    np.testing.assert_allclose(joint, truth.joint_density(x[:, None], v), atol=1e-3 * peak_x * peak_v)
+
+
+def panels(edges):
+    """Gauss nodes and weights on consecutive intervals."""
+    x, w = np.polynomial.legendre.leggauss(16)
+    low, half = np.array(edges[:-1]), np.diff(edges) / 2
+    return (low[:, None] + half[:, None] * (x + 1)).ravel(), (half[:, None] * w).ravel()
+
+
+@pytest.mark.parametrize(("c", "r", "position"), [(0.1, 0.5, 0.0), (0.3, 0.8, -1.0), (1.0, 0.7, 0.5)])
+def test_densities_have_the_moments(c, r, position):
+    """An independent check: the moments come from the flux at the wall, the densities from what happens beyond it."""
+    result = fokker_planck(oscillator(c, r, position))
+    far = 10 * math.sqrt(result.x_mean_square) + abs(position)
+    gap, weight = panels(far * np.array([0.0, 1e-3, 0.01, 0.05, 0.2, 0.5, 1.0]))
+    density = weight * result.x_density(position + gap)
+    assert density.sum() == pytest.approx(1.0, abs=7e-4)  # the maximum at the wall is cut off
+    assert density @ (position + gap) == pytest.approx(result.x_mean, rel=1e-3, abs=1e-3)
+    assert density @ (position + gap) ** 2 == pytest.approx(result.x_mean_square, rel=3e-4)
+    v, weight = np.concatenate([-gap, gap]), np.concatenate([weight, weight])
+    density = weight * result.v_density(v)
+    assert density.sum() == pytest.approx(1.0, abs=1e-5)
+    assert density @ v == pytest.approx(0.0, abs=2e-5)
+    assert density @ v**2 == pytest.approx(result.v_mean_square, rel=1e-4)
+    slices = result.joint_density(position + 0.4, v)
+    assert weight @ slices == pytest.approx(float(result.x_density(position + 0.4)), rel=1e-4)
+    assert (weight * v) @ slices == pytest.approx(0.0, abs=1e-5)  # no current through any place
+
+
+def test_joint_density_at_the_wall_carries_the_impacts():
+    result = fokker_planck(oscillator(0.3, 0.6))
+    u = np.array([0.2, 1.0, 2.5])
+    at_wall = result.joint_density(0.0, -u)
+    np.testing.assert_allclose(at_wall * u, result.impact_rate * result.impact_speed_density(u), rtol=1e-10)
+    np.testing.assert_allclose(result.joint_density(0.0, 0.6 * u), at_wall / 0.6**2, rtol=1e-10)
+    # it is continuous there
+    np.testing.assert_allclose(result.joint_density(0.06, -u[1:]), at_wall[1:], rtol=0.1)
+
+
+def test_densities_in_units_and_in_the_mirror():
+    base = fokker_planck(oscillator(0.4, 0.7, 0.3))
+    asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
+    scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
+    x, v = np.array([[0.1], [0.5], [1.2]]), np.array([-0.7, 0.4])
+    np.testing.assert_allclose(scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v),
+                               rtol=1e-8)
+    np.testing.assert_allclose(scaled.x_density(-x * length) * length, base.x_density(x), rtol=1e-8)
+    np.testing.assert_allclose(scaled.v_density(-v * speed) * speed, base.v_density(v), rtol=1e-8)
+    for density in (base.x_density, base.v_density):
+        assert density(1e200) == 0.0
+        with pytest.raises(TypeError, match="must be a real number"):
+            density("a")
+
+
+def test_impacts_tilt_the_density():
+    """A wall that takes speed leaves more mass at small speeds on its side, and slow flights away from it."""
+    result, elastic = fokker_planck(oscillator(0.1, 0.5)), fokker_planck(oscillator(0.1, 1.0))
+    assert float(result.v_density(0.5)) != pytest.approx(float(result.v_density(-0.5)), rel=0.05)
+    assert float(elastic.v_density(0.5)) == pytest.approx(float(elastic.v_density(-0.5)), rel=1e-3)

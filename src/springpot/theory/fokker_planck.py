@@ -19,7 +19,7 @@ itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import interpolate, optimize, special
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import real_array
+from springpot.theory.distributions import normal, real_array
 from springpot.theory.linear import dashpot_mean_squares
 from springpot.theory.result import Moments, NotCovered, Result
 
@@ -49,6 +49,9 @@ _LOWEST = 0.18  # of the restitution: slow impacts then count down to 1e-200 of 
 _REACH = f"The Fokker-Planck solution covers order 1 with a wall of restitution above exp(-pi/sqrt 3) = {COLLAPSE:.3f}"
 _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
+_NEAREST = 0.02  # distance to the wall, over the speed unit, down to which the joint density is computed
+_NEAREST_X = 0.001  # the same for the density of x
+_SHARP, _PANELS = 0.16, 32  # panels of time to a factor e: needed for a path known to 1, and at most
 _GAUSS = np.polynomial.legendre.leggauss(16)
 _EXPONENTIALS = 2_000_000  # evaluated at once
 
@@ -80,6 +83,11 @@ class _Problem:
     def spread(self) -> float:
         """Standard deviation of x and of v without the wall."""
         return math.sqrt(0.5 / self.c)
+
+    @property
+    def farthest(self) -> float:
+        """Where every density is below rounding."""
+        return 8.5 * self.spread + abs(self.wall)
 
 
 @dataclass(frozen=True)
@@ -157,6 +165,108 @@ class FokkerPlanck(Result):
         density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
         inside = (u >= 0.0) & (u <= impacts.speed[-1])
         return np.asarray(np.where(inside, density, 0.0) / (impacts.moment(0) * scale))
+
+    def x_density(self, displacement: ArrayLike) -> FloatArray:
+        """Density of x, in 1/m.
+
+        Parameters and errors are those of `impact_speed_density`, with x in m.  Within 0.001 sqrt(q / Omega^3) of the
+        wall, where slow impacts may raise a sharp maximum (infinite for r at most 0.5), the value at that distance
+        stands for it.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Barrier, Springpot
+        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
+        >>> fokker_planck(lossy).x_density([-0.1, 1.0]).round(3)
+        array([0.   , 0.451])
+        """
+        length = self._scale().length_scale
+        problem, x = self._problem, self._mirrored(displacement, "displacement") / length
+        gap = x - problem.wall
+        inside = (gap >= 0.0) & (gap <= problem.farthest)
+        nearest = _NEAREST_X * _speed_unit(problem)
+        points, where = np.unique(np.clip(gap, nearest, problem.farthest), return_inverse=True)
+        density = normal(problem.wall + points, problem.spread**2)
+        density += _response(problem, self._impacts, _x_form, problem.wall + points, float(points[0]), 16, 2)
+        density = np.maximum(density, 0.0)[where].reshape(x.shape)
+        return np.asarray(np.where(inside, density, 0.0) / length)
+
+    def v_density(self, velocity: ArrayLike) -> FloatArray:
+        """Density of the velocity, in s/m.
+
+        Parameters and errors are those of `impact_speed_density`, with v in m/s.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Barrier, Springpot
+        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
+        >>> fokker_planck(lossy).v_density([-0.5, 0.0, 0.5]).round(3)
+        array([0.281, 0.325, 0.321])
+        """
+        scale = self._scale().speed_scale
+        problem, v = self._problem, self._mirrored(velocity, "velocity") / scale
+        inside = np.abs(v) <= problem.farthest
+        points, where = np.unique(np.clip(v, -problem.farthest, problem.farthest), return_inverse=True)
+        density = normal(points, problem.spread**2)
+        density += _response(problem, self._impacts, _v_form, points, 0.0, 8, 4)
+        return np.asarray(np.where(inside, np.maximum(density, 0.0)[where].reshape(v.shape), 0.0) / scale)
+
+    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
+        """Density of (x, v), in s/m^2; the arguments are broadcast.
+
+        Parameters and errors are those of `impact_speed_density`, with x in m and v in m/s.  It takes 0.03 to 0.5 s
+        for each different displacement.  Very near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) it is
+        interpolated to its values there.  Good to 1e-3 of its maximum near the wall, 1e-4 elsewhere.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Barrier, Springpot
+        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
+        >>> fokker_planck(lossy).joint_density(0.5, [-1.0, 1.0]).round(3)
+        array([0.127, 0.157])
+        """
+        length, speed = self._scale().length_scale, self._scale().speed_scale
+        problem = self._problem
+        x, v = np.broadcast_arrays(
+            self._mirrored(displacement, "displacement") / length, self._mirrored(velocity, "velocity") / speed
+        )
+        gap = x - problem.wall
+        inside = (gap >= 0.0) & (gap <= problem.farthest) & (np.abs(v) <= problem.farthest)
+        density = np.zeros(x.shape)
+        for distance in np.unique(gap[inside]):
+            row = inside & (gap == distance)
+            density[row] = self._slice(float(distance), v[row])
+        return density / (length * speed)
+
+    def _slice(self, gap: float, v: FloatArray) -> FloatArray:
+        """Dimensionless joint density at one distance from the wall."""
+        problem = self._problem
+        swift = min(float(np.max(np.abs(v))), 4.0 * problem.spread)
+        # a path from the wall to (x, v) takes a time known to sqrt(gap / v^3) of itself
+        nearest = max(_NEAREST * _speed_unit(problem), (_SHARP / _PANELS) ** 2 * swift**3)
+        if gap < nearest:
+            share = gap / nearest
+            return np.asarray(share * self._slice(nearest, v) + (1.0 - share) * self._at_wall(v))
+
+        def form(problem: _Problem, time: FloatArray) -> _QuadraticForm:
+            return _QuadraticForm.at(problem, time, gap)
+
+        x = np.asarray(problem.wall + gap)
+        free = normal(x, problem.spread**2) * normal(v, problem.spread**2)
+        panels = max(4, math.ceil(_SHARP * math.sqrt(swift**3 / gap)))
+        return np.maximum(free + _response(problem, self._impacts, form, v, gap, 4, panels), 0.0)
+
+    def _at_wall(self, v: FloatArray) -> FloatArray:
+        """Dimensionless joint density at the wall: what arrives at u leaves at r u."""
+        struck = np.where(v < 0.0, -v, v / self._problem.r)
+        scale = self._scale().speed_scale
+        flux = self.impact_speed_density(struck * scale) * scale * self._impacts.moment(0)
+        return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self._problem.r**2))
+
+    def _mirrored(self, value: ArrayLike, name: str) -> FloatArray:
+        """The argument, mirrored where the mass moves below the wall."""
+        array, wall = real_array(value, name), self.oscillator.barrier
+        return -array if wall is not None and wall.side == "below" else array
 
     def to_dict(self) -> dict[str, object]:
         """The common dictionary of `Result.to_dict`, and both error estimates."""
@@ -349,7 +459,9 @@ def _kernel(problem: _Problem, grid: _Grid, u: FloatArray) -> FloatArray:
     some = u[first:]
     total = np.zeros((some.size, 2 * some.size))
     depart = np.concatenate([r * some, -some])
-    for time, weight in _panels(problem, grid):
+    start = math.log((_SMALL * unit) ** 2 / 60.0)
+    turn = math.log(min(0.3, 0.3 / problem.c))
+    for time, weight in _panels(problem, grid, start, turn, 1):
         form = _QuadraticForm.at(problem, time)
         arrive_grid, depart_grid = -some, depart
         back = ahead = None
@@ -369,13 +481,16 @@ def _kernel(problem: _Problem, grid: _Grid, u: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, math.sqrt(3.0) / (2.0 * math.pi) * limit, (u * u)[:, None] * difference))
 
 
-def _panels(problem: _Problem, grid: _Grid) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Nodes and weights of the integral over time, in blocks of times of like size."""
-    unit, c = _speed_unit(problem), problem.c
+def _panels(
+    problem: _Problem, grid: _Grid, start: float, turn: float, refine: int
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Nodes and weights of the integral over time: one block of early times, then blocks of times of like size.
+
+    The early panels, between the logarithms ``start`` and ``turn``, have length 1 / ``refine`` in ln t.
+    """
+    c = problem.c
     x, w = np.polynomial.legendre.leggauss(grid.nodes)
-    start = math.log((_SMALL * unit) ** 2 / 60.0)
-    turn = math.log(min(0.3, 0.3 / c))
-    edges = np.exp(np.linspace(start, turn, math.ceil(turn - start) + 1))
+    edges = np.exp(np.linspace(start, turn, math.ceil((turn - start) * refine) + 1))
     slowest = c / 2.0 if c < 2.0 else 1.0 / (c / 2.0 + math.sqrt((c / 2.0 - 1.0) * (c / 2.0 + 1.0)))
     last = grid.decay / slowest
     longest = grid.panel if c < 2.0 else last  # without oscillation there is nothing to follow
@@ -397,15 +512,128 @@ def _panels(problem: _Problem, grid: _Grid) -> Iterator[tuple[FloatArray, FloatA
 
 @dataclass(frozen=True)
 class _QuadraticForm:
-    """P_t(b, v | b, v') = height exp(-z' form z) with z = (v, v', 1), for many t."""
+    """A density of arrival = height exp(-z' form z) with z = (arrival, departure, 1), for many times."""
 
     form: FloatArray  # of shape (times, 3, 3)
     height: FloatArray
 
     @classmethod
-    def at(cls, problem: _Problem, time: FloatArray) -> _QuadraticForm:
-        """The form at these times; small times through integrals that do not cancel."""
-        c, wall = problem.c, problem.wall
+    def at(cls, problem: _Problem, time: FloatArray, gap: float = 0.0) -> _QuadraticForm:
+        """Of P_t(b + gap, v | b, v')."""
+        flow = _Flow.at(problem.c, time)
+        dx = _row(0.0 * time, -flow.kick, gap + problem.wall * flow.slip)
+        dv = _row(1.0 + 0.0 * time, -flow.kick_rate, problem.wall * flow.kick)
+        mixed = _product(dx, dv, flow.x_v)
+        form = _product(dx, dx, flow.v_v) + _product(dv, dv, flow.x_x) - mixed - mixed.transpose(0, 2, 1)
+        height = 1.0 / (2.0 * math.pi * np.sqrt(flow.determinant))
+        return cls(form / (2.0 * flow.determinant)[:, None, None], height)
+
+    @classmethod
+    def of_one(cls, line: FloatArray, variance: FloatArray) -> _QuadraticForm:
+        """Of one normal variable: the line is zero at its mean."""
+        return cls(_product(line, line, 0.5 / variance), 1.0 / np.sqrt(2.0 * math.pi * variance))
+
+    @property
+    def arrival_width(self) -> float:
+        """Smallest standard deviation in the arrival."""
+        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 0, 0])))
+
+    @property
+    def departure_width(self) -> float:
+        """Smallest standard deviation in the departure."""
+        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 1, 1])))
+
+    def integrate(self, weight: FloatArray, arrive: FloatArray, depart: FloatArray) -> FloatArray:
+        """Sum over the times of weight times the density, a row for each arrival, a column for each departure."""
+        total = np.zeros((arrive.size, depart.size))
+        features = np.stack([arrive**2, arrive, np.ones_like(arrive)])
+        chunk = max(1, _EXPONENTIALS // total.size)
+        for start in range(0, weight.size, chunk):
+            m = self.form[start : start + chunk]
+            size = weight[start : start + chunk] * self.height[start : start + chunk]
+            slope = 2.0 * (m[:, 0, 1, None] * depart + m[:, 0, 2, None])
+            rest = depart * (m[:, 1, 1, None] * depart + 2.0 * m[:, 1, 2, None]) + m[:, 2, 2, None]
+            factors = np.stack([np.broadcast_to(m[:, 0, 0, None], slope.shape), slope, rest], axis=2)
+            exponent = factors @ features  # times, departures, arrivals
+            np.exp(np.negative(exponent, out=exponent), out=exponent)
+            total += np.tensordot(size, exponent, axes=1).T
+        return total
+
+
+def _x_form(problem: _Problem, time: FloatArray) -> _QuadraticForm:
+    """Density of x at a time after leaving the wall, behind it included."""
+    flow = _Flow.at(problem.c, time)
+    return _QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick, problem.wall * (flow.slip - 1.0)), flow.x_x)
+
+
+def _v_form(problem: _Problem, time: FloatArray) -> _QuadraticForm:
+    """Density of v at a time after leaving the wall."""
+    flow = _Flow.at(problem.c, time)
+    return _QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick_rate, problem.wall * flow.kick), flow.v_v)
+
+
+def _row(arrival: FloatArray, departure: FloatArray, constant: FloatArray) -> FloatArray:
+    return np.stack([arrival, departure, constant], axis=1)
+
+
+def _product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
+    return np.asarray(factor[:, None, None] * a[:, :, None] * b[:, None, :])
+
+
+def _response(
+    problem: _Problem,
+    impacts: _Impacts,
+    form: Callable[[_Problem, FloatArray], _QuadraticForm],
+    arrive: FloatArray,
+    gap: float,
+    speeds: int,
+    panels: int,
+) -> FloatArray:
+    """What the impacts add to the free density: int dt of what they give back minus what they take.
+
+    Soon after an impact the mass is still near its straight path, and the grid must be dense enough to see it:
+    ``speeds`` times as dense as that of the impacts, with ``panels`` of times to a factor e.
+    """
+    unit, r = _speed_unit(problem), problem.r
+    fine = np.arange(max(-9.0, impacts.position[0]), impacts.position[-1], impacts.spacing / speeds)
+    speed, flux = unit * np.logaddexp(0.0, fine), np.exp(impacts.log_weight(fine)) / speeds
+    turn = math.log(min(2.0, 2.0 / problem.c))
+    first = math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / impacts.speed[-1] / 3.0)) if gap else math.log(1e-9)
+    total = np.zeros(arrive.size)
+    early = True
+    for time, weight in _panels(problem, _FINE, min(first, turn - 1.0), turn, panels):
+        if not early:
+            speed, flux = impacts.speed, impacts.weight
+        depart, signed = np.concatenate([r * speed, -speed]), np.concatenate([flux, -flux])
+        at_time, grid, back = form(problem, time), arrive, None
+        if not early:
+            few, ahead = _interpolation(-speed[-1], speed[-1], at_time.departure_width, depart)
+            if few.size < depart.size:
+                depart, signed = few, ahead.T @ signed
+            low, high = float(arrive.min()), float(arrive.max())
+            if high > low and (high - low) / at_time.arrival_width < arrive.size / 3.0:
+                grid, back = _interpolation(low, high, at_time.arrival_width, arrive)
+        part = at_time.integrate(weight, grid, depart) @ signed
+        total += part if back is None else back @ part
+        early = False
+    return total
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """Mean and covariance of the free motion after some times, exact at small times too."""
+
+    kick: FloatArray  # displacement after a unit speed
+    kick_rate: FloatArray  # its derivative
+    slip: FloatArray  # what a unit displacement has lost
+    x_x: FloatArray
+    x_v: FloatArray
+    v_v: FloatArray
+    determinant: FloatArray
+
+    @classmethod
+    def at(cls, c: float, time: FloatArray) -> _Flow:
+        """Closed forms; at small times, integrals that do not cancel."""
         kick, kick_rate, hold = _free(c, time)
         x_x, v_v = dashpot_mean_squares(c, time)
         x_v = kick**2 / 2.0
@@ -422,42 +650,7 @@ class _QuadraticForm:
             cross = h[:, :, None] * h_rate[:, None, :]
             cross = (cross - cross.transpose(0, 2, 1)) ** 2
             determinant[early] = np.einsum("ti,tj,tij->t", w, w, cross) / 2.0
-        zero = np.zeros_like(time)
-        dx = np.stack([zero, -kick, wall * slip], axis=1)
-        dv = np.stack([zero + 1.0, -kick_rate, wall * kick], axis=1)
-
-        def product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
-            return np.asarray(factor[:, None, None] * a[:, :, None] * b[:, None, :])
-
-        mixed = product(dx, dv, x_v)
-        form = product(dx, dx, v_v) + product(dv, dv, x_x) - mixed - mixed.transpose(0, 2, 1)
-        return cls(form / (2.0 * determinant)[:, None, None], 1.0 / (2.0 * math.pi * np.sqrt(determinant)))
-
-    @property
-    def arrival_width(self) -> float:
-        """Smallest standard deviation in v."""
-        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 0, 0])))
-
-    @property
-    def departure_width(self) -> float:
-        """Smallest standard deviation in v'."""
-        return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 1, 1])))
-
-    def integrate(self, weight: FloatArray, arrive: FloatArray, depart: FloatArray) -> FloatArray:
-        """Sum over the times of weight P_t(b, arrive | b, depart)."""
-        total = np.zeros((arrive.size, depart.size))
-        features = np.stack([arrive**2, arrive, np.ones_like(arrive)])
-        chunk = max(1, _EXPONENTIALS // total.size)
-        for start in range(0, weight.size, chunk):
-            m = self.form[start : start + chunk]
-            size = weight[start : start + chunk] * self.height[start : start + chunk]
-            slope = 2.0 * (m[:, 0, 1, None] * depart + m[:, 0, 2, None])
-            rest = depart * (m[:, 1, 1, None] * depart + 2.0 * m[:, 1, 2, None]) + m[:, 2, 2, None]
-            factors = np.stack([np.broadcast_to(m[:, 0, 0, None], slope.shape), slope, rest], axis=2)
-            exponent = factors @ features  # times, departures, arrivals
-            np.exp(np.negative(exponent, out=exponent), out=exponent)
-            total += np.tensordot(size, exponent, axes=1).T
-        return total
+        return cls(kick, kick_rate, slip, x_x, x_v, v_v, determinant)
 
 
 def _free(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
