@@ -19,8 +19,7 @@ cycle over 2 pi) diffuses.  What the springpot does, dimensionless (Omega = q = 
    takes back a share lambda^a / w^a.
 5. An impact takes (1-r^2)/2 of the square of the speed before it, which between impacts grows from r times that speed
    towards equilibrium with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if
-   undamped.  The flux of impacts is corrected for short returns, see `springpot.theory.envelope_impacts`, and
-   E[x] is the momentum (1+r) rate E|v| that the wall gives, an identity (the cycles' own mean agrees at r = 1).
+   undamped.  The flux of impacts is corrected for short returns, see `springpot.theory.envelope_impacts`.
 
 The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
 wall anywhere.  k0, m, beta and the share in 4 are found self-consistently.  Nothing is fitted to simulations.
@@ -32,7 +31,7 @@ at the cycle's period: -2.1, +4.0 %;  with 3: +1.8, +5.1 %;  with 1: +2.1, +4.4 
 -0.3, +2.2 %.  At c = 0.1, a = 0.5, 4 takes the error of <A^2> from +1.0 to 0.0 %.  Regressing the slow force on the
 amplitude, function by function instead of by one number, changed the rate by 1 % and did not settle for a >= 0.5
 (its force is singular at grazing).  Lossy walls, r = 0.5, a = 1, c = 0.3: <A^2> -7.0 % with 2/(1+r^2), -2.3 % with 5.
-  At r = 0.5, c = 0.01 the short returns take the rate from -17 to +2 %; the identity takes E[x] from +2.5 to +1 %.
+  At r = 0.5, c = 0.01 the short returns take the rate from -17 to +2 %.
 """
 
 from __future__ import annotations
@@ -56,7 +55,8 @@ __all__ = ["Envelope", "envelope"]
 
 FloatArray = NDArray[np.float64]
 
-_DEEPEST_PRELOAD = 1e3  # in units of sqrt(q / Omega^3); beyond it the table of phases ends
+_DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); beyond it cycles are minute beside it
+_STRONGEST = 3.0  # the largest c between orders 0 and 1, where the answer is already poor
 _LIGHT = 0.3  # the largest c at which every checked number is right within about 3 %
 _CHECKED = 1.0
 _NOT_SETTLED = 1e-3
@@ -367,7 +367,8 @@ def envelope(oscillator: Oscillator) -> Envelope:
     Parameters
     ----------
     oscillator : Oscillator
-        Any order, wall, restitution, or no wall; a preload up to 1000 sqrt(q / Omega^3).
+        Any order, wall, restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders
+        between 0 and 1.
 
     Returns
     -------
@@ -376,7 +377,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
     Raises
     ------
     NotCovered
-        If the preload is deeper, or the springpot so strong that cycles of different size cross.
+        If the preload is deeper, the springpot stronger, or cycles of different size cross.
     TypeError
         If ``oscillator`` is not an Oscillator.
 
@@ -424,13 +425,16 @@ def _scales(oscillator: Oscillator) -> _Scales:
 def _solve(oscillator: Oscillator, scales: _Scales) -> Balance:
     wall, element = oscillator.barrier, oscillator.springpot
     position = -math.inf if wall is None else scales.side * wall.position / scales.length
+    order, c = element.order, oscillator.dimensionless_coefficient
     if position > _DEEPEST_PRELOAD:
         raise NotCovered(
             f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {position:.3g}."
         )
+    if 0.0 < order < 1.0 and c > _STRONGEST:
+        raise NotCovered(f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, not {c:.3g}.")
     problem = Problem(
-        order=element.order if element.order > 0.0 else 1.0,
-        coefficient=oscillator.dimensionless_coefficient if element.order > 0.0 else 0.0,
+        order=order if order > 0.0 else 1.0,
+        coefficient=c if order > 0.0 else 0.0,
         position=position,
         restitution=1.0 if wall is None else wall.restitution,
     )
@@ -438,8 +442,8 @@ def _solve(oscillator: Oscillator, scales: _Scales) -> Balance:
         return balance(problem)
     except ValueError as crossing:
         raise NotCovered(
-            "The envelope covers springpots in whose mean field larger cycles enclose smaller ones, not "
-            f"c = C Omega^(alpha-2) = {oscillator.dimensionless_coefficient:.3g} with this wall."
+            "The envelope covers oscillators whose mean field settles on cycles that do not cross, not "
+            f"c = C Omega^(alpha-2) = {c:.3g} with a wall at {position:.3g} sqrt(q / Omega^3)."
         ) from crossing
 
 
@@ -470,8 +474,6 @@ def _at_rest(oscillator: Oscillator) -> Moments:
 def _moments(found: Balance, struck: Impacts | None, scales: _Scales) -> Moments:
     x_square, v_square = found.average(found.x_square), found.average(found.v_square)
     mean = found.average(found.mean) if math.isfinite(found.problem.position) else 0.0
-    if struck is not None and found.problem.restitution < 1.0:
-        mean = (1.0 + found.problem.restitution) * struck.rate * struck.speed_mean  # E[D^alpha x] is 0
     collapsing = found.problem.restitution <= COLLAPSE and found.average(found.rate) > 0.0
     return Moments(
         amplitude_mean_square=(x_square + scales.kappa * v_square) * scales.length**2,

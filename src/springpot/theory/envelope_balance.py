@@ -15,7 +15,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
-from springpot.theory.envelope_cycles import Cycles, harmonic_sum, make_cycles
+from springpot.theory.envelope_cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 
 __all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "balance"]
 
@@ -26,6 +26,7 @@ _FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
 _STEPS = 80
 _SETTLED = 1e-8
+_UNSETTLED = 0.02
 _STRIKING_PANELS = 9
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
@@ -229,6 +230,12 @@ def balance(problem: Problem) -> Balance:
     problem : Problem
         One that dissipates energy.
 
+    Raises
+    ------
+    ValueError
+        If cycles of different size cross, those of interest are too small beside a deep preload, or no fixed point is
+        found.
+
     Examples
     --------
     >>> found = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
@@ -236,19 +243,21 @@ def balance(problem: Problem) -> Balance:
     1.0
     """
     closure, reach = Closure(), _first_reach(problem)
-    change, tried = math.inf, 0
+    change = math.inf
     for steps in range(1, _STEPS + 1):
         found, fall = _sweep(problem, closure, reach)
         target = _close(found)
         change = _distance(closure, target)
         fits = 0.9 * _FAR < fall < 1.3 * _FAR
-        if change < _SETTLED and (fits or tried > 20):
+        if change < _SETTLED and fits:
             break
         if not fits:
-            tried += 1
-            reach *= min(max(math.sqrt(1.05 * _FAR / fall), 0.4), 2.5)
+            reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
         closure = target if steps < 20 else _between(closure, target)
-    return Balance(**{**found, "steps": steps, "change": change})  # type: ignore[arg-type]
+    settled = Balance(**{**found, "steps": steps, "change": change})  # type: ignore[arg-type]
+    if not fits or change > _UNSETTLED or float(settled.phase.min()) < 1.1 * SMALLEST_PHASE:
+        raise ValueError("the cycles of interest are out of reach, or their mean field does not settle.")
+    return settled
 
 
 def _first_reach(problem: Problem) -> float:
@@ -310,7 +319,7 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, 
     centre[:first] = rest
     wave = a * a * harmonic_sum(p, 0.0)
     x_square = mean**2 + wave / 2.0
-    v_square = 0.5 * (w * a) ** 2 * (1.0 - np.sinc(2.0 * p / math.pi))
+    v_square = 0.5 * (w * a) ** 2 * _missing_sinc(2.0 * p)
     speed = w * a * np.sin(p)
     speed[:first] = 0.0
     rate = w1 / (2.0 * math.pi)
@@ -368,6 +377,12 @@ def _shape(
         p[first:] = cycles.phase_at(np.maximum(above_rest / height, -0.5), slow_share)
         a[first:] = height / (2.0 * np.sin(p[first:] / 2.0) ** 2)
     return p, a
+
+
+def _missing_sinc(angle: FloatArray) -> FloatArray:
+    """1 - sin(angle) / angle, without cancellation."""
+    small = angle**2 / 6.0 * (1.0 - angle**2 / 20.0)
+    return np.where(angle < 0.01, small, 1.0 - np.sinc(angle / math.pi))
 
 
 def _before_impact(damping: FloatArray, r: float) -> FloatArray:

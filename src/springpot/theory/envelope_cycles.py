@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.interpolate import CubicSpline
 
-__all__ = ["Cycles", "harmonic_sum", "make_cycles"]
+__all__ = ["SMALLEST_PHASE", "Cycles", "harmonic_sum", "make_cycles"]
 
 FloatArray = NDArray[np.float64]
 
 _TERMS = 30  # of the series in u / 4: below 1e-16 at u = 1
-_SMALLEST_PHASE = 1e-5
+SMALLEST_PHASE = 1e-10
 _NEWTON_STEPS = 8
 
 
@@ -150,4 +150,4 @@ def make_cycles(order: float, stiffness: float) -> Cycles:
 
 @lru_cache(maxsize=1)
 def _phases() -> FloatArray:
-    return np.concatenate([np.geomspace(_SMALLEST_PHASE, 1.0, 160)[:-1], np.linspace(1.0, math.pi, 240)])
+    return np.concatenate([np.geomspace(SMALLEST_PHASE, 1.0, 220)[:-1], np.linspace(1.0, math.pi, 240)])

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
+from scipy.interpolate import PchipInterpolator
 
 from springpot.theory.envelope_balance import Balance
 
@@ -30,7 +31,7 @@ FloatArray = NDArray[np.float64]
 COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
 """Below this restitution, .163, the slow impacts are infinitely many (inelastic collapse)."""
 
-_POINTS = 240
+_POINTS = 180
 _DECADES = 4.0
 
 
@@ -74,10 +75,12 @@ def impacts(balance: Balance) -> Impacts | None:
     strike = slice(first, None)
     speed = before[strike]
     flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
-    v = speed[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
+    v = speed.max() * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
     step = math.log(v[1] / v[0])
     # towards 0 the flux falls in proportion to the speed
-    elastic_flux = v * np.exp(np.interp(np.log(v), np.log(speed), np.log(np.maximum(flux, 1e-300) / speed)))
+    rising = np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0
+    log_share = PchipInterpolator(np.log(speed[rising]), np.log(np.maximum(flux / speed, 1e-300)[rising]))
+    elastic_flux = v * np.exp(log_share(np.log(np.maximum(v, speed[0]))))
     n = elastic_flux
     if r < 1.0:
         turning = np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
