@@ -258,3 +258,18 @@ def test_impacts_tilt_the_density():
     result, elastic = fokker_planck(oscillator(0.1, 0.5)), fokker_planck(oscillator(0.1, 1.0))
     assert float(result.v_density(0.5)) != pytest.approx(float(result.v_density(-0.5)), rel=0.05)
     assert float(elastic.v_density(0.5)) == pytest.approx(float(elastic.v_density(-0.5)), rel=1e-3)
+
+
+@pytest.mark.parametrize(("c", "r", "position"), [
+    (0.02, 0.6, -10.0), (0.02, 0.9, 5.0), (0.005, 0.7, 0.0), (0.01, 1.0, 7.0),
+])
+def test_light_damping_with_a_wide_gap_or_a_preload(c, r, position):
+    result = fokker_planck(oscillator(c, r, position))
+    assert result.error_estimate < 3e-4
+    assert result.x_mean_square > result.x_mean**2
+    assert result.v_mean_square <= 0.5 / c * (1 + 1e-6)
+
+
+def test_an_answer_without_digits_is_refused():
+    with pytest.raises(NotCovered, match="keeps its digits, which it does not here: two grids differ"):
+        fokker_planck(oscillator(0.02, 0.3, 19.0))
