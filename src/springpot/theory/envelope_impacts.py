@@ -9,7 +9,10 @@ return speed u and time t after leaving at v0 is
 whose integral over t < t_c is elementary.  With K_r the law from r v and t_c the time to the turning point (later
 returns are the spring's), the flux N of the impact speeds is  N = N_long + K_r N.  With an elastic wall the envelope's
 own flux N_1 is the whole of it, so N_long = N_1 - K_1 N_1; for r < 1 the same long returns arrive:
-N = (1 - K_r)^-1 (1 - K_1) N_1, with the energy lost per unit of time kept.  Nothing is fitted.
+N = (1 - K_r)^-1 (1 - K_1) N_1, with the energy lost per unit of time kept.
+
+The limit t_c is a choice: at c = 0.01, r = 0.5 a third of the half period, the turning point and the half period give
++18, +24 and +31 % more impacts than the cycles, simulations +21 % (and a few slow ones that their step misses).
 """
 
 from __future__ import annotations
