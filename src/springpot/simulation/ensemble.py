@@ -208,7 +208,8 @@ def advance(
     stiffness = (oscillator.natural_frequency * made.time) ** 2
 
     sign, speed = mirror(oscillator), made.length / made.time
-    header = np.array([sign * made.length, sign * speed, made.time, oscillator.natural_frequency * made.time])
+    place = made.wall.position if isinstance(made.wall, Rigid) else 0.0
+    header = [sign * made.length, sign * speed, made.time, oscillator.natural_frequency * made.time, place, LANES]
     observed = [_room(observer, blocks) for observer in observers]
     adding = threading.Lock()
 
@@ -219,6 +220,7 @@ def advance(
             first = number * LANES
             for observer, array in zip(observers, arrays, strict=True):
                 array[len(HEADER) :] = observer.initial
+                array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
             block(
                 made.scheme, made.wall, made.load, made.memory, made.drive, made.start, stiffness,
                 skipped + first, settings.steps, low, high, k0, k1, stream, halved, listening,

@@ -307,7 +307,8 @@ def block(
         if watched:
             for lane in range(LANES):
                 _add(sums, found, lane)
-            watch(observers, seen.x, seen.v, scheme.step, n, low, high)
+            if n + GROUP > low and n < high:
+                watch(observers, seen.x, seen.v, scheme.step, n, low, high)
         for j in range(GROUP):
             if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                 for lane in range(LANES):

@@ -19,11 +19,12 @@ from springpot.simulation.lanes import GROUP, INLINE
 
 __all__ = ["HEADER", "HEAR", "NOBODY", "WATCH", "Ear", "Observers", "hear", "watch"]
 
-HEADER = ("length", "speed", "time", "frequency")
-"""First numbers of an observer's array: x, v and t of the kernel times these are x, v and t of the user.
+HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
+"""First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
 
 ``length`` and ``speed`` are negative for a wall above the motion, which the kernel sees as its mirror image;
-``frequency`` is Omega in the kernel's units.
+``frequency`` is Omega and ``wall`` the place of the wall (0 without one), both in the kernel's units; the lanes from
+``lanes`` on are no paths of the run.
 """
 
 _numbers = types.CPointer(types.float64)
@@ -80,9 +81,9 @@ _call_hear = _calling(len(HEAR.args) - 1, HEAR)
 
 @njit(**INLINE)
 def watch(observers, x, v, step, n, low, high):
-    """Show the observers four steps of all lanes."""
+    """Show the observers four steps of all lanes, first those in which the window begins."""
     for i in range(observers.watch.size):
-        if observers.watch[i] != 0 and n // GROUP % observers.every[i] == 0:
+        if observers.watch[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
             _call_watch(observers.watch[i], (x, v, step, n, low, high, observers.place[i]))
 
 

@@ -4,14 +4,16 @@ Each observer is compiled for itself and called by the kernel through its addres
 :mod:`springpot.simulation.listening`), so that none of them costs a new kernel, or a run that does not ask for it
 anything.
 
-Distributions are streaming sketches: counts in bins whose width is 1/32 of the octave they lie in (Masson, Rim and Lee,
-"DDSketch", PVLDB 12, 2019, with bins linear in each octave).  Bins do not depend on the data, so sketches of different
-paths are added exactly and in any order; a quantile is off by less than a bin, 3 % of its value, and by far less where
-the density is smooth, for it is interpolated.
+Distributions are streaming sketches: counts in bins whose width is 1/64 of the octave they lie in (Masson, Rim and Lee,
+"DDSketch", PVLDB 12, 2019, with bins linear in each octave).  Bins of x are counted from the wall.  They do not depend
+on the data, so sketches of different paths are added exactly and in any order; a quantile is interpolated in its bin,
+which leaves less than 0.1 % of it where the density is smooth.
 """
 
 from __future__ import annotations
 
+import inspect
+import keyword
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,7 +37,8 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 
 BATCHES = 64  # groups of paths whose counts are kept apart, for standard errors
-FIRST = len(HEADER)  # number of the header in an observer's array
+FIRST = len(HEADER)
+_LENGTH, _SPEED_UNIT, _TIME, _FREQUENCY, _WALL, _LANES = range(FIRST)
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign."""
@@ -45,12 +48,15 @@ SKETCHED = {
 }  # fmt: skip
 """Quantities whose distributions are estimated, their units and those of their densities."""
 
-_PARTS = 32  # bins in an octave
+_PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
 _BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
 _OFFSET = (127 + _LOWEST) * _PARTS - 1
 _SLOTS = {"x": 0, "v": 2 * _BINS, "amplitude": 4 * _BINS, "impact_speed": 5 * _BINS}
 _X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
+_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
+FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
+FEWEST_BATCHES = 10  # for a standard error that means something
 SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
 
 
@@ -83,59 +89,74 @@ class Observer:
 def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
     """Sum of a user's function: of (t, x, v) over the steps of the window, or of the speed over its impacts.
 
+    What the function captures is taken as it is when the run starts.
+
     Raises
     ------
     TypeError, ValueError
         If the name cannot be one, or the function is none or cannot be compiled.
     """
-    taken = {
-        *UNITS,
-        "x_spectrum",
-        *EXTREMES,
-        *(f"{word}_{part}" for word in SKETCHED for part in ("density", "quantile")),
-    }
-    if not isinstance(name, str) or not name.isidentifier():
-        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
-    if name in taken or name.removesuffix("_se") in taken:
-        raise ValueError(f"an observable cannot be called {name!r}: a run has a number of that name already.")
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
-    if not callable(function):
-        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}.")
+    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
+        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
+    if name in _taken() or name.endswith("_se"):
+        raise ValueError(f"an observable cannot be called {name!r}: a run has something of that name already.")
+    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
+        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
     try:
         compiled = (_watching if kind == "state" else _hearing)(function)
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
-            f"{str(reason).strip().splitlines()[0]}"
+            f"{_cause(reason)}"
         ) from reason
     watch, hear = (compiled, None) if kind == "state" else (None, compiled)
     return Observer(watch, hear, np.zeros(LANES), per_path=True)
 
 
-@cache
+def _taken() -> set[str]:
+    """Names of everything else in the results of a run."""
+    budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
+    sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
+    extreme = (f"{name}_quantile" for name in EXTREMES)
+    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
+    attributes = ("oscillator", "settings", "diagnostics", "warnings")
+    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *others, *attributes}
+
+
+def _cause(reason: Exception) -> str:
+    """The line of a compiler's message that says what is wrong."""
+    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
+    telling = [line for line in lines if any(word in line for word in _TELLING)]
+    return (telling or lines or [type(reason).__name__])[-1]
+
+
 def _watching(function: Callable[..., float]) -> Any:
     inner = njit(**INLINE)(getattr(function, "py_func", function))
 
     @cfunc(WATCH, **FAST)
     def watch(x, v, step, n, low, high, array):
-        length, speed, time = array[0], array[1], array[2]
+        length, speed, time = array[_LENGTH], array[_SPEED_UNIT], array[_TIME]
         for j in range(GROUP):
             if low <= n + j < high:
                 t = time * step * (n + j + 1)
                 for lane in range(LANES):
                     at = j * LANES + lane
-                    array[FIRST + lane] += inner(t, length * x[at], speed * v[at])
+                    so_far = array[FIRST + lane]
+                    array[FIRST + lane] = np.nan  # stays if the function raises
+                    array[FIRST + lane] = so_far + inner(t, length * x[at], speed * v[at])
 
     return watch
 
 
-@cache
 def _hearing(function: Callable[..., float]) -> Any:
     inner = njit(**INLINE)(getattr(function, "py_func", function))
 
     @cfunc(HEAR, **FAST)
     def hear(count, speed, lane, array):
-        array[FIRST + lane] += count * inner(abs(array[1]) * speed)
+        so_far = array[FIRST + lane]
+        array[FIRST + lane] = np.nan
+        array[FIRST + lane] = so_far + count * inner(abs(array[_SPEED_UNIT]) * speed)
 
     return hear
 
@@ -145,7 +166,7 @@ def _hearing(function: Callable[..., float]) -> Any:
 
 def extremes() -> Observer:
     """The EXTREMES of every path."""
-    initial = np.repeat([math.inf, -math.inf, 0.0, 0.0], LANES)
+    initial = np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES)
     watch, hear = _extreme_parts()
     return Observer(watch, hear, initial, per_path=True)
 
@@ -154,7 +175,7 @@ def extremes() -> Observer:
 def _extreme_parts() -> tuple[Any, Any]:
     @cfunc(WATCH, **FAST)
     def watch(x, v, step, n, low, high, array):
-        length, speed = array[0], abs(array[1])
+        length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
         for j in range(GROUP):
             if low <= n + j < high:
                 for lane in range(LANES):
@@ -167,7 +188,7 @@ def _extreme_parts() -> tuple[Any, Any]:
     @cfunc(HEAR, **FAST)
     def hear(count, speed, lane, array):
         at = FIRST + 3 * LANES + lane
-        array[at] = max(array[at], abs(array[1]) * speed)
+        array[at] = max(array[at], abs(array[_SPEED_UNIT]) * speed)
 
     return watch, hear
 
@@ -192,22 +213,27 @@ def sketches(group_in_time_scales: float) -> Observer:
 def sample_quantiles(samples: Floats, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Quantiles of independent samples, and their standard errors from the binomial law of the ranks.
 
+    NaN among the samples is left out.  So far in a tail that fewer than four samples lie beyond it there is no error.
+
     Examples
     --------
-    >>> at, error = sample_quantiles(np.arange(101.0), 0.5)
-    >>> float(at), round(float(error), 1)
-    (50.0, 5.0)
+    >>> at, error = sample_quantiles(np.arange(101.0), [0.5, 0.99])
+    >>> at, error.round(1)
+    (array([50., 99.]), array([ 5., nan]))
     """
     p = np.asarray(probability, dtype=float)
+    samples = samples[~np.isnan(samples)]
+    if samples.size == 0:
+        return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
     away = np.sqrt(p * (1.0 - p) / samples.size)
     low, at, high = np.quantile(samples, np.clip([p - away, p, p + away], 0.0, 1.0))
-    return at, 0.5 * (high - low)
+    return at, np.where(samples.size * p * (1.0 - p) < FEWEST_BEYOND, np.nan, 0.5 * (high - low))
 
 
 @njit(**INLINE)
 def _bin(value):
     """Bin of a value without sign, by the bits of its single-precision number."""
-    place = (bits_of(f32(value)) >> i32(18)) - i32(_OFFSET)
+    place = (bits_of(f32(value)) >> i32(17)) - i32(_OFFSET)
     return min(max(place, i32(0)), i32(_BINS - 1))
 
 
@@ -217,16 +243,18 @@ def _sketch_parts() -> tuple[Any, Any]:
     def watch(x, v, step, n, low, high, array):
         j = max(low - n, 0)
         if n + j < min(high, n + GROUP):
-            for lane in range(LANES):
+            for lane in range(int(array[_LANES])):
                 here, speed = x[j * LANES + lane], v[j * LANES + lane]
-                array[_X + _bin(abs(here)) + (_BINS if here < 0.0 else 0)] += 1.0
+                away = here - array[_WALL]
+                array[_X + _bin(abs(away)) + (_BINS if away < 0.0 else 0)] += 1.0
                 array[_V + _bin(abs(speed)) + (_BINS if speed < 0.0 else 0)] += 1.0
-                reach = speed / array[3]
+                reach = speed / array[_FREQUENCY]
                 array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
 
     @cfunc(HEAR, **FAST)
     def hear(count, speed, lane, array):
-        array[_SPEED + _bin(speed)] += count
+        if lane < array[_LANES]:
+            array[_SPEED + _bin(speed)] += count
 
     return watch, hear
 
@@ -307,7 +335,7 @@ class Distribution:
     def _error(self, counts: Floats) -> Floats:
         """Standard error of sums of counts over all samples: batches are independent, and their sizes counted too."""
         batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)
-        if batches.size < 2:
+        if batches.size < FEWEST_BATCHES:
             return np.full(counts.shape[1:], np.nan)
         share = counts.sum(axis=0) / self.size
         apart = counts[self.counts.sum(axis=1) > 0.0] - share * batches.reshape(-1, *(1,) * (counts.ndim - 1))
@@ -315,7 +343,7 @@ class Distribution:
 
 
 def distributions_in(
-    counts: Floats, *, length: float, speed: float, sign: float, wall: float | None
+    counts: Floats, *, length: float, speed: float, sign: float, wall: float
 ) -> dict[str, Distribution]:
     """The distributions that `sketches` has counted.
 
@@ -326,8 +354,8 @@ def distributions_in(
         The kernel's units.
     sign : float
         -1 if the kernel saw the mirror image.
-    wall : float or None
-        Place of the wall in m: no bin of x reaches behind it.
+    wall : float
+        Place of the wall in m, from which x is counted; 0 without one.
     """
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
@@ -344,7 +372,5 @@ def distributions_in(
         taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
         if scale[name] < 0.0:
             taken, edges = taken[:, ::-1], edges[::-1]
-        if name == "x" and wall is not None:
-            edges = np.maximum(edges, wall) if sign > 0.0 else np.minimum(edges, wall)
-        found[name] = Distribution(*units, edges, taken)
+        found[name] = Distribution(*units, edges + wall if name == "x" else edges, taken)
     return found

@@ -186,8 +186,22 @@ def bounce(scheme: Any, wall: Any, x: Any, v: Any, ear: Any, lane: Any, before: 
     raise NotImplementedError
 
 
+_ANSWERED: set[tuple[object, ...]] = set()
+
+
 def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register a function as the answer to ``question`` for parts of these types (its first arguments)."""
+    """Register a function as the answer to ``question`` for parts of these types (its first arguments).
+
+    Raises
+    ------
+    ValueError
+        If parts of these names and fields have an answer already: compiled code tells types apart by name and fields.
+    """
+    alike = (question, *((kind.__name__, getattr(kind, "_fields", ())) for kind in kinds))
+    if alike in _ANSWERED:
+        names = ", ".join(kind.__name__ for kind in kinds)
+        raise ValueError(f"{question.__name__} of {names} is answered already: give the part another name.")
+    _ANSWERED.add(alike)
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
         names = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])

@@ -32,7 +32,7 @@ from springpot.simulation.settings import (
 )
 from springpot.simulation.spectral import Spectrum
 from springpot.simulation.statistics import estimates, standard_error
-from springpot.simulation.watched import Observable, Watched
+from springpot.simulation.watched import Observable, watched
 from springpot.units import UNITS
 
 if TYPE_CHECKING:
@@ -200,28 +200,35 @@ def run(
             raise TypeError(f"there is no argument {name!r}; there are {', '.join(sorted(Options.__annotations__))}.")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
-    watched = Watched(observables or {}, impact_observables or {}, distributions, spectrum)
     if rtol is not None:
-        if watched.anything:
+        if observables or impact_observables or distributions or spectrum is not None:
             raise ValueError(
                 "observables, distributions and a spectrum cannot be given with rtol, which controls moments only."
             )
         return _run_to(oscillator, rtol, quantities, progress, given)
     settings = resolve(oscillator, **given)
-    observers = watched.observers(oscillator, settings)
+    watching = watched(
+        oscillator,
+        settings,
+        observables=observables,
+        impact_observables=impact_observables,
+        distributions=distributions,
+        spectrum=spectrum,
+    )
     begun = time.perf_counter()
     adapted = None
     if settings.start == "stationary":
         adapted = adapt(oscillator, settings)
         settings = replace(settings, initial_position=adapted.position)
     made = tables(oscillator, settings)
-    ensemble = advance(oscillator, settings, made, observers=observers, progress=progress)
+    ensemble = advance(oscillator, settings, made, observers=watching.observers, progress=progress)
     values, errors = estimates(oscillator, settings, made, ensemble.rows)
-    for name, samples in watched.means(settings, ensemble).items():
-        values[name], errors[name] = float(samples.mean()), standard_error(samples)
     if adapted is not None:
         owed = owed_to_the_start(oscillator, settings, adapted, values)
         errors = {name: math.hypot(error, owed[name]) for name, error in errors.items()}
+    observed = watching.read(oscillator, settings, made, ensemble)
+    for name, samples in observed.means.items():
+        values[name], errors[name] = float(samples.mean()), standard_error(samples)
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -232,12 +239,17 @@ def run(
         warnings=(
             *_warnings(oscillator, settings, adapted, values, errors, _drift(ensemble.rows)),
             *_about_slow_impacts(oscillator, settings),
+            *(
+                f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
+                for name in observed.means
+                if not math.isfinite(values[name])
+            ),
         ),
         time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
         record=mirror(oscillator) * ensemble.record,
-        distributions=watched.sketched(oscillator, made, ensemble),
-        extremes=watched.extremes(ensemble),
-        spectrum=watched.spectrum_found(settings, ensemble),
+        distributions=observed.distributions,
+        extremes=observed.extremes,
+        spectrum=observed.spectrum,
     )
 
 
@@ -328,8 +340,8 @@ def simulate(
         ``contact_tolerance`` of the wall or beyond it and moves towards it).
     start : {"rest", "stationary"}
         ``"rest"`` starts from x(0) and x'(0); ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs,
-        so that the springpot has no transient of the mean to remember; the standard errors then include a bound on what
-        they owe to the sampling error of x(0).
+        so that the springpot has no transient of the mean to remember; the standard errors of the moments then include
+        a bound on what they owe to the sampling error of x(0).
     initial_position, initial_velocity : float
         x(0) in m and x'(0) in m/s; x(0) is the equilibrium, or the wall if that lies behind it, if left out.
     derivative : {"caputo", "riemann-liouville"}

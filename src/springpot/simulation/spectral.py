@@ -25,8 +25,9 @@ from springpot.simulation.settings import Settings
 
 __all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
 
-MOST_SUMS = 100_000_000  # numbers kept, 0.8 GB
-SAMPLES_PER_CYCLE = 12  # of the highest frequency, at least; what lies beyond half of that folds back
+MOST_SUMS = 30_000_000  # numbers kept, 0.24 GB; about four times as much while they are evaluated
+SAMPLES_PER_CYCLE = 12  # of the shortest time scale and the highest frequency; what lies beyond half of that folds back
+FEWEST_CYCLES = 2.0  # of the lowest frequency in the window
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,13 +50,13 @@ class Spectrum:
     resolution: float
 
 
-def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings) -> Floats:
-    """The frequencies as an array.
+def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest: float) -> Floats:
+    """The frequencies as an array; ``fastest`` is the fastest rate of the problem, in 1/s.
 
     Raises
     ------
     TypeError, ValueError
-        If they are no positive numbers, too many, or too high for the step.
+        If they are no positive numbers, too many, too high for the step or too low for the window.
     """
     try:
         given = [finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True) for w in frequencies]  # type: ignore[union-attr]
@@ -64,29 +65,32 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings) -> Float
     if not given:
         raise ValueError("spectrum must hold at least one frequency.")
     found = np.array(given)
-    if 2 * found.size * settings.paths > MOST_SUMS:
+    if (3 * found.size + 1) * settings.paths > MOST_SUMS:
         raise ValueError(
             f"spectrum asks for {found.size} frequencies of {settings.paths} paths; at most "
-            f"{MOST_SUMS // (2 * settings.paths)} frequencies are kept for so many paths."
+            f"{MOST_SUMS // (3 * settings.paths)} frequencies are kept for so many paths."
         )
-    if (highest := float(found.max())) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
+    length = settings.window[1] - settings.window[0]
+    if (lowest := float(found.min())) * length < FEWEST_CYCLES * 2.0 * math.pi:
         raise ValueError(
-            f"spectrum goes up to {highest:g} rad/s, too high for a step of {settings.step:g} s: use a step of at most "
+            f"spectrum goes down to {lowest:g} rad/s, too low for a window of {length:g} s: average over at least "
+            f"{FEWEST_CYCLES * 2.0 * math.pi / lowest:.3g} s."
+        )
+    if (highest := max(float(found.max()), fastest)) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
+        raise ValueError(
+            f"spectrum has to resolve {highest:g} rad/s, too fast for a step of {settings.step:g} s: use at most "
             f"{2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
         )
     return found
 
 
-def spectral(frequencies: Floats, settings: Settings) -> Observer:
+def spectral(frequencies: Floats, settings: Settings, fastest: float) -> Observer:
     """Fourier sums of each path at frequencies in rad/s."""
-    every = _every(frequencies, settings)
+    spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
+    every = max(1, int(spacing / (GROUP * settings.step)))
     turns = np.repeat(frequencies * settings.step, LANES)  # of one step
     initial = np.concatenate([turns, np.zeros((2 * frequencies.size + 1) * LANES)])
     return Observer(_spectral_part(frequencies.size), None, initial, per_path=True, every=every)
-
-
-def _every(frequencies: Floats, settings: Settings) -> int:
-    return max(1, int(2.0 * math.pi / SAMPLES_PER_CYCLE / (float(frequencies.max()) * GROUP * settings.step)))
 
 
 @cache
@@ -111,16 +115,19 @@ def _spectral_part(count: int) -> Any:
     return watch
 
 
-def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats) -> Spectrum:
+def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: int) -> Spectrum:
     """The spectrum that `spectral` has summed.
 
     Parameters
     ----------
     sums : ndarray, shape (paths, 3 * n + 1)
+    every : int
+        Groups of steps between two samples.
     """
-    count, spacing = frequencies.size, GROUP * _every(frequencies, settings)
+    count, spacing = frequencies.size, GROUP * every
     low, high = settings.window_steps
-    n = np.arange(-(-low // spacing) * spacing, high, spacing)
+    n = np.arange(low // GROUP * GROUP, high, spacing)
+    n = n[n >= low]
     taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
     turned = np.exp(-1j * np.outer(n + 1.0, frequencies * settings.step)).T @ taper
     paths = sums[:, count : 2 * count] + 1j * sums[:, 2 * count : 3 * count]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -23,82 +23,117 @@ from springpot.simulation.observers import (
 from springpot.simulation.settings import Settings, fastest_rate, mirror
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
-__all__ = ["Observable", "Watched"]
+__all__ = ["Observable", "Observed", "Watched", "watched"]
 
 Observable = Callable[..., float]
+Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Watched:
-    """What is observed beside the moments: the user's functions, then sketches and extremes, then the spectrum."""
+    """The observers of a run, compiled: the user's functions, then sketches and extremes, then the spectrum.
 
-    observables: Mapping[str, Observable]
-    impact_observables: Mapping[str, Observable]
-    distributions: bool
-    spectrum: npt.ArrayLike | None
+    Attributes
+    ----------
+    observables, impact_observables : dict
+        Names and observers.
+    distributions : tuple of Observer
+        Sketches and extremes, or nothing.
+    frequencies : ndarray
+        In rad/s; empty without a spectrum.
+    spectrum : tuple of Observer
+        One, or nothing.
+    """
 
-    def __post_init__(self) -> None:
-        for name in ("observables", "impact_observables"):
-            if not isinstance(getattr(self, name), Mapping):
-                raise TypeError(f"{name} must be a dict of names and functions, not {getattr(self, name)!r}.")
-        if both := set(self.observables) & set(self.impact_observables):
-            raise ValueError(f"{min(both)!r} cannot name an observable and an impact observable at once.")
-        if not isinstance(self.distributions, bool):
-            raise TypeError(f"distributions must be True or False, not {self.distributions!r}.")
+    observables: Mapping[str, Observer]
+    impact_observables: Mapping[str, Observer]
+    distributions: tuple[Observer, ...]
+    frequencies: Floats
+    spectrum: tuple[Observer, ...]
 
     @property
-    def anything(self) -> bool:
-        """Whether there is anything to observe."""
-        return bool(self.observables or self.impact_observables or self.distributions or self.spectrum is not None)
-
-    def observers(self, oscillator: Oscillator, settings: Settings) -> tuple[Observer, ...]:
-        """The observers, compiled.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a function cannot be compiled or a frequency is none.
-        """
-        group = GROUP * settings.step * fastest_rate(oscillator)
-        frequencies = None if self.spectrum is None else checked_frequencies(self.spectrum, settings)
+    def observers(self) -> tuple[Observer, ...]:
+        """All of them, in the order in which `read` finds what they left."""
         return (
-            *(mean_of(name, function, "state") for name, function in self.observables.items()),
-            *(mean_of(name, function, "impact") for name, function in self.impact_observables.items()),
-            *((sketches(group), extremes()) if self.distributions else ()),
-            *(() if frequencies is None else (spectral(frequencies, settings),)),
-        )
+            *self.observables.values(), *self.impact_observables.values(), *self.distributions, *self.spectrum,
+        )  # fmt: skip
 
-    def means(self, settings: Settings, found: Ensemble) -> dict[str, npt.NDArray[np.float64]]:
-        """Of each observable what every path contributes: a mean over the window, or a sum of impacts per second."""
+    def read(self, oscillator: Oscillator, settings: Settings, made: Tables, found: Ensemble) -> Observed:
+        """What the observers have left after a run."""
+        left = iter(found.observed)
         low, high = settings.window_steps
-        over = [high - low] * len(self.observables) + [(high - low) * settings.step] * len(self.impact_observables)
-        names = [*self.observables, *self.impact_observables]
-        return {name: sums[:, 0] / n for name, sums, n in zip(names, found.observed, over, strict=False)}
+        means = {name: next(left)[:, 0] / (high - low) for name in self.observables}
+        means |= {name: next(left)[:, 0] / ((high - low) * settings.step) for name in self.impact_observables}
+        counted: dict[str, Distribution] = {}
+        per_path: dict[str, Floats] = {}
+        if self.distributions:
+            counted = distributions_in(
+                next(left),
+                length=made.length,
+                speed=made.length / made.time,
+                sign=mirror(oscillator),
+                wall=0.0 if oscillator.barrier is None else oscillator.barrier.position,
+            )
+            largest = next(left)
+            # what was never seen, the speed of no impact, is no number
+            per_path = dict(zip(EXTREMES, np.where(np.isfinite(largest), largest, np.nan).T, strict=True))
+        spectrum = None
+        if self.spectrum:
+            spectrum = spectrum_in(self.frequencies, settings, next(left), self.spectrum[0].every)
+        return Observed(means, counted, per_path, spectrum)
 
-    def sketched(self, oscillator: Oscillator, made: Tables, found: Ensemble) -> dict[str, Distribution]:
-        """By name, if they were asked for."""
-        if not self.distributions:
-            return {}
-        return distributions_in(
-            found.observed[self._first_sketch],
-            length=made.length,
-            speed=made.length / made.time,
-            sign=mirror(oscillator),
-            wall=None if oscillator.barrier is None else oscillator.barrier.position,
-        )
 
-    def extremes(self, found: Ensemble) -> dict[str, npt.NDArray[np.float64]]:
-        """By name, if they were asked for."""
-        if not self.distributions:
-            return {}
-        return dict(zip(EXTREMES, found.observed[self._first_sketch + 1].T, strict=True))
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What observers have left.
 
-    def spectrum_found(self, settings: Settings, found: Ensemble) -> Spectrum | None:
-        """The spectrum, if it was asked for."""
-        if self.spectrum is None:
-            return None
-        return spectrum_in(checked_frequencies(self.spectrum, settings), settings, found.observed[-1])
+    Attributes
+    ----------
+    means : dict
+        Of each observable what every path contributes: its mean over the window, or its sum over impacts per second.
+    distributions : dict
+    extremes : dict
+    spectrum : Spectrum or None
+        As in `springpot.simulation.Run`.
+    """
 
-    @property
-    def _first_sketch(self) -> int:
-        return len(self.observables) + len(self.impact_observables)
+    means: dict[str, Floats]
+    distributions: dict[str, Distribution] = field(default_factory=dict)
+    extremes: dict[str, Floats] = field(default_factory=dict)
+    spectrum: Spectrum | None = None
+
+
+def watched(
+    oscillator: Oscillator,
+    settings: Settings,
+    *,
+    observables: Mapping[str, Observable] | None,
+    impact_observables: Mapping[str, Observable] | None,
+    distributions: bool,
+    spectrum: npt.ArrayLike | None,
+) -> Watched:
+    """Check and compile what a caller wants observed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        One sentence, before any work: a name that cannot be one, a function that cannot be compiled, a frequency that
+        is none.
+    """
+    state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
+    for name, given in (("observables", state), ("impact_observables", impact)):
+        if not isinstance(given, Mapping):
+            raise TypeError(f"{name} must be a dict of names and functions, not {given!r}.")
+    if both := [name for name in state if name in impact]:
+        raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
+    if not isinstance(distributions, bool):
+        raise TypeError(f"distributions must be True or False, not {distributions!r}.")
+    fastest = fastest_rate(oscillator)
+    frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
+    return Watched(
+        observables={name: mean_of(name, function, "state") for name, function in state.items()},
+        impact_observables={name: mean_of(name, function, "impact") for name, function in impact.items()},
+        distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),
+        frequencies=frequencies,
+        spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
+    )
