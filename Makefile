@@ -19,8 +19,9 @@ $(UV):
 
 setup: .venv/.made  ## make the environment
 
-figures: setup  ## reproduce the paper into figures/
+figures: setup  ## reproduce the paper into figures/, and draw the validity map
 	$(RUN)/springpot reproduce all --out figures
+	$(RUN)/springpot validity --out figures
 
 lint: setup  ## style, types, spelling
 	$(RUN)/ruff check .

@@ -49,6 +49,7 @@ ABOUT = {
     "one block": "Cost against the number of steps N, with a fixed memory and with the memory that N asks for.",
     "memory held": "What a run holds per path, for two lengths.",
     "the command": "`springpot simulate`, first with empty caches and then again.",
+    "one oscillator": "Stationary moments of one oscillator by each method, warm, on one core.",
     "machine": "What it was measured with.",
 }  # fmt: skip
 

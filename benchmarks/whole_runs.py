@@ -7,17 +7,18 @@ import subprocess
 import sys
 import tempfile
 import tracemalloc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from benchmarks.kernels import MODES, block_cpu, parts_of
-from benchmarks.measure import Row, best_wall, exponent
-from springpot import Oscillator, Springpot
+from benchmarks.measure import Row, best_cpu, best_wall, exponent
+from springpot import Barrier, Oscillator, Springpot
 from springpot.processors import threads_available
 from springpot.simulation import Run, run
 from springpot.simulation.lanes import LANES
+from springpot.theory import Result, averaging, closure, envelope, exact, fokker_planck
 
-__all__ = ["asked_error", "cost_of_length", "start_up"]
+__all__ = ["asked_error", "cost_of_length", "start_up", "theory"]
 
 _SHORT = 5.0  # s; shorter runs are measured again
 
@@ -91,6 +92,31 @@ def _command(folder: str, quick: bool) -> None:
         env={**os.environ, "NUMBA_CACHE_DIR": folder, "SPRINGPOT_CACHE_DIR": folder},
         check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
+
+
+def theory(quick: bool) -> list[Row]:
+    """Rows of the section on theory."""
+    section = "one oscillator by theory, without dice"
+    wall = Barrier(-0.5, 0.8)
+    cases: dict[str, tuple[Callable[[Oscillator], Result], Oscillator]] = {
+        "averaging": (averaging, Oscillator()),
+        "envelope": (envelope, Oscillator(barrier=wall)),
+        "closure": (closure, Oscillator(barrier=wall)),
+        "Fokker-Planck": (fokker_planck, Oscillator(springpot=Springpot(1.0, 0.5), barrier=wall)),
+        "exact": (exact, Oscillator(barrier=None)),
+    }
+    rows = []
+    for name, (solve, oscillator) in cases.items():
+        work = partial(solve, oscillator)
+        work()
+        rows.append(Row(section, name, 1e3 * best_cpu(work, 1 if quick else 7), "ms CPU", note=_asked(oscillator)))
+    return rows
+
+
+def _asked(oscillator: Oscillator) -> str:
+    wall = oscillator.barrier
+    place = "no wall" if wall is None else f"b = {wall.position:g}, r = {wall.restitution:g}"
+    return f"alpha = {oscillator.springpot.order:g}, c = {oscillator.dimensionless_coefficient:g}, {place}; warm"
 
 
 def start_up(quick: bool) -> list[Row]:

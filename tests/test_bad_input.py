@@ -257,12 +257,14 @@ def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.C
         ("simulate --pahts 3", "there is no flag --pahts; did you mean --paths?"),
         ("reproduce fig3", "WHAT must be 'fig1', 'fig2', 'errata' or 'all', not 'fig3'."),
         ("simulat", "there is no command 'simulat'; did you mean simulate?"),
-        ("nonsense", "there is no command 'nonsense': the commands are theory, simulate, doctor and reproduce."),
+        (
+            "nonsense",
+            "there is no command 'nonsense': "
+            "the commands are theory, compare, simulate, doctor, reproduce and validity.",
+        ),
     ],
 )
-def test_bad_usage_says_what_would_be_right(
-    words: str, sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_usage_says_what_would_be_right(words: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(words.split()) == 2
     assert capsys.readouterr() == ("", f"springpot: {sentence}\n")
 

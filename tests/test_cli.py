@@ -129,9 +129,13 @@ def test_theory_states_where_it_has_no_answer(flags: list[str], capsys: pytest.C
 def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["theory"]) == 0
     out, _ = capsys.readouterr()
-    assert "averaging: " in out
-    assert "amplitude_mean_square" in out
-    assert "2.2963 m2" in out
+    rows = {line.split()[0]: line.split()[1:] for line in out.splitlines() if line.startswith("  ")}
+    methods = out.splitlines()[0].split()
+    assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_shifted"]
+    assert rows["amplitude_mean_square"][:2] == ["2.2963", "2.2963"]
+    assert rows["amplitude_mean_square"][-1] == "m2"
+    assert out.splitlines()[-1] in ("* recommended here: closure", "* recommended here: envelope")
+    assert "fokker_planck: The Fokker-Planck solution covers order 1" in out
 
 
 def test_theory_does_without_a_compiler() -> None:
@@ -262,7 +266,7 @@ def test_a_real_run_to_an_error_asked_for(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["simulate", "--paths", "200", "--duration", "5", "--step", "0.02", "--distributions"]
+    words = ["simulate", "--paths", "700", "--duration", "5", "--step", "0.02", "--distributions"]
     assert cli.main(words) == 0
     rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.startswith("  ")}
     assert "5 %" in rows["quantile"]

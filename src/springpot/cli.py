@@ -22,6 +22,7 @@ from dataclasses import asdict, dataclass, fields
 from decimal import Decimal
 from inspect import signature
 from itertools import zip_longest
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
@@ -122,23 +123,88 @@ _Threads = Annotated[_Whole | None, Parameter(help="Threads; all that this proce
 
 @app.command
 def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
-    """Closed-form answers: stochastic averaging, as the paper prints it and as corrected."""
+    """Answers without dice: every method side by side, their warnings, and the one to trust here."""
     oscillator = flags.oscillator()
     with leave_at_once():
         from springpot.theory import all_methods
         from springpot.units import UNITS
 
-    answers = all_methods(oscillator)
+    found = all_methods(oscillator)
     if json_:
-        _print_json({"oscillator": asdict(oscillator), **answers})
+        _print_json({"oscillator": asdict(oscillator), **found})
         return 0
-    units = {**UNITS, "decay_rate": "s-1"}
+    best = found.pop("recommended")
+    answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
     for sentence, methods in _by_sentence(answers).items():
         _say(f"warning: {' and '.join(methods)}: {sentence}")
-    for method, answer in answers.items():
-        print(f"{method}: {answer.get('statement') or 'stationary state'}")
-        known = {name: unit for name, unit in units.items() if _is_number(answer.get(name))}
-        _print_table([[name, f"{answer[name]:.5g} {unit}"] for name, unit in known.items()])
+    silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
+    shown = {name: answer for name, answer in answers.items() if name not in silent}
+    units = {name: unit for name, unit in {**UNITS, "decay_rate": "s-1"}.items() if name in _names(shown)}
+    rows = [
+        [name, *(f"{answer[name]:.5g}" if _is_number(answer.get(name)) else "" for answer in shown.values()), unit]
+        for name, unit in units.items()
+    ]
+    _print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
+    for name, statement in silent.items():
+        print(f"{name}: {statement}")
+    print(f"* recommended here: {best}" if best else "no method has an answer here.")
+    return 0
+
+
+@app.command
+def compare(
+    *,
+    flags: _Flags = _OscillatorFlags(),
+    rtol: Annotated[float, Parameter(group=_MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
+    seed: Annotated[_Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
+    threads: Annotated[_Threads, Parameter(group=_MONTE_CARLO)] = None,
+    plot: Annotated[
+        str | None,
+        Parameter(metavar="FILE", help="PNG to draw densities and spectra of theory and Monte Carlo into."),
+    ] = None,
+    json_: _Json = False,
+) -> int:
+    """Theory beside Monte Carlo: the gap of each method in per cent and in standard errors."""
+    oscillator = flags.oscillator()
+    with leave_at_once():
+        from springpot.comparison import compare as set_side_by_side
+        from springpot.comparison import observe
+        from springpot.theory.result import MOMENTS
+        from springpot.units import UNITS
+
+    if plot is not None:
+        _check_writable(plot)
+    with _Bar("simulating", first="finding the stationary start") as bar:
+        found = set_side_by_side(oscillator, rtol=rtol, seed=seed, threads=threads, progress=bar)
+        observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
+    for sentence in found.simulation.warnings:
+        _say(f"warning: {sentence}")
+    if observed is not None and plot is not None:
+        from springpot.figures.comparison import draw_comparison
+        from springpot.figures.style import save
+
+        save(draw_comparison(observed, found.answers), Path(plot))
+    if json_:
+        _print_json(found.to_dict())
+        return 0
+    gaps = {name: found.gaps(name) for name in found.answers}
+    table = [["", "Monte Carlo", *(f"{name} *" if name == found.recommended else name for name in gaps)]]
+    for name in MOMENTS:
+        value, error = found.simulation.values[name], found.simulation.errors[name]
+        if not math.isfinite(value):
+            continue
+        cells = [
+            f"{gap.percent:+.1f} % ({gap.standard_errors:+.1f})" if (gap := gaps[method].get(name)) else ""
+            for method in gaps
+        ]
+        table.append([name, _with_error(value, error, UNITS[name]), *cells])
+    _print_table(table)
+    for name, statement in found.statements.items():
+        print(f"{name}: {statement}")
+    print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
+    print(f"* recommended here: {found.recommended}")
+    if plot is not None:
+        print(plot)
     return 0
 
 
@@ -294,6 +360,38 @@ def reproduce(
     return 0
 
 
+@app.command
+def validity(
+    *,
+    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
+    simulate_again: Annotated[
+        bool, Parameter(negative="", help="Make the map's Monte Carlo anew first: half an hour, and it can be stopped.")
+    ] = False,
+    threads: _Threads = None,
+) -> int:
+    """The validity map: how far each method of the theory is from Monte Carlo, as pictures and as a table."""
+    with leave_at_once():
+        from springpot.figures.style import save
+        from springpot.figures.validity import draw_gaps
+        from springpot.theory.trust import MAP_FILE
+
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    source = MAP_FILE
+    if simulate_again:
+        from springpot.validity import make_map
+
+        with _Bar("simulating the validity map") as bar:
+            source = make_map(path=folder / MAP_FILE.name, threads=threads, progress=bar)
+    else:
+        (folder / MAP_FILE.name).write_bytes(MAP_FILE.read_bytes())
+    print(folder / MAP_FILE.name)
+    for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
+        for along in ("restitution", "position"):
+            print(save(draw_gaps(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
+    return 0
+
+
 class _Bar:
     """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
 
@@ -339,6 +437,19 @@ class _Bar:
         with self._lock:
             if self._bar is not None:
                 self._bar.stop()
+
+
+def _names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
+    """Names of all numbers that any of the answers has."""
+    return {name for answer in answers.values() for name, value in answer.items() if _is_number(value)}
+
+
+def _check_writable(path: str) -> None:
+    """Fail before any work if a picture could not be written there."""
+    if not path.endswith(".png"):
+        raise ValueError(f"plot must end in .png, but it is {path!r}.")
+    if not Path(path).resolve().parent.is_dir():
+        raise ValueError(f"plot must lie in a folder that exists, but {str(Path(path).parent)!r} does not.")
 
 
 def _by_sentence(answers: Mapping[str, Mapping[str, object]]) -> dict[str, list[str]]:
@@ -521,7 +632,11 @@ def _flag_before(word: str, words: Sequence[str]) -> str:
 def _in_flags(sentence: str) -> str:
     """The library's sentences speak of arguments; whoever typed a command knows them as flags."""
     names = {field.name for field in fields(_OscillatorFlags)} | set(signature(simulate).parameters)
-    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {"quantities": "--quantity", "out": "--out"}
+    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
+        "quantities": "--quantity",
+        "out": "--out",
+        "plot": "--plot",
+    }
     any_flag = "|".join(flags)
     sentence = re.sub(rf"\b({any_flag})='([\w-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
     # in the middle of a sentence, only those names that are no English words

@@ -104,11 +104,22 @@ class Springpot:
     coefficient: float
 
     def __post_init__(self) -> None:
-        _set(self, "order", finite_number(
-            self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."))
-        _set(self, "coefficient", finite_number(
-            self.coefficient, "coefficient", low=0.0, high=LARGEST,
-            hint="It is the springpot's force per unit of D^alpha x."))
+        _set(
+            self,
+            "order",
+            finite_number(self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."),
+        )
+        _set(
+            self,
+            "coefficient",
+            finite_number(
+                self.coefficient,
+                "coefficient",
+                low=0.0,
+                high=LARGEST,
+                hint="It is the springpot's force per unit of D^alpha x.",
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -141,10 +152,18 @@ class Barrier:
     side: Literal["above", "below"] = "above"
 
     def __post_init__(self) -> None:
-        _set(self, "position", finite_number(
-            self.position, "position", low=-LARGEST, high=LARGEST, hint="It is the place of the wall."))
-        _set(self, "restitution", finite_number(
-            self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."))
+        _set(
+            self,
+            "position",
+            finite_number(self.position, "position", low=-LARGEST, high=LARGEST, hint="It is the place of the wall."),
+        )
+        _set(
+            self,
+            "restitution",
+            finite_number(
+                self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."
+            ),
+        )
         if not isinstance(self.side, str) or self.side not in ("above", "below"):
             raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {self.side!r}.")
 
@@ -172,8 +191,13 @@ class WhiteNoise:
     intensity: float = 1.0
 
     def __post_init__(self) -> None:
-        _set(self, "intensity", finite_number(
-            self.intensity, "intensity", low=0.0, high=LARGEST, hint="It is q = sigma^2 of the white noise."))
+        _set(
+            self,
+            "intensity",
+            finite_number(
+                self.intensity, "intensity", low=0.0, high=LARGEST, hint="It is q = sigma^2 of the white noise."
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -207,8 +231,17 @@ class Oscillator:
     excitation: WhiteNoise = field(default_factory=WhiteNoise)
 
     def __post_init__(self) -> None:
-        _set(self, "natural_frequency", finite_number(
-            self.natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."))
+        _set(
+            self,
+            "natural_frequency",
+            finite_number(
+                self.natural_frequency,
+                "natural_frequency",
+                low=1.0 / LARGEST,
+                high=LARGEST,
+                hint="It is Omega in rad/s.",
+            ),
+        )
         if not isinstance(self.springpot, Springpot):
             raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
         if not isinstance(self.barrier, Barrier | None):
@@ -250,3 +283,16 @@ class Oscillator:
     def restitution(self) -> float:
         """r of the wall; NaN without one."""
         return math.nan if self.barrier is None else self.barrier.restitution
+
+    @property
+    def direction(self) -> float:
+        """1 where the mass moves above its wall, -1 below it, 0 without a wall."""
+        if self.barrier is None:
+            return 0.0
+        return 1.0 if self.barrier.side == "above" else -1.0
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
+        lossy = self.barrier is not None and self.barrier.restitution < 1.0
+        return lossy or (self.springpot.coefficient > 0.0 and self.springpot.order > 0.0)

@@ -12,8 +12,19 @@ from springpot.oscillator import Oscillator, Springpot
 from springpot.paper import figures, montecarlo, pages, reproduce
 from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall, write_rows
 
-HEADER = ["alpha", "q", "mu_printed", "mu_corrected", "mu_mc", "mu_mc_se", "mu_end", "mu_end_se", "mu_adapted",
-          "mu_adapted_se", "start_residual"]
+HEADER = [
+    "alpha",
+    "q",
+    "mu_printed",
+    "mu_corrected",
+    "mu_mc",
+    "mu_mc_se",
+    "mu_end",
+    "mu_end_se",
+    "mu_adapted",
+    "mu_adapted_se",
+    "start_residual",
+]
 SMALL = {"alphas": (0.7, 1.0), "intensities": (1.0, 5.0), "paths": 256, "duration": 40.0, "step": 4e-3}
 
 
@@ -103,8 +114,14 @@ def test_collapse_of_random_curves_is_a_chi_square():
     generator = np.random.default_rng(1)
     base = Point(0.5, 1.0, 2.0, 2.0, 2.0, 0.02, 2.0, 0.02, 2.0, 0.02, 0.001)
     rows = [
-        replace(base, alpha=alpha, q=q, mu_mc=q * (2 + 0.02 * q * generator.normal()), mu_mc_se=0.02 * q * q,
-                mu_adapted=2.0 * q)
+        replace(
+            base,
+            alpha=alpha,
+            q=q,
+            mu_mc=q * (2 + 0.02 * q * generator.normal()),
+            mu_mc_se=0.02 * q * q,
+            mu_adapted=2.0 * q,
+        )
         for alpha in np.linspace(0.1, 1, 200)
         for q in (1.0, 5.0, 10.0)
     ]

@@ -239,6 +239,7 @@ def test_an_observable_takes_what_it_captures_as_it_is_now() -> None:
     assert value() == pytest.approx(6.0 * once)
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_observable_that_raises_is_no_number(capfd: pytest.CaptureFixture[str]) -> None:
     def picky(t: float, x: float, v: float) -> float:
         if x > 0.5:

@@ -32,8 +32,9 @@ oscillators = st.builds(oscillator, orders, positive, positive, positive)
 def test_harmonic_sum_against_mpmath(alpha):
     with mpmath.workdps(25):
         a = mpmath.mpf(alpha)
-        direct = mpmath.nsum(lambda m: m**2 * (2 * m) ** (a - 1) / (4 * m**2 - 1) ** 2, [1, mpmath.inf],
-                             method="euler-maclaurin")
+        direct = mpmath.nsum(
+            lambda m: m**2 * (2 * m) ** (a - 1) / (4 * m**2 - 1) ** 2, [1, mpmath.inf], method="euler-maclaurin"
+        )
     assert harmonic_sum(alpha) == pytest.approx(float(direct), rel=1e-14)
 
 
@@ -81,8 +82,9 @@ def test_energy_balance_and_amplitude(asked):
 
 @given(oscillators, st.floats(0.5, 0.999))
 def test_impact_loss_adds_to_the_decay(asked, r):
-    lossy = oscillator(asked.springpot.order, asked.springpot.coefficient, asked.natural_frequency, 1.0,
-                       Barrier(restitution=r))
+    lossy = oscillator(
+        asked.springpot.order, asked.springpot.coefficient, asked.natural_frequency, 1.0, Barrier(restitution=r)
+    )
     added = averaging(lossy).decay_rate - averaging(asked).decay_rate
     assert added == pytest.approx(-asked.natural_frequency / math.pi * math.log(r), rel=1e-6)
 
@@ -108,6 +110,7 @@ def test_no_wall():
 
 def test_no_wall_against_the_exact_spectrum():
     """The number in the warning: 2 % too low at c = 1, alpha = 0.5."""
+
     def power(w: float) -> float:
         return (1 + w**2) / abs(1 - w**2 + (1j * w) ** 0.5) ** 2 / math.pi
 
@@ -123,7 +126,8 @@ def test_mirrored_wall(form):
     below = averaging(oscillator(barrier=Barrier(side="below")), form=form)
     assert below.x_mean == -above.x_mean < 0
     assert {n: v for n, v in below.to_dict().items() if n != "x_mean"} == {
-        n: v for n, v in above.to_dict().items() if n != "x_mean"}
+        n: v for n, v in above.to_dict().items() if n != "x_mean"
+    }
     x = np.linspace(-3, 3, 13)
     np.testing.assert_array_equal(below.x_density(x), above.x_density(-x))
 
@@ -223,8 +227,9 @@ def test_ito_equation_gives_the_mean_square(asked):
     a = math.sqrt(mu) * np.array([0.3, 1.0, 2.0])
     step = 1e-5 * a
     slope = (np.log(result.amplitude_density(a + step)) - np.log(result.amplitude_density(a - step))) / (2 * step)
-    np.testing.assert_allclose(result.drift(a), result.diffusion / 2 * slope, rtol=1e-6,
-                               atol=1e-6 * result.diffusion / math.sqrt(mu))
+    np.testing.assert_allclose(
+        result.drift(a), result.diffusion / 2 * slope, rtol=1e-6, atol=1e-6 * result.diffusion / math.sqrt(mu)
+    )
 
 
 def test_warning_where_the_springpot_is_not_light():
@@ -343,9 +348,15 @@ def shifted(*arguments, **words) -> Averaging:
 
 
 @pytest.mark.parametrize("barrier", [Barrier(), None])
-@pytest.mark.parametrize(("alpha", "c", "omega"), [
-    (0.5, 1.0, 1.0), (0.1, 30.0, 2.0), (0.9, 0.2, 0.3), (0.7, 1e4, 1.0),
-])
+@pytest.mark.parametrize(
+    ("alpha", "c", "omega"),
+    [
+        (0.5, 1.0, 1.0),
+        (0.1, 30.0, 2.0),
+        (0.9, 0.2, 0.3),
+        (0.7, 1e4, 1.0),
+    ],
+)
 def test_shifted_frequency_is_where_the_oscillation_is_in_balance(alpha, c, omega, barrier):
     """The harmonic balance of y'' + Omega^2 y + sgn(y) C D^alpha |y| = 0, by a plain sum over many harmonics."""
     result = shifted(alpha, c, omega=omega, barrier=barrier)
@@ -355,8 +366,13 @@ def test_shifted_frequency_is_where_the_oscillation_is_in_balance(alpha, c, omeg
     else:
         force = 16 / math.pi**2 * c * float(np.sum((2 * m * w) ** alpha / (4 * m * m - 1) ** 2))
         stiffness, loss = force * math.cos(alpha * math.pi / 2), 0.0
-        loss = 16 / math.pi**2 * c * math.sin(alpha * math.pi / 2) * float(
-            np.sum(2 * m * (2 * m * w) ** alpha / (4 * m * m - 1) ** 2))
+        loss = (
+            16
+            / math.pi**2
+            * c
+            * math.sin(alpha * math.pi / 2)
+            * float(np.sum(2 * m * (2 * m * w) ** alpha / (4 * m * m - 1) ** 2))
+        )
     assert w**2 == pytest.approx(omega**2 + stiffness, rel=1e-9)
     assert result.decay_rate == pytest.approx(loss / (2 * w), rel=2e-5)
     assert result.v_mean_square == pytest.approx(1 / (4 * result.decay_rate))
@@ -403,7 +419,7 @@ def test_shifted_form_warns_and_refuses():
         shifted(barrier=Barrier(0.5))
     with pytest.raises(NoStationaryState, match="alpha is 0"):
         _ = shifted(0.0).x_mean
-    assert shifted(0.0).frequency**2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)
+    assert shifted(0.0).frequency ** 2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)
 
 
 @pytest.mark.parametrize(("alpha", "c"), [(0.7, 1.0), (0.5, 1.0), (0.3, 1.0), (0.1, 1.0), (0.7, 3.0), (0.3, 3.0)])

@@ -3,7 +3,6 @@
 import itertools
 import json
 import math
-import time
 
 import numpy as np
 import pytest
@@ -94,8 +93,12 @@ def test_element_against_direct_quadrature(alpha):
         imag = sum(quad(integrand, lo, hi, args=(1,))[0] for lo, hi in itertools.pairwise(edges))
         turns = end + np.arange(40) * math.pi / w
         for part, wave in ((0, np.cos), (1, lambda z: -np.sin(z))):
-            terms = np.array([quad(lambda s: s ** (-alpha - 1) * wave(w * s), lo, hi)[0]  # noqa: B023
-                              for lo, hi in itertools.pairwise(turns)])
+            terms = np.array(
+                [
+                    quad(lambda s: s ** (-alpha - 1) * wave(w * s), lo, hi)[0]  # noqa: B023
+                    for lo, hi in itertools.pairwise(turns)
+                ]
+            )
             partial = np.cumsum(terms)
             while partial.size > 10:
                 partial = (partial[1:] + partial[:-1]) / 2  # Euler's summation of the alternating tail
@@ -451,17 +454,3 @@ def test_bad_input():
         closure(1.0)
     with pytest.raises(NotCovered, match="no wall to strike"):
         closure(free()).impact_speed_density(1.0)
-
-
-@pytest.mark.parametrize(("asked", "seconds"), [
-    (oscillator(), 0.05), (oscillator(0.7, 0.3, 0.7, 0.5), 0.05), (oscillator(0.1, 0.03), 0.1),
-])  # fmt: skip
-def test_speed(asked, seconds):
-    """On one core; a light springpot with a long memory has the largest grid."""
-    closure(asked)
-    best = math.inf
-    for _ in range(7):
-        start = time.process_time()
-        closure(asked)
-        best = min(best, time.process_time() - start)
-    assert best < seconds

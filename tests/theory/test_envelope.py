@@ -2,8 +2,6 @@
 
 import itertools
 import math
-import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -346,15 +344,6 @@ def test_bad_input():
 def test_energy_and_amplitude_levels_are_the_same():
     result = envelope(make(0.5, 0.1))
     assert result.first_passage(energy=8.0).mean_time == result.first_passage(amplitude=4.0).mean_time
-
-
-def test_it_is_fast():
-    result = make(0.5, 1.0, -0.5, 0.8)
-    envelope(result)
-    start = time.process_time()
-    for _ in range(3):
-        envelope(replace(result, natural_frequency=1.0))
-    assert (time.process_time() - start) / 3.0 < 0.25  # 0.03 s on a quiet machine
 
 
 @pytest.mark.parametrize("problem", [Problem(0.5, 1.0, -1.0, 0.8), Problem(0.1, 0.01, 0.0, 1.0)])

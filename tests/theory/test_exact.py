@@ -25,9 +25,17 @@ ORDERS = [0.001, 0.1, 0.3, 0.5, 0.7, 0.9, 0.999]
 COEFFICIENTS = [1e-6, 0.01, 0.3, 1.0, 2.0, 10.0, 1e6]
 
 
-@pytest.mark.parametrize(("alpha", "c"), [
-    (0.001, 0.3), (0.001, 1e6), (0.5, 1e-6), (0.4, 2.0), (0.9, 1e6), (0.999, 1e-6),
-])
+@pytest.mark.parametrize(
+    ("alpha", "c"),
+    [
+        (0.001, 0.3),
+        (0.001, 1e6),
+        (0.5, 1e-6),
+        (0.4, 2.0),
+        (0.9, 1e6),
+        (0.999, 1e-6),
+    ],
+)
 def test_moments_against_the_integral_of_the_spectrum(alpha, c):
     """mpmath along the real axis, split around the resonance; the code's contour is another one."""
     with mpmath.workdps(18):
@@ -40,8 +48,9 @@ def test_moments_against_the_integral_of_the_spectrum(alpha, c):
         peak = abs(peak.real) if abs(peak) > 1e-3 else mpmath.mpf(1)
         width = abs(inverse(peak).imag) / (2 * peak)
         near = (peak + sign * width * 4**k for sign in (-1, 1) for k in range(-2, 26))
-        cuts = sorted({mpmath.mpf(0), *(w for w in near if w > 0), *(mpmath.mpf(10) ** k for k in range(-9, 8)),
-                       mpmath.inf})
+        cuts = sorted(
+            {mpmath.mpf(0), *(w for w in near if w > 0), *(mpmath.mpf(10) ** k for k in range(-9, 8)), mpmath.inf}
+        )
         x = mpmath.quad(lambda w: 1 / abs(inverse(w)) ** 2, cuts) / mpmath.pi
         v = mpmath.quad(lambda w: w**2 / abs(inverse(w)) ** 2, cuts) / mpmath.pi
     assert mean_squares(alpha, c) == pytest.approx((float(x), float(v)), rel=1e-10)
@@ -95,8 +104,10 @@ def test_correlation_is_the_transform_of_the_spectrum(alpha, c, lag):
     width = c / 2
     near = (1 + sign * width * 3**k for sign in (-1, 1) for k in range(5))
     cuts = sorted({0.0, *(w for w in near if 0 < w < 30), 30.0})
-    total = sum(quad(lambda w: 2 * float(result.spectrum(w)) * math.cos(w * lag), lo, hi, limit=500, epsabs=1e-11)[0]
-                for lo, hi in itertools.pairwise(cuts))
+    total = sum(
+        quad(lambda w: 2 * float(result.spectrum(w)) * math.cos(w * lag), lo, hi, limit=500, epsabs=1e-11)[0]
+        for lo, hi in itertools.pairwise(cuts)
+    )
     total += quad(lambda w: 2 * float(result.spectrum(w)), 30.0, math.inf, weight="cos", wvar=lag)[0]
     assert float(result.correlation(lag)) == pytest.approx(total, abs=2e-8 * max(1.0, result.x_mean_square))
 
@@ -169,8 +180,9 @@ def test_deep_preload(k):
     assert result.x_mean / spread == pytest.approx(hazard, rel=1e-12)
     assert result.impact_rate == pytest.approx(hazard / math.sqrt(2 * math.pi), rel=1e-12)
     gaps = spread / k * np.array([0.5, 3.0])
-    np.testing.assert_allclose(result.x_density(k * spread + gaps) * spread / k, np.exp([-0.5, -3.0]),
-                               rtol=8 / k**2 + k * k * 1e-15)
+    np.testing.assert_allclose(
+        result.x_density(k * spread + gaps) * spread / k, np.exp([-0.5, -3.0]), rtol=8 / k**2 + k * k * 1e-15
+    )
 
 
 @pytest.mark.parametrize("k", [-8.0, -30.0, -37.0])
@@ -190,18 +202,27 @@ def test_a_gap_beyond_reach_is_no_wall():
     np.testing.assert_allclose(result.amplitude_density(a), exact(oscillator()).amplitude_density(a), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("alpha", "c", "wall"), [
-    (1.0, 0.3, Barrier()), (1.0, 0.3, Barrier(-0.8)), (1.0, 0.3, Barrier(1.1)), (1.0, 0.3, Barrier(0.6, side="below")),
-    (1.0, 0.3, None), (0.4, 0.5, None), (0.1, 8.0, None),
-])
+@pytest.mark.parametrize(
+    ("alpha", "c", "wall"),
+    [
+        (1.0, 0.3, Barrier()),
+        (1.0, 0.3, Barrier(-0.8)),
+        (1.0, 0.3, Barrier(1.1)),
+        (1.0, 0.3, Barrier(0.6, side="below")),
+        (1.0, 0.3, None),
+        (0.4, 0.5, None),
+        (0.1, 8.0, None),
+    ],
+)
 def test_densities_have_the_moments(alpha, c, wall):
     result = exact(oscillator(alpha, c, 1.6, 2.0, wall))
 
     def moment(density, power, low=-40.0, high=40.0):
         cuts = [low, *((wall.position, -wall.position) if wall else (0.0,)), 0.0, high]
         cuts = sorted({cut for cut in cuts if low <= cut <= high})
-        return sum(quad(lambda u: u**power * float(density(u)), lo, hi, limit=200)[0]
-                   for lo, hi in itertools.pairwise(cuts))
+        return sum(
+            quad(lambda u: u**power * float(density(u)), lo, hi, limit=200)[0] for lo, hi in itertools.pairwise(cuts)
+        )
 
     assert moment(result.x_density, 0) == pytest.approx(1)
     assert moment(result.x_density, 1) == pytest.approx(result.x_mean, abs=1e-9)
@@ -211,10 +232,14 @@ def test_densities_have_the_moments(alpha, c, wall):
     assert moment(result.amplitude_density, 2, 0.0) == pytest.approx(result.amplitude_mean_square)
     energy = result.amplitude_mean_square * 1.6**2 / 2
     cut = 1.6**2 * (wall.position**2 if wall else 1.0) / 2
-    assert sum(quad(lambda h: h * float(result.energy_density(h)), *ends, limit=200)[0]
-               for ends in ((0.0, cut), (cut, 60 * energy))) == pytest.approx(energy, rel=1e-6)
-    assert result.joint_density(0.5, [0.2, 0.3]).tolist() == (
-        result.x_density(0.5) * result.v_density([0.2, 0.3])).tolist()
+    assert sum(
+        quad(lambda h: h * float(result.energy_density(h)), *ends, limit=200)[0]
+        for ends in ((0.0, cut), (cut, 60 * energy))
+    ) == pytest.approx(energy, rel=1e-6)
+    assert (
+        result.joint_density(0.5, [0.2, 0.3]).tolist()
+        == (result.x_density(0.5) * result.v_density([0.2, 0.3])).tolist()
+    )
     if wall is not None:
         assert moment(result.impact_speed_density, 1, 0.0) == pytest.approx(result.impact_speed_mean)
         assert moment(result.impact_speed_density, 2, 0.0) == pytest.approx(result.impact_speed_mean_square)
@@ -280,10 +305,14 @@ def test_no_noise_is_rest():
         result.x_density(1.0)
 
 
-@pytest.mark.parametrize("asked", [
-    oscillator(0.5, 1.0, barrier=Barrier()), oscillator(1.0, barrier=Barrier(0.0, 0.9)),
-    oscillator(0.0, 1.0, barrier=Barrier(0.0, 0.9)),
-])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        oscillator(0.5, 1.0, barrier=Barrier()),
+        oscillator(1.0, barrier=Barrier(0.0, 0.9)),
+        oscillator(0.0, 1.0, barrier=Barrier(0.0, 0.9)),
+    ],
+)
 def test_not_covered(asked):
     with pytest.raises(NotCovered, match="covers any order without a wall, order 1 with an elastic wall"):
         exact(asked)
@@ -293,9 +322,14 @@ def test_refusals():
     result = exact(oscillator())
     with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
         exact(3)
-    for ask, name in ((result.x_density, "displacement"), (result.v_density, "velocity"), (result.correlation, "lag"),
-                      (result.energy_density, "energy"), (result.spectrum, "frequency"),
-                      (result.x_mean_square_at, "time")):
+    for ask, name in (
+        (result.x_density, "displacement"),
+        (result.v_density, "velocity"),
+        (result.correlation, "lag"),
+        (result.energy_density, "energy"),
+        (result.spectrum, "frequency"),
+        (result.x_mean_square_at, "time"),
+    ):
         with pytest.raises(TypeError, match=f"^{name} must be a real number"):
             ask("a")
     with pytest.raises(ValueError, match="at least 0 s"):

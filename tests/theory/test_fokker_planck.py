@@ -49,9 +49,14 @@ def test_deep_preload_and_wide_gap(position, factor):
     assert result.x_mean_square == pytest.approx(truth.x_mean_square, rel=factor)
 
 
-@pytest.mark.parametrize(("r", "energy", "error"), [
-    (0.95, 0.3782, 0.0006), (0.8, 0.2108, 0.0003), (0.5, 0.1100, 0.0002),
-])
+@pytest.mark.parametrize(
+    ("r", "energy", "error"),
+    [
+        (0.95, 0.3782, 0.0006),
+        (0.8, 0.2108, 0.0003),
+        (0.5, 0.1100, 0.0002),
+    ],
+)
 def test_energy_against_recorded_monte_carlo(r, energy, error):
     result = fokker_planck(oscillator(0.1, r, q=0.1))
     assert result.amplitude_mean_square / 2 == pytest.approx(energy, abs=2.5 * error)
@@ -69,9 +74,15 @@ def test_against_monte_carlo(c, r, position):
     assert result.impact_rate == pytest.approx(found.values["impact_rate"], rel=0.02)
 
 
-@pytest.mark.parametrize(("c", "r", "position"), [
-    (0.1, 0.8, 0.0), (1.0, 0.5, -0.5), (0.05, 0.95, 0.5), (2.0, 0.3, 0.0),
-])
+@pytest.mark.parametrize(
+    ("c", "r", "position"),
+    [
+        (0.1, 0.8, 0.0),
+        (1.0, 0.5, -0.5),
+        (0.05, 0.95, 0.5),
+        (2.0, 0.3, 0.0),
+    ],
+)
 def test_the_answer_does_not_depend_on_the_grid(c, r, position):
     """Third grids, finer in every respect, and twice the range of speeds: the estimate bounds the error."""
     asked = oscillator(c, r, position)
@@ -157,15 +168,18 @@ def test_no_noise_and_no_dissipation():
         _ = fokker_planck(oscillator(0.0, 1.0)).x_mean
 
 
-@pytest.mark.parametrize(("asked", "said"), [
-    (Oscillator(springpot=Springpot(0.5, 1.0)), "not order 0.5"),
-    (Oscillator(springpot=Springpot(1.0, 1.0), barrier=None), "without a wall"),
-    (oscillator(r=0.1), "not restitution 0.1"),
-    (oscillator(0.0, 0.9), "not 0"),
-    (oscillator(1e-5, 0.9), "not 1e-05"),
-    (oscillator(0.5, 0.9, 9.0), "not at 9"),
-    (oscillator(0.5, 0.9, -9.0), "not at -9"),
-])
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (Oscillator(springpot=Springpot(0.5, 1.0)), "not order 0.5"),
+        (Oscillator(springpot=Springpot(1.0, 1.0), barrier=None), "without a wall"),
+        (oscillator(r=0.1), "not restitution 0.1"),
+        (oscillator(0.0, 0.9), "not 0"),
+        (oscillator(1e-5, 0.9), "not 1e-05"),
+        (oscillator(0.5, 0.9, 9.0), "not at 9"),
+        (oscillator(0.5, 0.9, -9.0), "not at -9"),
+    ],
+)
 def test_not_covered(asked, said):
     with pytest.raises(NotCovered, match=f"^The Fokker-Planck solution covers order 1 with a wall .*{said}"):
         fokker_planck(asked)
@@ -192,8 +206,10 @@ def test_densities_at_an_elastic_wall_are_exact(c, position):
     result, truth, spread = fokker_planck(asked), exact(asked), math.sqrt(0.5 / c)
     x = position + spread * np.array([-0.1, 0.0, 0.003, 0.03, 0.3, 1.0, 3.0, 50.0])
     v = spread * np.linspace(-3, 3, 20)
-    peak_x, peak_v = (float(density(0.0 if density is truth.v_density else max(position, 0.0)))
-                      for density in (truth.x_density, truth.v_density))
+    peak_x, peak_v = (
+        float(density(0.0 if density is truth.v_density else max(position, 0.0)))
+        for density in (truth.x_density, truth.v_density)
+    )
     np.testing.assert_allclose(result.x_density(x), truth.x_density(x), atol=2e-3 * peak_x)
     np.testing.assert_allclose(result.x_density(x[3:]), truth.x_density(x[3:]), atol=5e-5 * peak_x)
     np.testing.assert_allclose(result.v_density(v), truth.v_density(v), atol=1e-4 * peak_v)
@@ -243,8 +259,9 @@ def test_densities_in_units_and_in_the_mirror():
     asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
     scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
     x, v = np.array([[0.1], [0.5], [1.2]]), np.array([-0.7, 0.4])
-    np.testing.assert_allclose(scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v),
-                               rtol=1e-8)
+    np.testing.assert_allclose(
+        scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v), rtol=1e-8
+    )
     np.testing.assert_allclose(scaled.x_density(-x * length) * length, base.x_density(x), rtol=1e-8)
     np.testing.assert_allclose(scaled.v_density(-v * speed) * speed, base.v_density(v), rtol=1e-8)
     for density in (base.x_density, base.v_density):
@@ -260,9 +277,15 @@ def test_impacts_tilt_the_density():
     assert float(elastic.v_density(0.5)) == pytest.approx(float(elastic.v_density(-0.5)), rel=1e-3)
 
 
-@pytest.mark.parametrize(("c", "r", "position"), [
-    (0.02, 0.6, -10.0), (0.02, 0.9, 5.0), (0.005, 0.7, 0.0), (0.01, 1.0, 7.0),
-])
+@pytest.mark.parametrize(
+    ("c", "r", "position"),
+    [
+        (0.02, 0.6, -10.0),
+        (0.02, 0.9, 5.0),
+        (0.005, 0.7, 0.0),
+        (0.01, 1.0, 7.0),
+    ],
+)
 def test_light_damping_with_a_wide_gap_or_a_preload(c, r, position):
     result = fokker_planck(oscillator(c, r, position))
     assert result.error_estimate < 3e-4

@@ -23,8 +23,11 @@ def reference(phase: float, alpha: float) -> complex:
 
 @pytest.mark.parametrize("m", [1, 2, 3, 10])
 def test_coefficients_are_the_fourier_integrals(m):
-    a_m = -2 / math.pi * float(mpmath.quad(lambda p: abs(mpmath.cos(p)) * mpmath.cos(2 * m * p),
-                                           [0, mpmath.pi / 2, mpmath.pi]))
+    a_m = (
+        -2
+        / math.pi
+        * float(mpmath.quad(lambda p: abs(mpmath.cos(p)) * mpmath.cos(2 * m * p), [0, mpmath.pi / 2, mpmath.pi]))
+    )
     assert fourier.coefficients(m)[-1] == pytest.approx(a_m, rel=1e-12)
 
 
@@ -96,13 +99,16 @@ def test_asymptotic_error_falls_as_stated(integral, alpha):
 
 
 @pytest.mark.parametrize("integral", [fourier.cosine_integral, fourier.sine_integral])
-@pytest.mark.parametrize(("arguments", "words", "message"), [
-    ((-1.0, 1.0, 0.5), {}, "positive and finite"),
-    ((1.0, [1.0, 0.0], 0.5), {}, "positive and finite"),
-    ((1.0, math.inf, 0.5), {}, "positive and finite"),
-    ((1.0, 1.0, 1.5), {}, "alpha must be in"),
-    ((1.0, 1.0, 0.5), {"form": "series"}, "'exact' or 'asymptotic'"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "words", "message"),
+    [
+        ((-1.0, 1.0, 0.5), {}, "positive and finite"),
+        ((1.0, [1.0, 0.0], 0.5), {}, "positive and finite"),
+        ((1.0, math.inf, 0.5), {}, "positive and finite"),
+        ((1.0, 1.0, 1.5), {}, "alpha must be in"),
+        ((1.0, 1.0, 0.5), {"form": "series"}, "'exact' or 'asymptotic'"),
+    ],
+)
 def test_integrals_refuse(integral, arguments, words, message):
     with pytest.raises(ValueError, match=message):
         integral(*arguments, **words)

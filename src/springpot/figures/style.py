@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "new_figure", "save"]
+__all__ = ["COLOURS", "new_figure", "new_grid", "save"]
 
 # Okabe and Ito's palette: told apart with any kind of colour vision, and in grey by their lightness.
 COLOURS = {
@@ -51,11 +51,43 @@ def new_figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) 
     figure = Figure(figsize=(width, height), layout="constrained")
     grid = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=list(ratios))
     axes: list[Axes] = list(grid[:, 0])
+    _plain(axes)
+    return figure, axes
+
+
+def new_grid(width: float, height: float, rows: int, columns: int) -> tuple[Figure, list[Axes]]:
+    """Make a figure with panels in rows and columns, each with axes of its own.
+
+    Parameters
+    ----------
+    width, height : float
+        Size in inches.
+    rows, columns : int
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    axes : list of matplotlib.axes.Axes
+        The panels row by row, from the top left.
+
+    Examples
+    --------
+    >>> len(new_grid(6.0, 4.0, 2, 3)[1])
+    6
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).ravel())
+    _plain(axes)
+    return figure, axes
+
+
+def _plain(axes: list[Axes]) -> None:
     for panel in axes:
         panel.grid(visible=True, color="0.9", linewidth=0.6)
         panel.set_axisbelow(True)
         panel.spines[["top", "right"]].set_visible(False)
-    return figure, axes
 
 
 def save(figure: Figure, path: Path) -> Path:

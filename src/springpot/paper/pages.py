@@ -179,9 +179,7 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]
 
 
 def _section(erratum: Erratum) -> list[str]:
-    findings = [
-        (f.what, *(_number(value) for value in (f.computed, f.printed, f.corrected))) for f in erratum.check()
-    ]
+    findings = [(f.what, *(_number(value) for value in (f.computed, f.printed, f.corrected))) for f in erratum.check()]
     return [
         f"## {erratum.number}. {erratum.title} ({erratum.equation})",
         "",

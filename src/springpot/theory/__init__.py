@@ -1,15 +1,80 @@
 """Answers without dice: functions that take an oscillator and return a small frozen result."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from springpot.oscillator import Oscillator
 from springpot.theory.averaging import Averaging, averaging
+from springpot.theory.closure import Closure, closure
+from springpot.theory.closure_memory import NoConvergence
+from springpot.theory.envelope import Envelope, envelope
+from springpot.theory.exact import Exact, exact
+from springpot.theory.fokker_planck import FokkerPlanck, fokker_planck
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result, no_answer
+from springpot.theory.trust import METHODS, Trust, recommended, trust, warning
 
-__all__ = ["Averaging", "Moments", "NoStationaryState", "NotCovered", "Result", "all_methods", "averaging"]
+__all__ = [
+    "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
+    "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "closure", "envelope", "exact",
+    "fokker_planck",
+    "recommended", "solve_all", "trust",
+]  # fmt: skip
+
+_METHODS: dict[str, Callable[[Oscillator], Result]] = {
+    "averaging_printed": lambda oscillator: averaging(oscillator, form="printed"),
+    "averaging": averaging,
+    "averaging_shifted": lambda oscillator: averaging(oscillator, form="shifted"),
+    "envelope": envelope,
+    "closure": closure,
+    "fokker_planck": fokker_planck,
+    "exact": exact,
+}
 
 
-def all_methods(oscillator: Oscillator) -> dict[str, dict[str, object]]:
+def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]]:
+    """Every method's answer to one oscillator.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+
+    Returns
+    -------
+    answers : dict
+        Name of the method to its result, for those that have stationary moments.
+    statements : dict
+        Name of the method to the sentence that says why it has none: it does not cover the oscillator, there is no
+        stationary state, or its iteration did not converge.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Springpot
+    >>> answers, statements = solve_all(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
+    ([1.0], [])
+    """
+    answers: dict[str, Result] = {}
+    statements: dict[str, str] = {}
+    for name, solve in _METHODS.items():
+        try:
+            result = solve(oscillator)
+        except (NotCovered, NoConvergence) as refusal:
+            statements[name] = str(refusal)
+            continue
+        if isinstance(result.stationary, str):
+            statements[name] = result.stationary
+        else:
+            answers[name] = _with_the_map(oscillator, name, result)
+    return answers, statements
+
+
+def _with_the_map(oscillator: Oscillator, name: str, result: Result) -> Result:
+    """The result with the warning of the validity map added, if it has one."""
+    found = warning(oscillator, name) if name in METHODS else None
+    return result if found is None else replace(result, warnings=(*result.warnings, found))
+
+
+def all_methods(oscillator: Oscillator) -> dict[str, object]:
     """Every method's answer to one oscillator, ready for JSON.
 
     Parameters
@@ -19,23 +84,21 @@ def all_methods(oscillator: Oscillator) -> dict[str, dict[str, object]]:
     Returns
     -------
     dict
-        Name of the method to its dictionary (see `Result.to_dict`).  A method that does not cover the oscillator has
-        None for every moment and a ``statement`` that says what it covers.
+        Name of the method to its dictionary (see `Result.to_dict`).  A method without an answer has None for every
+        moment and a ``statement`` that says why; ``exact`` is None altogether where it has no answer.
+        ``recommended`` is the name of the method to trust here, or None.
 
     Examples
     --------
     >>> answers = all_methods(Oscillator())
-    >>> [(name, round(answer["amplitude_mean_square"], 3)) for name, answer in answers.items()]
-    [('averaging_printed', 2.296), ('averaging', 2.296)]
+    >>> round(answers["averaging"]["amplitude_mean_square"], 3), answers["exact"]
+    (2.296, None)
     """
-    methods: dict[str, Callable[[], Result]] = {
-        "averaging_printed": lambda: averaging(oscillator, form="printed"),
-        "averaging": lambda: averaging(oscillator),
-    }
-    answers: dict[str, dict[str, object]] = {}
-    for name, solve in methods.items():
-        try:
-            answers[name] = solve().to_dict()
-        except NotCovered as refusal:
-            answers[name] = no_answer(str(refusal))
-    return answers
+    answers, statements = solve_all(oscillator)
+    found: dict[str, object] = {}
+    for name in _METHODS:
+        if name in answers:
+            found[name] = answers[name].to_dict()
+        else:
+            found[name] = None if name == "exact" else no_answer(statements[name])
+    return {**found, "recommended": recommended(oscillator, answers) or None}

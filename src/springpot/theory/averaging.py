@@ -200,7 +200,7 @@ class Averaging(Result):
         (0.0, 0.7446)
         """
         x = real_array(displacement, "displacement")
-        side = _side(self.oscillator)
+        side = self.oscillator.direction
         fold = np.where(side * x >= 0.0, 2.0, 0.0) if side else 1.0
         return np.asarray(fold * normal(x, self._spread(time) / 2.0))
 
@@ -468,7 +468,7 @@ def _impact_decay(oscillator: Oscillator, frequency: float) -> float:
 
 def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moments | str:
     omega, q = oscillator.natural_frequency, oscillator.excitation.intensity
-    if not _dissipates(oscillator):
+    if not oscillator.dissipates:
         cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
         fate = "<A^2> grows as q t / Omega^2" if q > 0.0 else "the amplitude stays what it was at the start"
         return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
@@ -476,7 +476,7 @@ def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moment
     mu = 2.0 * v_mean_square / frequency / frequency
     if not math.isfinite(mu):
         return f"There is no stationary state in floating point: the decay rate {beta:g} 1/s is too small for <A^2>."
-    side = _side(oscillator)
+    side = oscillator.direction
     strikes = side != 0.0 and mu > 0.0
     return Moments(
         amplitude_mean_square=mu * (1.0 + (frequency / omega) ** 2) / 2.0,
@@ -487,19 +487,6 @@ def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moment
         impact_speed_mean=frequency * math.sqrt(math.pi * mu) / 2.0 if strikes else math.nan,
         impact_speed_mean_square=2.0 * v_mean_square if strikes else math.nan,
     )
-
-
-def _dissipates(oscillator: Oscillator) -> bool:
-    element = oscillator.springpot
-    lossy_wall = oscillator.barrier is not None and oscillator.barrier.restitution < 1.0
-    return lossy_wall or (element.coefficient > 0.0 and element.order > 0.0)
-
-
-def _side(oscillator: Oscillator) -> float:
-    """+1 where the mass moves above the wall, -1 below it, 0 without a wall."""
-    if oscillator.barrier is None:
-        return 0.0
-    return 1.0 if oscillator.barrier.side == "above" else -1.0
 
 
 def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:

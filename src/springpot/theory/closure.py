@@ -43,6 +43,7 @@ from springpot.theory.closure_steps import (
     solve_with_wall,
     solve_without_wall,
 )
+from springpot.theory.distributions import real_array
 from springpot.theory.result import Moments, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
@@ -150,7 +151,7 @@ class Closure(Result):
         >>> float(closure(Oscillator()).amplitude_density(1.0).round(3))
         0.591
         """
-        a = _array(amplitude, "amplitude")
+        a = real_array(amplitude, "amplitude")
         within = np.clip(a, 0.0, self._solved().reach(self.oscillator.natural_frequency))
         return np.asarray(self.oscillator.natural_frequency * within * self._around(a))
 
@@ -164,7 +165,7 @@ class Closure(Result):
         >>> float(closure(Oscillator()).energy_density(0.5).round(3))
         0.591
         """
-        e = _array(energy, "energy")
+        e = real_array(energy, "energy")
         omega = self.oscillator.natural_frequency
         around = self._around(np.sqrt(2.0 * np.maximum(e, 0.0)) / omega)
         return np.asarray(np.where(e < 0.0, 0.0, around) / omega)
@@ -187,7 +188,7 @@ class Closure(Result):
         solved = self._solved()
         if solved.plane is None:
             raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
-        u = _array(speed, "speed") / solved.v_scale
+        u = real_array(speed, "speed") / solved.v_scale
         return np.asarray(solved.plane.impact_speed_density(np.clip(u, 0.0, _FAR)) / solved.v_scale)
 
     def correlation(self, lag: ArrayLike) -> FloatArray:
@@ -266,19 +267,19 @@ class Closure(Result):
 
     def _from_wall(self, displacement: ArrayLike) -> FloatArray:
         """Distance from the wall into the open side; without a wall, x."""
-        x = _array(displacement, "displacement")
+        x = real_array(displacement, "displacement")
         wall = self.oscillator.barrier
-        return x if wall is None else _side(self.oscillator) * (x - wall.position)
+        return x if wall is None else self.oscillator.direction * (x - wall.position)
 
     def _away(self, velocity: ArrayLike) -> FloatArray:
         """Velocity away from the wall."""
-        return np.asarray((_side(self.oscillator) or 1.0) * _array(velocity, "velocity"))
+        return np.asarray((self.oscillator.direction or 1.0) * real_array(velocity, "velocity"))
 
     def _around(self, amplitude: FloatArray) -> FloatArray:
         """Integral of the joint density over the phase on the circle of one amplitude, in s/m^2."""
         solved = self._solved()
         wall = self.oscillator.barrier
-        gap = -math.inf if wall is None else _side(self.oscillator) * wall.position
+        gap = -math.inf if wall is None else self.oscillator.direction * wall.position
         a = np.clip(amplitude, 0.0, solved.reach(self.oscillator.natural_frequency))
         with np.errstate(divide="ignore", invalid="ignore"):
             half = np.arccos(np.clip(np.where(a > 0.0, gap / a, math.copysign(1.0, gap) if gap else 0.0), -1.0, 1.0))
@@ -347,7 +348,7 @@ def closure(oscillator: Oscillator) -> Closure:
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     _check_covered(oscillator)
     iterations, residual, solved = 0, 0.0, None
-    if not _dissipates(oscillator):
+    if not oscillator.dissipates:
         stationary: Moments | str = _endless(oscillator)
     elif oscillator.excitation.intensity == 0.0:
         stationary = Moments(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
@@ -386,7 +387,7 @@ def _moments(oscillator: Oscillator, plane: Plane) -> Moments:
     mean_square = plane.y_moment(2) + 2.0 * b * plane.y_moment(1) + b * b
     return Moments(
         amplitude_mean_square=(mean_square + plane.v_mean_square) * length**2,
-        x_mean=_side(oscillator) * mean * length,
+        x_mean=oscillator.direction * mean * length,
         x_mean_square=mean_square * length**2,
         v_mean_square=plane.v_mean_square * speed**2,
         impact_rate=plane.impact_rate * oscillator.natural_frequency,
@@ -413,7 +414,7 @@ def _check_covered(oscillator: Oscillator) -> None:
         )
     if wall.restitution < _LOSSY:
         raise NotCovered(f"The memory closure covers a restitution of at least {_LOSSY:g}, not {wall.restitution:g}.")
-    if not _dissipates(oscillator):
+    if not oscillator.dissipates:
         return
     alpha = _order(oscillator)
     if alpha == 0.0:
@@ -431,23 +432,10 @@ def _order(oscillator: Oscillator) -> float:
     return oscillator.springpot.order if oscillator.springpot.coefficient > 0.0 else 1.0
 
 
-def _dissipates(oscillator: Oscillator) -> bool:
-    element = oscillator.springpot
-    lossy_wall = oscillator.barrier is not None and oscillator.barrier.restitution < 1.0
-    return lossy_wall or (element.coefficient > 0.0 and element.order > 0.0)
-
-
 def _endless(oscillator: Oscillator) -> str:
     cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
     fate = "the energy grows as q t / 2" if oscillator.excitation.intensity > 0.0 else "the energy stays what it was"
     return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
-
-
-def _side(oscillator: Oscillator) -> float:
-    """+1 where the mass moves above the wall, -1 below it, 0 without a wall."""
-    if oscillator.barrier is None:
-        return 0.0
-    return 1.0 if oscillator.barrier.side == "above" else -1.0
 
 
 def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
@@ -492,19 +480,8 @@ def _warnings(oscillator: Oscillator) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _array(value: ArrayLike, name: str) -> FloatArray:
-    """Real numbers as an array of floats, or one sentence that names the argument."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged list
-        array = np.asarray("not numbers")
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
-    return np.asarray(array, dtype=float)
-
-
 def _finite(value: ArrayLike, name: str) -> FloatArray:
-    array = _array(value, name)
+    array = real_array(value, name)
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite.")
     return array

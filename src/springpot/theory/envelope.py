@@ -47,6 +47,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import Oscillator, finite_number
+from springpot.theory.distributions import real_array
 from springpot.theory.energy_diffusion import FirstPassage
 from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, Tabulated, portrait
@@ -127,7 +128,7 @@ class Envelope(Result):
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
         """
-        t = _array(time, "time")
+        t = real_array(time, "time")
         if not np.all(t >= 0.0):
             raise ValueError("time must be at least 0 s.")
         if self._still():
@@ -160,7 +161,7 @@ class Envelope(Result):
         >>> envelope(Oscillator(springpot=Springpot(1.0, 0.5))).x_density([-0.1, 0.0]).round(3)
         array([0.   , 0.798])
         """
-        table, x = self._x_table, _array(displacement, "displacement")
+        table, x = self._x_table, real_array(displacement, "displacement")
         return table.density(_own(x, self._scales.side) / self._scales.length) / self._scales.length
 
     def v_density(self, velocity: ArrayLike) -> FloatArray:
@@ -174,7 +175,7 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(3))
         0.399
         """
-        return self._v_table.density(_array(velocity, "velocity") / self._scales.speed) / self._scales.speed
+        return self._v_table.density(real_array(velocity, "velocity") / self._scales.speed) / self._scales.speed
 
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2; the arguments are broadcast.
@@ -188,7 +189,7 @@ class Envelope(Result):
         0.2479
         """
         s = self._scales
-        x, v = np.broadcast_arrays(_array(displacement, "displacement"), _array(velocity, "velocity"))
+        x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
         missing = np.isnan(x) | np.isnan(v)
         # far out there is nothing, and infinities would make the search for the cycle NaN
         near_x = np.clip(np.where(missing, 0.0, _own(x, s.side) / s.length), -1e6, 1e6)
@@ -221,7 +222,7 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).amplitude_density(1.0).round(2))
         0.61
         """
-        a = _array(amplitude, "amplitude") / self._scales.length
+        a = real_array(amplitude, "amplitude") / self._scales.length
         table = self._a_table if time is None else self._amplitude_at(time)
         return table.density(a) / self._scales.length
 
@@ -237,7 +238,7 @@ class Envelope(Result):
         0.368
         """
         omega = self.oscillator.natural_frequency
-        h = _array(energy, "energy")
+        h = real_array(energy, "energy")
         a = np.sqrt(np.maximum(2.0 * h, 1e-12 * (omega * self._scales.length) ** 2)) / omega  # H = (Omega A)^2 / 2
         return np.where(h < 0.0, 0.0, self.amplitude_density(a, time) / (omega * omega * a))
 
@@ -258,7 +259,7 @@ class Envelope(Result):
         0.61
         """
         self._settled()
-        u = _array(speed, "speed") / self._scales.speed
+        u = real_array(speed, "speed") / self._scales.speed
         return self._speed_table.density(u) / self._scales.speed
 
     def first_passage(self, *, amplitude: float | None = None, energy: float | None = None) -> FirstPassage:
@@ -546,14 +547,3 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
 def _own(x: FloatArray, side: float) -> FloatArray:
     """Displacement as seen by a mass above its wall."""
     return np.asarray(side * x)
-
-
-def _array(value: ArrayLike, name: str) -> FloatArray:
-    """Real numbers as an array of floats, or one sentence that names the argument."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged list
-        array = np.asarray("not numbers")
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
-    return np.asarray(array, dtype=float)

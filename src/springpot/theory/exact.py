@@ -62,7 +62,7 @@ class Exact(Result):
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
         0.7143
         """
-        side = _side(self.oscillator)
+        side = self.oscillator.direction
         return np.asarray(side * np.sqrt(2.0 / math.pi * self.x_mean_square_at(time)))
 
     def x_mean_square_at(self, time: ArrayLike) -> FloatArray:
@@ -305,7 +305,7 @@ class Exact(Result):
     def _own_side(self, value: ArrayLike, name: str) -> FloatArray:
         """The argument, mirrored where the mass moves below the wall."""
         array = real_array(value, name)
-        return -array if _side(self.oscillator) < 0.0 else array
+        return -array if self.oscillator.direction < 0.0 else array
 
     def _spreads(self) -> tuple[float, float, float, float]:
         """Dimensionless standard deviations of the two normals, and the units of length and speed."""
@@ -371,24 +371,20 @@ def exact(oscillator: Oscillator) -> Exact:
     )
 
 
-def _dissipates(oscillator: Oscillator) -> bool:
-    return oscillator.springpot.coefficient > 0.0 and oscillator.springpot.order > 0.0
-
-
 def _check_covered(oscillator: Oscillator) -> None:
     wall, alpha = oscillator.barrier, oscillator.springpot.order
     if wall is None:
         return
     if wall.restitution < 1.0:
         raise NotCovered(f"{_REACH}, not a wall of restitution {wall.restitution:g}.")
-    if alpha < 1.0 and _dissipates(oscillator):
+    if alpha < 1.0 and oscillator.dissipates:
         raise NotCovered(f"{_REACH}, not order {alpha:g} with a wall.")
 
 
 def _stationary(oscillator: Oscillator) -> Moments | str:
     alpha, c = oscillator.springpot.order, oscillator.dimensionless_coefficient
     length, speed = oscillator.length_scale, oscillator.speed_scale
-    if not _dissipates(oscillator):
+    if not oscillator.dissipates:
         cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
         fate = "the energy grows as q t / 2" if length > 0.0 else "the energy stays what it was at the start"
         return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
@@ -403,7 +399,7 @@ def _stationary(oscillator: Oscillator) -> Moments | str:
         spread = math.sqrt(v_mean_square)
         k = oscillator.dimensionless_position / spread
         hazard = _hazard(k)
-        x_mean = _side(oscillator) * spread * hazard
+        x_mean = oscillator.direction * spread * hazard
         x_mean_square = v_mean_square * (1.0 + k * hazard)
         rate = hazard / math.sqrt(2.0 * math.pi)
     strikes = rate > 0.0
@@ -432,13 +428,6 @@ def _rest(oscillator: Oscillator) -> Moments:
 def _hazard(k: float) -> float:
     """phi(k) / (1 - Phi(k)), the inverse of Mills' ratio; 0 where it is below double precision."""
     return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
-
-
-def _side(oscillator: Oscillator) -> float:
-    """+1 where the mass moves above the wall, -1 below it, 0 without a wall."""
-    if oscillator.barrier is None:
-        return 0.0
-    return 1.0 if oscillator.barrier.side == "above" else -1.0
 
 
 @lru_cache(maxsize=16)

@@ -1,0 +1,178 @@
+"""Theory beside Monte Carlo: every method's gap to an adapted run, in per cent and in standard errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from springpot.oscillator import Oscillator
+from springpot.simulation import Run, run
+from springpot.simulation.ensemble import Progress
+from springpot.simulation.settings import relaxation_time, resolve
+from springpot.theory import Result, recommended, solve_all
+from springpot.theory.result import MOMENTS
+
+__all__ = ["Comparison", "Gap", "compare", "observe"]
+
+SHOWN = 3.0  # frequencies Omega to which the spectrum goes
+BLUR = 0.1  # of a spectral peak: resolution over its half-width, at most
+LONGEST_WINDOW = 400_000  # steps
+PATH_STEPS = 4e8  # of the run for distributions and spectrum
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far a method is from Monte Carlo.
+
+    Attributes
+    ----------
+    percent : float
+        100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero.
+    standard_errors : float
+        (theory - Monte Carlo) / standard error.
+    """
+
+    percent: float
+    standard_errors: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Answers of every method, and of Monte Carlo, to one oscillator.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    answers : dict
+        Name of a method to its `springpot.theory.Result`.
+    statements : dict
+        Name of a method that has no answer to the sentence that says why.
+    recommended : str
+        The method to trust here.
+    simulation : Run
+        From an adapted start.
+    """
+
+    oscillator: Oscillator
+    answers: Mapping[str, Result]
+    statements: Mapping[str, str]
+    recommended: str
+    simulation: Run
+
+    def gaps(self, method: str) -> dict[str, Gap]:
+        """Gap of each moment that both know, by name."""
+        moments = asdict(self.answers[method].moments)
+        found = {}
+        for name in MOMENTS:
+            theory, value, error = moments[name], self.simulation.values[name], self.simulation.errors[name]
+            if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
+                found[name] = Gap(100.0 * (theory / value - 1.0) if value else math.nan, (theory - value) / error)
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, words, lists and dicts, ready for JSON."""
+        return {
+            "oscillator": asdict(self.oscillator),
+            "recommended": self.recommended,
+            "simulation": self.simulation.to_dict(),
+            "methods": {
+                method: {
+                    **answer.to_dict(),
+                    "gap_percent": {name: _number(gap.percent) for name, gap in self.gaps(method).items()},
+                    "gap_standard_errors": {
+                        name: _number(gap.standard_errors) for name, gap in self.gaps(method).items()
+                    },
+                }
+                for method, answer in self.answers.items()
+            },
+            "statements": dict(self.statements),
+        }
+
+
+def compare(
+    oscillator: Oscillator,
+    *,
+    rtol: float = 0.01,
+    quantities: Sequence[str] | None = None,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Set every method of the theory beside an adapted Monte Carlo.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        With a stationary state.
+    rtol : float
+        Total relative error of the Monte Carlo, in [1e-4, 0.5].
+    quantities : sequence of str
+        What must be known so well; if left out, <A^2> and, with a wall, the mean displacement.
+    seed, threads, progress
+        As in `springpot.simulate`.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong or there is no stationary state.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> found = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
+    >>> found.recommended
+    'exact'
+    >>> abs(found.gaps("exact")["amplitude_mean_square"].percent) < 5.0
+    True
+    """
+    if quantities is None:
+        quantities = ("amplitude_mean_square",) if oscillator.barrier is None else ("amplitude_mean_square", "x_mean")
+    simulation = run(oscillator, rtol=rtol, quantities=tuple(quantities), seed=seed, threads=threads, progress=progress)
+    answers, statements = solve_all(oscillator)
+    return Comparison(oscillator, answers, statements, recommended(oscillator, answers), simulation)
+
+
+def observe(
+    oscillator: Oscillator, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None
+) -> Run:
+    """An adapted run for pictures: distributions, and a spectrum over a window long enough for its peaks.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> found = observe(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> found.spectrum.frequency.size
+    117
+    """
+    relaxation = max(relaxation_time(oscillator), 1.0 / oscillator.natural_frequency)
+    step = 4.0 * resolve(oscillator).step
+    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * oscillator.natural_frequency
+    window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
+    steps = min(math.ceil(window / step), LONGEST_WINDOW)
+    skipped = math.ceil(5.0 * relaxation / step)
+    paths = int(min(max(PATH_STEPS / (steps + skipped), 256.0), 20_000.0))
+    return run(
+        oscillator,
+        paths=paths,
+        step=step,
+        duration=(steps + skipped) * step,
+        window=(skipped * step, (steps + skipped) * step),
+        start="stationary",
+        distributions=True,
+        spectrum=frequencies,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,109 @@
+"""The validity map in pictures: how far each method is from Monte Carlo, over order and strength of the springpot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from springpot.figures.style import new_grid
+from springpot.theory.trust import GOOD, MAP_FILE, METHODS, read_map
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_gaps"]
+
+NAMES = {
+    "amplitude_mean_square": r"$\langle A^2\rangle$",
+    "x_mean": r"$\langle x\rangle$",
+    "impact_rate": "impact rate",
+}
+LARGEST = 12.0  # per cent at which the colours end
+
+Cells = Mapping[str, np.ndarray[Any, Any]]
+
+
+def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = METHODS, path: Path = MAP_FILE) -> Figure:
+    """Draw the gap of one moment: a row for each method, a column for each restitution or wall position.
+
+    Parameters
+    ----------
+    moment : str
+        ``"amplitude_mean_square"``, ``"x_mean"`` or ``"impact_rate"``.
+    along : {"restitution", "position"}
+        What changes from column to column: the restitution with the wall at 0, or its place with an elastic wall.
+    methods : sequence of str
+    path : Path
+        The map; the one that comes with the package if left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> len(draw_gaps("x_mean", "restitution").axes) > 20
+    True
+    """
+    cells = read_map(path)
+    fixed, value = ("position", 0.0) if along == "restitution" else ("restitution", 1.0)
+    chosen = {name: column[cells[fixed] == value] for name, column in cells.items()}
+    steps = sorted(set(chosen[along]), reverse=along == "restitution")
+    figure, panels = new_grid(2.05 * len(steps) + 1.2, 1.9 * len(methods) + 0.9, len(methods), len(steps))
+    image: Any = None
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, len(steps))
+        here = {name: values[chosen[along] == steps[column]] for name, values in chosen.items()}
+        image = _panel(panel, here, f"{methods[row]}:{moment}", GOOD[moment])
+        if row == 0:
+            panel.set_title(f"$r$ = {steps[column]:g}" if along == "restitution" else f"$b$ = {steps[column]:g}")
+        if column == 0:
+            panel.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$")
+        else:
+            panel.set_yticklabels([])
+        if row == len(methods) - 1:
+            panel.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$")
+        else:
+            panel.set_xticklabels([])
+    bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
+    bar.set_label(
+        f"theory over Monte Carlo, {NAMES[moment]}, per cent above 1\n"
+        f"bold: more than {GOOD[moment]:g} %; grey: no answer; blank: too rare to tell"
+    )
+    where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"
+    figure.suptitle(f"Gap of {NAMES[moment]} to Monte Carlo from an adapted start, {where}", fontsize=10)
+    return figure
+
+
+def _panel(panel: Axes, here: Cells, name: str, good: float) -> Any:
+    orders, strengths = sorted(set(here["order"])), sorted(set(here["c"]))
+    gaps = np.full((len(orders), len(strengths)), np.nan)
+    for order, c, gap in zip(here["order"], here["c"], here[name], strict=True):
+        gaps[orders.index(order), strengths.index(c)] = gap
+    shown = np.where(np.isfinite(gaps), gaps, np.nan)
+    panel.grid(visible=False)
+    image = panel.imshow(shown, origin="lower", aspect="auto", cmap="PuOr_r", vmin=-LARGEST, vmax=LARGEST)
+    for (row, column), gap in np.ndenumerate(gaps):
+        if math.isinf(gap):
+            panel.add_patch(_grey(column, row))
+        elif math.isfinite(gap):
+            far = abs(gap) > 0.7 * LARGEST
+            panel.text(
+                column, row, f"{gap:+.1f}" if abs(gap) < 9.95 else f"{gap:+.0f}",
+                ha="center", va="center", fontsize=6.5,
+                color="white" if far else "black", weight="bold" if abs(gap) > good else "normal",
+            )  # fmt: skip
+    panel.set_xticks(range(len(strengths)), [f"{c:g}" for c in strengths], fontsize=7)
+    panel.set_yticks(range(len(orders)), [f"{order:g}" for order in orders], fontsize=7)
+    return image
+
+
+def _grey(column: int, row: int) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor="0.8", edgecolor="white", hatch="///", lw=0.0)

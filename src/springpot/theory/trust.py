@@ -1,0 +1,141 @@
+"""How far to trust a method here: its gaps to Monte Carlo at the nearest cells of the validity map.
+
+The map (``validity.csv``, made by :mod:`springpot.validity`) holds adapted Monte Carlo over order, c, restitution and
+wall position, and the gap of every method to it.  Between cells the worst of the neighbouring gaps is taken.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator
+from springpot.theory.result import Result
+
+__all__ = ["JUDGED", "MAP_FILE", "METHODS", "Trust", "read_map", "recommended", "trust", "warning"]
+
+MAP_FILE = Path(__file__).with_name("validity.csv")
+METHODS = ("averaging", "averaging_shifted", "envelope", "closure")
+"""Approximate methods that are on the map."""
+JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
+"""Moments whose gaps are on the map."""
+GOOD = {"amplitude_mean_square": 2.0, "x_mean": 4.0, "impact_rate": 4.0}
+"""Gaps in per cent up to which no warning is given."""
+
+_WORDS = {"amplitude_mean_square": "<A^2>", "x_mean": "<x>", "impact_rate": "impact rate"}
+
+# one unit of distance between a problem and a cell, along each axis
+_UNITS = np.array([0.2, 0.5, 0.1, 0.5])  # order, log10 c, restitution, position
+_NEAR = 1.5
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trust:
+    """What the map says of one method here.
+
+    Attributes
+    ----------
+    gaps : dict
+        Largest gap in per cent, without sign, of each moment in JUDGED at the neighbouring cells; infinite where the
+        method has no answer or the map has no cell near.
+    mapped : bool
+        Whether the map has a cell near.
+    """
+
+    gaps: Mapping[str, float]
+    mapped: bool
+
+    @property
+    def worst(self) -> float:
+        """The largest gap over what is thought good of its moment."""
+        return max(self.gaps[name] / GOOD[name] for name in JUDGED)
+
+
+@cache
+def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
+    """The columns of the map: place of each cell, Monte Carlo, and gaps in per cent under ``method:moment``.
+
+    A gap is infinite where the method has no answer and NaN where Monte Carlo cannot judge it.
+    """
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def trust(oscillator: Oscillator, method: str) -> Trust:
+    """What the map says of a method for this oscillator.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        With a wall.
+    method : str
+        One of METHODS.
+
+    Examples
+    --------
+    >>> trust(Oscillator(), "averaging").mapped
+    True
+    """
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}.")
+    unknown = Trust(dict.fromkeys(JUDGED, math.inf), mapped=False)
+    c = oscillator.dimensionless_coefficient
+    if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
+        return unknown
+    gaps = read_map()
+    cells = np.stack([gaps["order"], np.log10(gaps["c"]), gaps["restitution"], gaps["position"]], axis=1)
+    log = max(math.log10(c), float(cells[:, 1].min()))  # below the map every method is better than on it
+    here = np.array([oscillator.springpot.order, log, oscillator.restitution, oscillator.dimensionless_position])
+    away = np.abs(cells - here) / _UNITS
+    distance = away.max(axis=1)
+    near = distance <= max(1.0, float(distance.min()) * (1.0 + 1e-9))
+    if distance.min() > _NEAR:
+        return unknown
+    found = {name: np.abs(gaps[f"{method}:{name}"][near]) for name in JUDGED}
+    return Trust({name: _worst(gap) for name, gap in found.items()}, mapped=True)
+
+
+def _worst(gaps: Floats) -> float:
+    """The largest gap where there is an answer and Monte Carlo can judge it; infinite if there is no answer at all."""
+    if np.isinf(gaps).all():
+        return math.inf
+    return float(np.max(gaps[np.isfinite(gaps)], initial=0.0))
+
+
+def warning(oscillator: Oscillator, method: str) -> str | None:
+    """One sentence if the map says that a method is off here, or says nothing; None if it is good."""
+    found = trust(oscillator, method)
+    if oscillator.barrier is None or not oscillator.dimensionless_coefficient > 0.0:
+        return None
+    if not found.mapped:
+        return "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
+    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in found.gaps.items() if GOOD[name] < gap < math.inf]
+    if off:
+        return f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."
+    return None
+
+
+def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+    """The method to trust here, among those that have an answer.
+
+    Exact answers first; then the method with the smallest worst gap on the map; away from the map, the envelope.
+    """
+    for name in ("exact", "fokker_planck"):
+        if name in answers:
+            return name
+    known = [name for name in METHODS if name in answers]
+    if not known:
+        return ""
+    judged = {name: trust(oscillator, name) for name in known}
+    if not any(found.mapped for found in judged.values()):
+        return "envelope" if "envelope" in known else known[-1]
+    return min(known, key=lambda name: judged[name].worst)
