@@ -43,7 +43,8 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
         names = set(archive.namelist())
     assert "springpot/py.typed" in names
     sources = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "springpot").rglob("*.py")} | {
-        "springpot/py.typed"
+        "springpot/py.typed",
+        "springpot/theory/validity.csv",
     }
     assert {name for name in names if ".dist-info/" not in name} == sources
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
