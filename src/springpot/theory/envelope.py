@@ -121,6 +121,13 @@ class Envelope(Result):
         TypeError, ValueError
             If a time is negative, NaN or not a number.
 
+        Notes
+        -----
+        The energy has to change little in one cycle, and the element's slow force is that of the stationary state.
+        Against Monte Carlo from rest it is within 4 % at c <= 0.1 from a third of the relaxation time on.  At c = 1,
+        alpha = 0.5 it is 37 % too high in the first cycle and 3 % after some twenty of them; at alpha = 0.1, c = 0.3 it
+        stays 16 % too high for long, for a start from rest is remembered like t^-alpha.
+
         Examples
         --------
         >>> from springpot.oscillator import Springpot
