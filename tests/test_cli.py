@@ -144,15 +144,15 @@ def test_theory_does_without_a_compiler() -> None:
     assert done.stdout.splitlines()[-1] == "False", done.stderr
 
 
-def test_theory_says_each_warning_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_theory_warns_of_the_method_it_recommends(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["theory", "--coefficient", "1"]) == 0
-    sentences = [line.split(": ", 3)[3] for line in capsys.readouterr().err.splitlines()]
+    best = capsys.readouterr()
+    name = best.out.splitlines()[-1].rsplit(" ", 1)[-1]
+    sentences = best.err.splitlines()
     assert len(sentences) == len(set(sentences)) > 0
-
-
-def test_warnings_are_grouped_by_sentence() -> None:
-    answers = {"a": {"warnings": ("One.", "Two.")}, "b": {"warnings": ["Two."]}, "c": {}}
-    assert cli._by_sentence(answers) == {"One.": ["a"], "Two.": ["a", "b"]}
+    assert all(sentence.startswith(f"springpot: warning: {name}: ") for sentence in sentences)
+    assert cli.main(["theory", "--order", "1"]) == 0
+    assert capsys.readouterr().err == ""  # exact
 
 
 def test_simulate_leaves_the_defaults_to_the_library(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:

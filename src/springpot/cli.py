@@ -46,6 +46,8 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from springpot.comparison import Gap
+
 __all__ = ["main"]
 
 _QUIET_SECONDS = 2.0
@@ -135,8 +137,6 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
         return 0
     best = found.pop("recommended")
     answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
-    for sentence, methods in _by_sentence(answers).items():
-        _say(f"warning: {' and '.join(methods)}: {sentence}")
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
     units = {name: unit for name, unit in {**UNITS, "decay_rate": "s-1"}.items() if name in _names(shown)}
@@ -148,6 +148,9 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
     for name, statement in silent.items():
         print(f"{name}: {statement}")
     print(f"* recommended here: {best}" if best else "no method has an answer here.")
+    # of the others --json tells
+    for sentence in _sentences(answers.get(str(best), {}), "warnings"):
+        _say(f"warning: {best}: {sentence}")
     return 0
 
 
@@ -179,6 +182,9 @@ def compare(
         observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in found.simulation.warnings:
         _say(f"warning: {sentence}")
+    if found.recommended:
+        for sentence in found.answers[found.recommended].warnings:
+            _say(f"warning: {found.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
@@ -193,16 +199,13 @@ def compare(
         value, error = found.simulation.values[name], found.simulation.errors[name]
         if not math.isfinite(value):
             continue
-        cells = [
-            f"{gap.percent:+.1f} % ({gap.standard_errors:+.1f})" if (gap := gaps[method].get(name)) else ""
-            for method in gaps
-        ]
+        cells = [_gap(gaps[method].get(name)) for method in gaps]
         table.append([name, _with_error(value, error, UNITS[name]), *cells])
     _print_table(table)
     for name, statement in found.statements.items():
         print(f"{name}: {statement}")
     print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
-    print(f"* recommended here: {found.recommended}")
+    print(f"* recommended here: {found.recommended}" if found.recommended else "no method has an answer here.")
     if plot is not None:
         print(plot)
     return 0
@@ -439,6 +442,13 @@ class _Bar:
                 self._bar.stop()
 
 
+def _gap(gap: Gap | None) -> str:
+    if gap is None:
+        return ""
+    near = f"({gap.standard_errors:+.1f})"
+    return f"{gap.percent:+.1f} % {near}" if math.isfinite(gap.percent) else near
+
+
 def _names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
     """Names of all numbers that any of the answers has."""
     return {name for answer in answers.values() for name, value in answer.items() if _is_number(value)}
@@ -450,15 +460,6 @@ def _check_writable(path: str) -> None:
         raise ValueError(f"plot must end in .png, but it is {path!r}.")
     if not Path(path).resolve().parent.is_dir():
         raise ValueError(f"plot must lie in a folder that exists, but {str(Path(path).parent)!r} does not.")
-
-
-def _by_sentence(answers: Mapping[str, Mapping[str, object]]) -> dict[str, list[str]]:
-    """The methods that give each warning."""
-    methods: dict[str, list[str]] = {}
-    for method, answer in answers.items():
-        for sentence in _sentences(answer, "warnings"):
-            methods.setdefault(sentence, []).append(method)
-    return methods
 
 
 def _sentences(answer: Mapping[str, object], name: str) -> list[str]:

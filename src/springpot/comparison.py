@@ -31,7 +31,7 @@ class Gap:
     Attributes
     ----------
     percent : float
-        100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero.
+        100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero within three standard errors.
     standard_errors : float
         (theory - Monte Carlo) / standard error.
     """
@@ -70,7 +70,8 @@ class Comparison:
         for name in MOMENTS:
             theory, value, error = moments[name], self.simulation.values[name], self.simulation.errors[name]
             if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
-                found[name] = Gap(100.0 * (theory / value - 1.0) if value else math.nan, (theory - value) / error)
+                percent = 100.0 * (theory / value - 1.0) if abs(value) > 3.0 * error else math.nan
+                found[name] = Gap(percent, (theory - value) / error)
         return found
 
     def to_dict(self) -> dict[str, Any]:
@@ -111,7 +112,7 @@ def compare(
     rtol : float
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
     quantities : sequence of str
-        What must be known so well; if left out, <A^2> and, with a wall, the mean displacement.
+        What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.
     seed, threads, progress
         As in `springpot.simulate`.
 
@@ -133,11 +134,19 @@ def compare(
     >>> abs(found.gaps("exact")["amplitude_mean_square"].percent) < 5.0
     True
     """
-    if quantities is None:
-        quantities = ("amplitude_mean_square",) if oscillator.barrier is None else ("amplitude_mean_square", "x_mean")
-    simulation = run(oscillator, rtol=rtol, quantities=tuple(quantities), seed=seed, threads=threads, progress=progress)
     answers, statements = solve_all(oscillator)
-    return Comparison(oscillator, answers, statements, recommended(oscillator, answers), simulation)
+    best = recommended(oscillator, answers)
+    if quantities is None:
+        quantities = (
+            ("amplitude_mean_square", "x_mean") if _has_a_mean(answers.get(best)) else ("amplitude_mean_square",)
+        )
+    simulation = run(oscillator, rtol=rtol, quantities=tuple(quantities), seed=seed, threads=threads, progress=progress)
+    return Comparison(oscillator, answers, statements, best, simulation)
+
+
+def _has_a_mean(answer: Result | None) -> bool:
+    """Whether the mean is large enough, against the spread, for a relative error of it to make sense."""
+    return answer is not None and abs(answer.x_mean) > 0.1 * math.sqrt(answer.x_mean_square)
 
 
 def observe(

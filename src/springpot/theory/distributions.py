@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-__all__ = ["hoyt", "normal", "rayleigh", "real_array"]
+__all__ = ["hoyt", "normal", "numbers_only", "rayleigh", "real_array"]
 
 FloatArray = NDArray[np.float64]
 
@@ -75,3 +78,31 @@ def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
     # I0(z) exp(-a^2 (1/first + 1/second) / 4) with z = a^2 |1/first - 1/second| / 4, scaled so that nothing overflows
     z = a * a * abs(1.0 / first - 1.0 / second) / 4.0
     return np.asarray(a / math.sqrt(first * second) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide)))
+
+
+def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
+    """Let a density see finite arguments only: it is NaN at NaN, 0 at infinity, and nothing for no arguments.
+
+    Examples
+    --------
+    >>> numbers_only(lambda self, x: np.exp(-x))(None, [0.0, np.nan, np.inf])
+    array([ 1., nan,  0.])
+    """
+
+    @wraps(density)
+    def everywhere(self: Any, *arguments: ArrayLike) -> FloatArray:
+        try:
+            given = np.broadcast_arrays(*(np.asarray(argument) for argument in arguments))
+        except ValueError:
+            return density(self, *arguments)  # which says what is wrong
+        if any(argument.dtype.kind not in "iuf" for argument in given):
+            return density(self, *arguments)
+        finite = np.logical_and.reduce([np.isfinite(argument) for argument in given])
+        if finite.all() and finite.size:
+            return density(self, *arguments)
+        found = np.where(np.logical_or.reduce([np.isnan(argument) for argument in given]), np.nan, 0.0)
+        if finite.any():
+            found[finite] = density(self, *(argument[finite] for argument in given))
+        return found
+
+    return everywhere

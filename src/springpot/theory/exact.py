@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import hoyt, normal, rayleigh, real_array
+from springpot.theory.distributions import hoyt, normal, numbers_only, rayleigh, real_array
 from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
@@ -106,6 +106,7 @@ class Exact(Result):
         x, v = self._transient(time)
         return (x + v) * self.oscillator.length_scale**2
 
+    @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Density of x, in 1/m: normal, cut off at the wall.
 
@@ -136,6 +137,7 @@ class Exact(Result):
         density = _cut_normal(x, x_spread, wall) if self.oscillator.barrier is not None else normal(x, x_spread**2)
         return density / length
 
+    @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Density of the velocity (normal), in s/m.
 
@@ -150,6 +152,7 @@ class Exact(Result):
         _, v_spread, _, speed = self._spreads()
         return normal(real_array(velocity, "velocity") / speed, v_spread**2) / speed
 
+    @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2: x and v are independent; the arguments are broadcast.
 
@@ -163,6 +166,7 @@ class Exact(Result):
         """
         return np.asarray(self.x_density(displacement) * self.v_density(velocity))
 
+    @numbers_only
     def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
         """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
 
@@ -180,6 +184,7 @@ class Exact(Result):
             return hoyt(a, x_spread**2, v_spread**2) / length
         return _cut_rayleigh(a, x_spread, self.oscillator.dimensionless_position) / length
 
+    @numbers_only
     def energy_density(self, energy: ArrayLike) -> FloatArray:
         """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
 
@@ -196,6 +201,7 @@ class Exact(Result):
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega  # H = (Omega A)^2 / 2
         return np.where(h >= 0.0, self.amplitude_density(a) / (omega * omega * a), 0.0)
 
+    @numbers_only
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
         """Density of the speed just before an impact (Rayleigh), in s/m.
 

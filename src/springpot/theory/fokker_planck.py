@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import interpolate, optimize, special
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import normal, real_array
+from springpot.theory.distributions import normal, numbers_only, real_array
 from springpot.theory.linear import dashpot_mean_squares
 from springpot.theory.result import Moments, NotCovered, Result
 
@@ -132,6 +132,7 @@ class FokkerPlanck(Result):
     error_estimate: float
     impact_rate_error: float
 
+    @numbers_only
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
         """Density of the speed just before an impact, in s/m.
 
@@ -168,6 +169,7 @@ class FokkerPlanck(Result):
         inside = (u >= 0.0) & (u <= impacts.speed[-1])
         return np.asarray(np.where(inside, density, 0.0) / (impacts.moment(0) * scale))
 
+    @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Density of x, in 1/m.
 
@@ -193,6 +195,7 @@ class FokkerPlanck(Result):
         density = np.maximum(density, 0.0)[where].reshape(x.shape)
         return np.asarray(np.where(inside, density, 0.0) / length)
 
+    @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Density of the velocity, in s/m.
 
@@ -213,6 +216,7 @@ class FokkerPlanck(Result):
         density += _response(problem, self._impacts, _v_form, points, 0.0, 8, 4)
         return np.asarray(np.where(inside, np.maximum(density, 0.0)[where].reshape(v.shape), 0.0) / scale)
 
+    @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2; the arguments are broadcast.
 

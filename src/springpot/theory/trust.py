@@ -31,9 +31,6 @@ GOOD = {"amplitude_mean_square": 2.0, "x_mean": 4.0, "impact_rate": 4.0}
 
 _WORDS = {"amplitude_mean_square": "<A^2>", "x_mean": "<x>", "impact_rate": "impact rate"}
 
-# one unit of distance between a problem and a cell, along each axis
-_UNITS = np.array([0.2, 0.5, 0.1, 0.5])  # order, log10 c, restitution, position
-_NEAR = 1.5
 Floats = npt.NDArray[np.float64]
 
 
@@ -44,7 +41,7 @@ class Trust:
     Attributes
     ----------
     gaps : dict
-        Largest gap in per cent, without sign, of each moment in JUDGED at the neighbouring cells; infinite where the
+        Largest gap in per cent, without sign, of each moment in JUDGED at the cells on either side; infinite where the
         method has no answer or the map has no cell near.
     mapped : bool
         Whether the map has a cell near.
@@ -91,17 +88,29 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
         return unknown
-    gaps = read_map()
-    cells = np.stack([gaps["order"], np.log10(gaps["c"]), gaps["restitution"], gaps["position"]], axis=1)
-    log = max(math.log10(c), float(cells[:, 1].min()))  # below the map every method is better than on it
-    here = np.array([oscillator.springpot.order, log, oscillator.restitution, oscillator.dimensionless_position])
-    away = np.abs(cells - here) / _UNITS
-    distance = away.max(axis=1)
-    near = distance <= max(1.0, float(distance.min()) * (1.0 + 1e-9))
-    if distance.min() > _NEAR:
-        return unknown
-    found = {name: np.abs(gaps[f"{method}:{name}"][near]) for name in JUDGED}
-    return Trust({name: _worst(gap) for name, gap in found.items()}, mapped=True)
+    found = read_map()
+    lightest = float(found["c"].min())  # below the map every method is better than on it
+    near = np.ones(found["c"].size, bool)
+    for name, value, slack in (
+        ("position", oscillator.dimensionless_position, 0.25),
+        ("restitution", oscillator.restitution, 0.15),
+        ("order", oscillator.springpot.order, 0.1),
+        ("c", max(c, lightest), 0.3),
+    ):
+        beside = _beside(np.unique(found[name][near]), value, slack)
+        if not beside:
+            return unknown
+        near &= np.isin(found[name], beside)
+    return Trust({name: _worst(np.abs(found[f"{method}:{name}"][near])) for name in JUDGED}, mapped=True)
+
+
+def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
+    """The values of the map next to a number on either side; nothing if it lies off them by more than ``slack``."""
+    within = 1e-9 * max(1.0, abs(here))
+    below, above = values[values <= here + within], values[values >= here - within]
+    found = {float(side) for side in (below[-1:], above[:1]) for side in side}
+    one_sided = not (below.size and above.size)
+    return () if one_sided and min(abs(value - here) for value in found) > slack else tuple(found)
 
 
 def _worst(gaps: Floats) -> float:
@@ -127,7 +136,8 @@ def warning(oscillator: Oscillator, method: str) -> str | None:
 def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     """The method to trust here, among those that have an answer.
 
-    Exact answers first; then the method with the smallest worst gap on the map; away from the map, the envelope.
+    Exact answers first; then the method with the smallest worst gap on the map; away from the map the closure, or the
+    envelope, or averaging.
     """
     for name in ("exact", "fokker_planck"):
         if name in answers:
@@ -137,5 +147,5 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
         return ""
     judged = {name: trust(oscillator, name) for name in known}
     if not any(found.mapped for found in judged.values()):
-        return "envelope" if "envelope" in known else known[-1]
+        return next((name for name in ("closure", "envelope", "averaging") if name in known), "")
     return min(known, key=lambda name: judged[name].worst)
