@@ -274,7 +274,7 @@ class Oscillator:
         """b sqrt(Omega^3 / q), positive for a preload; NaN without a wall, +-inf (or 0) without noise."""
         if self.barrier is None:
             return math.nan
-        gap = self.barrier.position if self.barrier.side == "above" else -self.barrier.position
+        gap = self.direction * self.barrier.position
         if self.length_scale == 0.0:
             return math.copysign(math.inf, gap) if gap else 0.0
         return gap / self.length_scale

@@ -12,7 +12,7 @@ from springpot.theory.averaging import averaging
 from springpot.theory.envelope import envelope
 from springpot.theory.envelope_balance import Problem, balance
 from springpot.theory.envelope_cycles import harmonic_sum, make_cycles
-from springpot.theory.envelope_impacts import COLLAPSE
+from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 
@@ -302,7 +302,7 @@ def test_without_noise_the_mass_rests(b, place):
 
 
 def test_collapse_of_very_lossy_walls():
-    result = envelope(make(0.5, 0.1, 0.0, 0.9 * COLLAPSE))
+    result = envelope(make(0.5, 0.1, 0.0, 0.9 * COLLAPSE_BELOW))
     assert math.isnan(result.impact_rate)
     assert result.to_dict()["impact_rate"] is None
     assert any("infinitely many" in warning for warning in result.warnings)

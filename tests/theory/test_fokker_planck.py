@@ -14,15 +14,14 @@ from springpot.theory.exact import exact
 from springpot.theory.fokker_planck import (
     _COARSE,
     _FINE,
-    COLLAPSE,
     _Grid,
     _moments,
     _problem,
     _QuadraticForm,
-    _slow_power,
     _solve,
     fokker_planck,
 )
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 
@@ -124,9 +123,9 @@ def test_slow_impacts_follow_the_power_law(r):
     impacts = _solve(_problem(oscillator(0.3, r)), _FINE)
     part = (impacts.speed > 1e-4) & (impacts.speed < 1e-3)
     slope = np.polyfit(np.log(impacts.speed[part]), np.log(impacts.weight[part]), 1)[0]
-    assert slope == pytest.approx(_slow_power(r), abs=0.01)
-    assert _slow_power(1.0) == 2.0
-    assert _slow_power(0.5) == pytest.approx(1.0)
+    assert slope == pytest.approx(slow_impact_power(r), abs=0.01)
+    assert slow_impact_power(1.0) == 2.0
+    assert slow_impact_power(0.5) == pytest.approx(1.0)
 
 
 def test_density_of_impact_speeds_has_its_moments():
@@ -195,7 +194,7 @@ def test_refusals_and_dictionary():
     assert list(answer) == [*MOMENTS, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
     assert result.warnings == ()
-    assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE
+    assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE_BELOW
     (warning,) = fokker_planck(oscillator(0.1, 0.18)).warnings
     assert "impact rate" in warning
 

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize
 
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
@@ -30,6 +29,7 @@ from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tab
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
 from springpot.simulation.statistics import controlled, linearised, standard_error
+from springpot.theory.mckean import slow_impact_power
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
@@ -318,21 +318,16 @@ def _order(oscillator: Oscillator, name: str) -> float:
 def slow_impact_order(restitution: float) -> float:
     """Order in the step of the impact rate's bias, between 0 and 1.
 
-    Near a lossy wall under white noise the flux of impacts slower than v goes like v^-s with the root s in [-2, 0) of
-    r^s = 2 cos(pi (1 + s) / 3), and a step h blurs speeds of the order sqrt(h): the bias goes like h^(-s/2).  At and
-    below r = exp(-pi / sqrt 3) = 0.163 there is no such root and the rate is infinite.
+    Near a lossy wall under white noise the flux of impacts slower than v goes like v^m with the m of
+    `springpot.theory.mckean.slow_impact_power`, and a step h blurs speeds of the order sqrt(h): the bias goes like
+    h^(m/2).  At and below r = 0.163 there is no such m and the rate is infinite.
 
     Examples
     --------
     >>> [round(slow_impact_order(r), 3) for r in (1.0, 0.5, 0.25, 0.1)]
     [1.0, 0.5, 0.125, 0.0]
     """
-    if restitution <= math.exp(-math.pi / math.sqrt(3.0)):
-        return 0.0
-    if restitution == 1.0:
-        return 1.0
-    root = optimize.brentq(lambda s: restitution**s - 2.0 * math.cos(math.pi * (1.0 + s) / 3.0), -2.0, -1e-9)
-    return -0.5 * float(root)
+    return 0.5 * slow_impact_power(restitution)
 
 
 def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:

@@ -20,7 +20,6 @@ from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observers import EXTREMES, Distribution, sample_quantiles
 from springpot.simulation.settings import (
-    COLLAPSE_BELOW,
     Options,
     Settings,
     energy_time,
@@ -33,6 +32,7 @@ from springpot.simulation.settings import (
 from springpot.simulation.spectral import Spectrum
 from springpot.simulation.statistics import estimates, standard_error
 from springpot.simulation.watched import Observable, watched
+from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.units import UNITS
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ from typing import Any, Literal, TypedDict, get_args
 from springpot.oscillator import LARGEST, Barrier, Oscillator, finite_number
 from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
+from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Derivative", "Scheme", "Settings", "StartKind", "relaxation_time", "resolve"]
 
@@ -18,8 +19,6 @@ Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 
-# McKean (1963): at and below this restitution white noise makes infinitely many impacts in a finite time
-COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
@@ -179,7 +178,7 @@ def impacts_are_countable(oscillator: Oscillator) -> bool:
 
 def mirror(oscillator: Oscillator) -> float:
     """1 for a wall below the motion (or none), -1 for a wall above it."""
-    return -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
+    return oscillator.direction or 1.0
 
 
 def default_duration(oscillator: Oscillator, step: float) -> float:

@@ -51,7 +51,8 @@ from springpot.theory.distributions import real_array
 from springpot.theory.energy_diffusion import FirstPassage
 from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, Tabulated, portrait
-from springpot.theory.envelope_impacts import COLLAPSE, Impacts, impacts
+from springpot.theory.envelope_impacts import Impacts, impacts
+from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Envelope", "envelope"]
@@ -484,7 +485,7 @@ def _at_rest(oscillator: Oscillator) -> Moments:
 def _moments(found: Balance, struck: Impacts | None, scales: _Scales) -> Moments:
     x_square, v_square = found.average(found.x_square), found.average(found.v_square)
     mean = found.average(found.mean) if math.isfinite(found.problem.position) else 0.0
-    collapsing = found.problem.restitution <= COLLAPSE and found.average(found.rate) > 0.0
+    collapsing = found.problem.restitution <= COLLAPSE_BELOW and found.average(found.rate) > 0.0
     return Moments(
         amplitude_mean_square=(x_square + scales.kappa * v_square) * scales.length**2,
         x_mean=scales.side * mean * scales.length + 0.0,
@@ -542,9 +543,10 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
             "The wall loses much: at b = 0 <A^2> is up to 1 % too low at r = 0.8 and up to 4 % at r = 0.5, where the "
             "impact rate is 2 (c = 0.01) to 11 % (c = 1) too high."
         )
-    if wall is not None and wall.restitution <= COLLAPSE:
+    if wall is not None and wall.restitution <= COLLAPSE_BELOW:
         said.append(
-            f"Below restitution {COLLAPSE:.3f} slow impacts are infinitely many: their rate and speeds do not exist."
+            f"Below restitution {COLLAPSE_BELOW:.3f} slow impacts are infinitely many: "
+            "their rate and speeds do not exist."
         )
     if found is not None and found.change > _NOT_SETTLED:
         said.append(f"The self-consistent numbers have not settled: they still change by {found.change:.2g} per step.")

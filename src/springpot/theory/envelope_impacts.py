@@ -26,12 +26,12 @@ from scipy import special
 from scipy.interpolate import PchipInterpolator
 
 from springpot.theory.envelope_balance import Balance
+from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["COLLAPSE", "Impacts", "impacts"]
+__all__ = ["Impacts", "impacts"]
 
 FloatArray = NDArray[np.float64]
 
-COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
 """Below this restitution, .163, the slow impacts are infinitely many (inelastic collapse)."""
 
 _POINTS = 180
@@ -71,7 +71,7 @@ def impacts(balance: Balance) -> Impacts | None:
     """
     r = balance.problem.restitution
     regular = balance.average(balance.rate)
-    if r <= COLLAPSE or regular <= 1e-15:
+    if r <= COLLAPSE_BELOW or regular <= 1e-15:
         return None
     before = np.sqrt(balance.before) * balance.speed
     first = balance.labels.clear * (balance.action.size // (balance.labels.edges.size - 1))

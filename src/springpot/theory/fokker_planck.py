@@ -26,18 +26,18 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
-from scipy import interpolate, optimize, special
+from scipy import interpolate, special
 
 from springpot.oscillator import Oscillator
 from springpot.theory.distributions import normal, numbers_only, real_array
 from springpot.theory.linear import dashpot_mean_squares
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import Moments, NotCovered, Result
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
 
 FloatArray = NDArray[np.float64]
 
-COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
 """Restitution at and below which infinitely many impacts follow in finite time (McKean)."""
 
 _LIGHTEST = 3e-3  # of c; the time integral is 36/c long
@@ -46,7 +46,9 @@ _DEEPEST = 4.0  # b over the free standard deviation of x, beyond which the equa
 _FAR_BEHIND = -6.0  # where impacts are too rare to be told from rounding
 _LOWEST = 0.18  # of the restitution: slow impacts then count down to 1e-200 of the typical speed
 
-_REACH = f"The Fokker-Planck solution covers order 1 with a wall of restitution above exp(-pi/sqrt 3) = {COLLAPSE:.3f}"
+_REACH = (
+    f"The Fokker-Planck solution covers order 1 with a wall of restitution above exp(-pi/sqrt 3) = {COLLAPSE_BELOW:.3f}"
+)
 _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
 _NEAREST = 0.02  # distance to the wall, over the speed unit, down to which the joint density is computed
@@ -162,7 +164,7 @@ class FokkerPlanck(Result):
         impacts, unit = self._impacts, _speed_unit(self._problem)
         y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
         first = impacts.position[0]
-        log_weight = impacts.log_weight(np.maximum(y, first)) + _slow_power(self._problem.r) * np.minimum(
+        log_weight = impacts.log_weight(np.maximum(y, first)) + slow_impact_power(self._problem.r) * np.minimum(
             y - first, 0.0
         )
         density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
@@ -452,18 +454,11 @@ def _fastest(problem: _Problem, grid: _Grid) -> float:
     return min(free, math.sqrt(added * (added + 2.0 * gap)))
 
 
-def _slow_power(r: float) -> float:
-    """1 + g: impacts slower than u are as rare as u^(1+g), with r^-(1+g) = 2 cos(pi g / 3)."""
-    if r == 1.0:
-        return 2.0
-    return float(optimize.brentq(lambda m: r**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0))
-
-
 def _solve(problem: _Problem, grid: _Grid) -> _Impacts:
     """Nystrom's method with the trapezoid rule in y, speed = unit * log(1 + e^y)."""
     r, unit, h = problem.r, _speed_unit(problem), grid.spacing
     fastest = _fastest(problem, grid)
-    low = -math.log(1e10) / _slow_power(r)
+    low = -math.log(1e10) / slow_impact_power(r)
     y = np.arange(low, fastest / unit + h, h)
     u = unit * np.logaddexp(0.0, y)
     measure = h * unit * special.expit(y) / u  # du / u

@@ -1,0 +1,37 @@
+"""Slow impacts behind a lossy wall: what McKean's law of returns says, whatever the oscillator.
+
+Thrown off a wall at speed v0 and driven back by white noise alone, a mass returns at a speed of density
+(3 / 2 pi) u^(3/2) v0^(1/2) / (u^3 + v0^3) (McKean, "A winding problem for a resonator driven by a white noise",
+J. Math. Kyoto Univ. 2, 1963).  An impact that takes a part of the speed makes slower and slower ones follow.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scipy import optimize
+
+__all__ = ["COLLAPSE_BELOW", "slow_impact_power"]
+
+COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
+"""Restitution (0.163) at and below which white noise makes infinitely many impacts in a finite time."""
+
+
+def slow_impact_power(restitution: float) -> float:
+    """The power m with which the impacts slower than u get rarer, u^m: r^-m = 2 cos(pi (m - 1) / 3), between 0 and 2.
+
+    Parameters
+    ----------
+    restitution : float
+        r in (0, 1]; at and below COLLAPSE_BELOW there is no such power, and 0 is returned.
+
+    Examples
+    --------
+    >>> [round(slow_impact_power(r), 3) for r in (1.0, 0.5, 0.25, 0.1)]
+    [2.0, 1.0, 0.25, 0.0]
+    """
+    if restitution <= COLLAPSE_BELOW:
+        return 0.0
+    if restitution == 1.0:
+        return 2.0
+    return float(optimize.brentq(lambda m: restitution**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0))
