@@ -129,7 +129,7 @@ def make_map(
     with partial.open("a", newline="") as file:
         writer = csv.writer(file)
         if file.tell() == 0:
-            writer.writerow(_HEADER[: -len(METHODS) * len(JUDGED)])
+            writer.writerow([*_PLACE, *_SIMULATED])
         for number, cell in enumerate(cells):
             if cell not in known:
                 known[cell] = simulate_cell(cell, threads=threads)
@@ -146,7 +146,8 @@ def make_map(
 
 
 _SIMULATED = tuple(name + part for name in MOMENTS for part in ("", "_se"))
-_HEADER = ["order", "c", "restitution", "position", *_SIMULATED, *(f"{m}:{name}" for m in METHODS for name in JUDGED)]
+_PLACE = ("order", "c", "restitution", "position")
+_HEADER = [*_PLACE, *_SIMULATED, *(f"{m}:{name}" for m in METHODS for name in JUDGED)]
 
 
 def _read(path: Path) -> dict[Cell, dict[str, float]]:

@@ -43,7 +43,7 @@ from springpot.theory.closure_steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.distributions import real_array
+from springpot.theory.distributions import normal, real_array
 from springpot.theory.result import Moments, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
@@ -110,7 +110,7 @@ class Closure(Result):
         solved = self._solved()
         y = self._from_wall(displacement) / solved.y_scale
         if solved.plane is None:
-            return _normal(y) / solved.y_scale
+            return normal(y, 1.0) / solved.y_scale
         return np.asarray(np.where(y < 0.0, 0.0, solved.plane.y_density(np.clip(y, 0.0, _FAR))) / solved.y_scale)
 
     def v_density(self, velocity: ArrayLike) -> FloatArray:
@@ -125,7 +125,7 @@ class Closure(Result):
         """
         solved = self._solved()
         v = np.clip(self._away(velocity) / solved.v_scale, -_FAR, _FAR)
-        density = _normal(v) if solved.plane is None else solved.plane.v_density(v)
+        density = normal(v, 1.0) if solved.plane is None else solved.plane.v_density(v)
         return np.asarray(density / solved.v_scale)
 
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
@@ -309,7 +309,7 @@ class _Solved:
         """Density of (x, v) in s/m^2 at Y and V."""
         v = np.clip(v, -_FAR, _FAR)
         if self.plane is None:
-            density = _normal(np.clip(y, -_FAR, _FAR)) * _normal(v)
+            density = normal(y, 1.0) * normal(v, 1.0)
         else:
             density = np.where(y < 0.0, 0.0, self.plane.joint(np.clip(y, 0.0, _FAR), v))
         return np.asarray(density / (self.y_scale * self.v_scale))
@@ -485,8 +485,3 @@ def _finite(value: ArrayLike, name: str) -> FloatArray:
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite.")
     return array
-
-
-def _normal(z: FloatArray) -> FloatArray:
-    z = np.clip(z, -_FAR, _FAR)
-    return np.asarray(np.exp(-z * z / 2.0) / math.sqrt(2.0 * math.pi))

@@ -170,7 +170,7 @@ class Envelope(Result):
         array([0.   , 0.798])
         """
         table, x = self._x_table, real_array(displacement, "displacement")
-        return table.density(_own(x, self._scales.side) / self._scales.length) / self._scales.length
+        return table.density(self._scales.side * x / self._scales.length) / self._scales.length
 
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Density of the velocity, in s/m.
@@ -200,7 +200,7 @@ class Envelope(Result):
         x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
         missing = np.isnan(x) | np.isnan(v)
         # far out there is nothing, and infinities would make the search for the cycle NaN
-        near_x = np.clip(np.where(missing, 0.0, _own(x, s.side) / s.length), -1e6, 1e6)
+        near_x = np.clip(np.where(missing, 0.0, s.side * x / s.length), -1e6, 1e6)
         near_v = np.clip(np.where(missing, 0.0, v / s.speed), -1e6, 1e6)
         found = self._portrait.joint(near_x, near_v)
         return np.where(missing, np.nan, found / (s.length * s.speed))
@@ -551,8 +551,3 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
     if found is not None and found.change > _NOT_SETTLED:
         said.append(f"The self-consistent numbers have not settled: they still change by {found.change:.2g} per step.")
     return tuple(said)
-
-
-def _own(x: FloatArray, side: float) -> FloatArray:
-    """Displacement as seen by a mass above its wall."""
-    return np.asarray(side * x)
