@@ -11,13 +11,18 @@ from typing import TYPE_CHECKING, Any
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 
 if TYPE_CHECKING:
-    from springpot import theory
+    from springpot import figures, theory
     from springpot.simulation import run, simulate
 
     __version__: str
 
-__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "run", "simulate", "theory"]
-_LATER = {"run": "springpot.simulation", "simulate": "springpot.simulation", "theory": "springpot.theory"}
+__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "figures", "run", "simulate", "theory"]
+_LATER = {
+    "figures": "springpot.figures",
+    "run": "springpot.simulation",
+    "simulate": "springpot.simulation",
+    "theory": "springpot.theory",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -28,7 +33,7 @@ def __getattr__(name: str) -> Any:
     if name not in _LATER:
         raise AttributeError(f"module 'springpot' has no attribute {name!r}")
     module = importlib.import_module(_LATER[name])
-    return module if name == "theory" else getattr(module, name)
+    return module if _LATER[name] == f"springpot.{name}" else getattr(module, name)
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,23 @@
-"""Pictures of results; matplotlib is imported only when a picture is asked for."""
+"""Pictures of results; matplotlib is imported only when a picture is asked for.
 
-from springpot.figures.style import COLOURS, new_figure, save
+A function draws into the ``axes`` it is given, or into those of a new figure that belongs to no window and to no global
+state, and returns them.  The few that need several panels begin with ``draw_`` and return a figure.  Quantities have
+their units on the axes, colours are told apart with any kind of colour vision, and bars reach over 95 % intervals.
+"""
 
-__all__ = ["COLOURS", "new_figure", "save"]
+from springpot.figures.comparison import draw_comparison
+from springpot.figures.convergence import convergence
+from springpot.figures.from_rest import survival, transient
+from springpot.figures.memory import memory_error, memory_terms, terms_against_tolerance
+from springpot.figures.motion import path, phase_portrait
+from springpot.figures.series import fourier_error, fourier_series
+from springpot.figures.stationary import correlation, density, spectrum
+from springpot.figures.style import COLOURS, METHOD_LINES, bars, new_figure, new_grid, save
+from springpot.figures.sweeps import against
+from springpot.figures.validity import draw_gaps, gaps
+
+__all__ = [
+    "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "draw_comparison",
+    "draw_gaps", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms", "new_figure", "new_grid",
+    "path", "phase_portrait", "save", "spectrum", "survival", "terms_against_tolerance", "transient",
+]  # fmt: skip

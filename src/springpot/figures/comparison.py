@@ -5,33 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from springpot.figures.style import COLOURS, new_grid
-from springpot.simulation import Run
-from springpot.theory import NoStationaryState, NotCovered, Result
+from springpot.figures.data import as_dataset
+from springpot.figures.stationary import density, spectrum
+from springpot.figures.style import new_grid
+from springpot.oscillator import Oscillator
+from springpot.theory import Result
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_comparison"]
+    from springpot.simulation import Run
 
-DENSITIES = {
-    "x": ("displacement x (m)", "density (1/m)"),
-    "v": ("velocity v (m/s)", "density (s/m)"),
-    "amplitude": ("amplitude A (m)", "density (1/m)"),
-    "impact_speed": ("speed just before an impact (m/s)", "density (s/m)"),
-}
-LINES = {
-    "exact": ("black", "-"),
-    "fokker_planck": ("black", "--"),
-    "envelope": ("vermilion", "-"),
-    "closure": ("blue", "--"),
-    "averaging_shifted": ("green", "-."),
-    "averaging": ("purple", ":"),
-}
-"""Colour and line of each method, told apart without colour as well."""
+__all__ = ["draw_comparison"]
 
 
 def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
@@ -40,28 +25,46 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     Parameters
     ----------
     observed : Run
-        With distributions and a spectrum (`springpot.comparison.observe`).
-    answers : mapping
+        With distributions and a spectrum; `springpot.comparison.observe` makes one.
+    answers : dict
         Names of methods and their results; each is drawn where it has the quantity.
 
     Returns
     -------
     matplotlib.figure.Figure
+        Six panels, the last one with the legend.
+
+    Raises
+    ------
+    ValueError
+        If the run has no distributions or no spectrum.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
+    >>> run = sp.run(dashpot, paths=640, duration=60.0, distributions=True, spectrum=[0.5, 1.0, 1.5])
+    >>> len(sp.figures.draw_comparison(run, {"exact": sp.theory.exact(dashpot)}).axes)
+    6
     """
     figure, panels = new_grid(10.5, 6.2, 2, 3)
-    for panel, name in zip((panels[0], panels[1], panels[3], panels[4]), DENSITIES, strict=True):
-        _density(panel, name, observed, answers)
-    _spectrum(panels[2], observed, answers)
+    data, theory = as_dataset(observed), tuple(answers.values())
+    for panel, name in zip((panels[0], panels[1], panels[3], panels[4]), _SHOWN, strict=True):
+        density(data, name, panel, theory=theory)
+    spectrum(data, panels[2], theory=theory)
     panels[5].set_axis_off()
     handles: dict[str, Any] = {}
     for panel in panels[:5]:
         handles |= dict(zip(*reversed(panel.get_legend_handles_labels()), strict=True))
-    panels[5].legend(handles.values(), handles.keys(), loc="center left", frameon=False, title=_title(observed))
+    title = _title(observed.oscillator)
+    panels[5].legend(handles.values(), handles.keys(), loc="center left", frameon=False, title=title)
     return figure
 
 
-def _title(observed: Run) -> str:
-    o = observed.oscillator
+_SHOWN = ("x", "v", "amplitude", "impact_speed")
+
+
+def _title(o: Oscillator) -> str:
     wall = "no wall" if o.barrier is None else f"$b$ = {o.barrier.position:g} m, $r$ = {o.barrier.restitution:g}"
     return (
         rf"$\alpha$ = {o.springpot.order:g}, $C$ = {o.springpot.coefficient:g} s$^{{\alpha-2}}$"
@@ -69,43 +72,3 @@ def _title(observed: Run) -> str:
         rf"$\Omega$ = {o.natural_frequency:g} rad/s, $q$ = {o.excitation.intensity:g} m$^2$/s$^3$"
         f"\n{wall}\n"
     )
-
-
-def _density(panel: Axes, name: str, observed: Run, answers: Mapping[str, Result]) -> None:
-    across, up = DENSITIES[name]
-    panel.set(xlabel=across, ylabel=up)
-    edges, density, error = observed.distributions[name].density()
-    if density.size == 0:
-        panel.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=panel.transAxes)
-        return
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    panel.errorbar(
-        middle, density, 2.0 * error, fmt="o", ms=2.5, lw=0.8, color="0.45", label="Monte Carlo, 2 standard errors"
-    )
-    place = np.linspace(edges[0], edges[-1], 400)
-    for method, answer in answers.items():
-        _line(panel, method, answer, f"{name}_density", place)
-    panel.set_ylim(bottom=0.0)
-
-
-def _spectrum(panel: Axes, observed: Run, answers: Mapping[str, Result]) -> None:
-    panel.set(xlabel="frequency (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s)", yscale="log")
-    found = observed.spectrum
-    if found is None:
-        raise ValueError("the run must have a spectrum: springpot.comparison.observe makes one.")
-    panel.errorbar(found.frequency, found.density, 2.0 * found.standard_error, fmt="o", ms=2.5, lw=0.8, color="0.45")
-    for method, answer in answers.items():
-        _line(panel, method, answer, "spectrum", found.frequency)
-
-
-def _line(panel: Axes, method: str, answer: Result, quantity: str, place: np.ndarray[Any, Any]) -> None:
-    """Draw one method's curve, if it has one here."""
-    curve = getattr(answer, quantity, None)
-    if curve is None or method not in LINES:
-        return
-    try:
-        values = curve(place)
-    except (NotCovered, NoStationaryState):
-        return
-    colour, line = LINES[method]
-    panel.plot(place, values, line, color=COLOURS[colour], lw=1.4, label=method.replace("_", " "))

@@ -1,20 +1,22 @@
-"""How many exponentials a memory needs."""
+"""A power law as a sum of exponentials: the terms, the error, and how many a memory needs."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.figures.style import COLOURS, new_figure
+from springpot.figures.style import COLOURS, panel
 from springpot.memory import power_law_sum
 from springpot.memory.exponential_sum import mclean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["even_spacing_terms", "terms_against_tolerance"]
+__all__ = ["even_spacing_terms", "memory_error", "memory_terms", "terms_against_tolerance"]
 
 _ORDERS = {0.25: ("blue", "o"), 0.5: ("vermilion", "s"), 0.75: ("green", "^")}
 
@@ -75,8 +77,7 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
     >>> terms_against_tolerance().get_ylabel()
     'Number of exponentials'
     """
-    if axes is None:
-        _, (axes,) = new_figure(6.0, 4.2)
+    axes = panel(axes, 6.0, 4.2)
     tolerances = 10.0 ** -np.arange(2.0, 10.1, 1.0)
     for order, (colour, mark) in _ORDERS.items():
         ours = [power_law_sum(order, 1e-3, 1e3, float(eps)).rates.size for eps in tolerances]
@@ -97,4 +98,105 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
     )
     axes.set_ylabel("Number of exponentials")
     axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def memory_terms(
+    order: float, axes: Axes | None = None, *, shortest: float = 1e-3, longest: float = 1e3, tolerance: float = 1e-3
+) -> Axes:
+    """Draw t^(-alpha), each of the exponentials whose sum stands for it, and the sum.
+
+    Parameters
+    ----------
+    order : float
+        alpha in (0, 1).
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    shortest, longest : float
+        Lags in s between which the sum holds; a decade more is drawn on either side.
+    tolerance : float
+        Relative error of the sum, in [1e-13, 0.1].
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> axes = sp.figures.memory_terms(0.5, tolerance=1e-2)
+    >>> len(axes.lines) - 2
+    9
+    """
+    found = power_law_sum(order, shortest, longest, tolerance)
+    axes = panel(axes, 6.0, 4.0)
+    lag = np.geomspace(shortest / 10.0, longest * 10.0, 800)
+    terms = found.weights * np.exp(-np.multiply.outer(lag, found.rates))
+    for number, term in enumerate(terms.T):
+        label = f"{terms.shape[1]} terms" if number == 0 else None
+        axes.plot(lag, term, "-", color=COLOURS["sky"], lw=0.8, label=label)
+    axes.plot(lag, lag**-order, "-", color=COLOURS["black"], lw=2.2, label=rf"$t^{{-{order:g}}}$")
+    axes.plot(lag, terms.sum(axis=1), "--", color=COLOURS["vermilion"], lw=1.4, label="their sum")
+    axes.axvspan(shortest, longest, color="0.95", zorder=0)
+    low = longest**-order
+    axes.set(xscale="log", yscale="log", xlim=(lag[0], lag[-1]), ylim=(low / 30.0, 2.0 * lag[0] ** -order))
+    axes.set(xlabel="lag $t$ (s)", ylabel=rf"kernel and terms (s$^{{-{order:g}}}$)")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def memory_error(
+    order: float,
+    axes: Axes | None = None,
+    *,
+    shortest: float = 1e-3,
+    longest: float = 1e3,
+    tolerances: Sequence[float] = (1e-3, 1e-6, 1e-9),
+) -> Axes:
+    """Draw the relative error of the sum of exponentials against the lag.
+
+    Parameters
+    ----------
+    order : float
+        alpha in (0, 1).
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    shortest, longest : float
+        Lags in s between which the sums hold.
+    tolerances : sequence of float
+        Relative errors allowed, in [1e-13, 0.1], one curve for each.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> axes = sp.figures.memory_error(0.5, tolerances=[1e-3])
+    >>> bool(axes.lines[0].get_ydata().max() <= 1e-3)
+    True
+    """
+    axes = panel(axes, 6.0, 4.0)
+    lag = np.geomspace(shortest, longest, 4000)
+    for tolerance, colour in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
+        found = power_law_sum(order, shortest, longest, tolerance)
+        error = np.abs(np.exp(-np.multiply.outer(lag, found.rates)) @ found.weights * lag**order - 1.0)
+        label = rf"$\varepsilon$ = {tolerance:.0e}: {found.rates.size} terms"
+        axes.plot(lag, error, "-", color=COLOURS[colour], lw=0.9, label=label)
+        axes.axhline(tolerance, color=COLOURS[colour], lw=0.6, linestyle=":")
+    heights = min(tolerances) * 1e-2, 30.0 * max(tolerances)
+    axes.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
+    axes.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")
+    axes.legend(frameon=False, fontsize="small", ncols=len(tolerances), loc="upper center")
     return axes

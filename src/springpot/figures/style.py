@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "new_figure", "new_grid", "save"]
+__all__ = ["COLOURS", "METHOD_LINES", "bars", "method_label", "new_figure", "new_grid", "panel", "save"]
 
 # Okabe and Ito's palette: told apart with any kind of colour vision, and in grey by their lightness.
 COLOURS = {
@@ -21,6 +24,91 @@ COLOURS = {
     "sky": "#56B4E9",
     "purple": "#CC79A7",
 }
+
+METHOD_LINES = {
+    "exact": ("black", "-"),
+    "fokker_planck": ("black", "--"),
+    "envelope": ("vermilion", "-"),
+    "closure": ("blue", "--"),
+    "averaging_shifted": ("green", "-."),
+    "averaging": ("purple", ":"),
+    "averaging_printed": ("orange", (0, (6, 2))),
+}
+"""Colour and line of each method of the theory, told apart without colour as well."""
+
+_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
+
+
+def method_label(method: str) -> str:
+    """How a method is called in a legend.
+
+    Examples
+    --------
+    >>> method_label("fokker_planck")
+    'Fokker-Planck'
+    """
+    return {"fokker_planck": "Fokker-Planck", "averaging_printed": "averaging, as printed"}.get(
+        method, method.replace("_", ", ")
+    )
+
+
+def panel(axes: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:
+    """The axes given, or those of a new figure of one panel.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes or None
+    width, height : float
+        Size of a new figure in inches.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> own = panel(None)
+    >>> panel(own) is own
+    True
+    """
+    return new_figure(width, height)[1][0] if axes is None else axes
+
+
+def bars(
+    axes: Axes,
+    place: ArrayLike,
+    value: ArrayLike,
+    standard_error: ArrayLike,
+    *,
+    color: str = "0.35",
+    marker: str = "o",
+    size: float = 3.0,
+    hollow: bool = False,
+    label: str | None = None,
+) -> None:
+    """Draw Monte Carlo: a mark for each value, and a bar over the interval that holds the true one in 95 of 100 runs.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    place, value, standard_error : array_like, shape (n,)
+        The bars reach 1.96 standard errors up and down.
+    color, marker, size, hollow, label
+        Of the marks.
+
+    Examples
+    --------
+    >>> own = panel(None)
+    >>> bars(own, [1.0, 2.0], [1.0, 4.0], [0.1, 0.2], label="Monte Carlo")
+    >>> len(own.containers)
+    1
+    """
+    error = _CONFIDENCE * np.asarray(standard_error, dtype=float)
+    look: dict[str, Any] = {"markeredgewidth": 0.9, "elinewidth": 0.9, "capsize": 1.5}
+    axes.errorbar(
+        place, value, yerr=error, fmt=marker, color=color, markersize=size, fillstyle="none" if hollow else "full",
+        label=label, **look,
+    )  # fmt: skip
 
 
 def new_figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) -> tuple[Figure, list[Axes]]:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.figures.style import new_grid
+from springpot.figures.style import method_label, new_grid, panel
 from springpot.theory.trust import GOOD, MAP_FILE, METHODS, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_gaps"]
+__all__ = ["draw_gaps", "gaps"]
 
 NAMES = {
     "amplitude_mean_square": r"$\langle A^2\rangle$",
@@ -26,6 +26,62 @@ NAMES = {
 LARGEST = 12.0  # per cent at which the colours end
 
 Cells = Mapping[str, np.ndarray[Any, Any]]
+
+
+def gaps(
+    method: str,
+    moment: str = "amplitude_mean_square",
+    axes: Axes | None = None,
+    *,
+    restitution: float = 1.0,
+    position: float = 0.0,
+    path: Path = MAP_FILE,
+) -> Axes:
+    """Draw how far one method is from Monte Carlo, in per cent, over order and strength of the springpot.
+
+    Parameters
+    ----------
+    method : {"averaging", "averaging_shifted", "envelope", "closure"}
+    moment : {"amplitude_mean_square", "x_mean", "impact_rate"}
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    restitution, position : float
+        Of the wall, the position in units of sqrt(q / Omega^3); the map has r = 1 and 0.8 at six positions, and
+        r = 0.9, 0.7 and 0.5 at position 0.
+    path : Path
+        The map; the one that comes with the package if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        One cell for each order and c = C Omega^(alpha-2); hatched where the method has no answer, blank where Monte
+        Carlo cannot judge it, bold beyond the gap up to which no warning is given.
+
+    Raises
+    ------
+    ValueError
+        If the map has no such method, moment, restitution or position.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> axes = sp.figures.gaps("averaging")
+    >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
+    '-0.0'
+    """
+    if method not in METHODS or moment not in GOOD:
+        known = f"method must be one of {', '.join(METHODS)} and moment one of {', '.join(GOOD)}"
+        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    cells = read_map(path)
+    chosen = (cells["restitution"] == restitution) & (cells["position"] == position)
+    if not chosen.any():
+        raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
+    axes = panel(axes, 4.6, 3.8)
+    _panel(axes, {name: column[chosen] for name, column in cells.items()}, f"{method}:{moment}", GOOD[moment])
+    axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
+    axes.set_ylabel(r"order $\alpha$ (1)")
+    axes.set_title(f"{method_label(method)}: {NAMES[moment]} over Monte Carlo, % above 1", fontsize="medium")
+    return axes
 
 
 def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = METHODS, path: Path = MAP_FILE) -> Figure:
@@ -45,31 +101,40 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = METHODS, path
     -------
     matplotlib.figure.Figure
 
+    Raises
+    ------
+    ValueError
+        If there is no such moment, or ``along`` is another word.
+
     Examples
     --------
     >>> len(draw_gaps("x_mean", "restitution").axes) > 20
     True
     """
+    if moment not in GOOD or along not in ("restitution", "position"):
+        raise ValueError(
+            f"moment must be one of {', '.join(GOOD)} and along 'restitution' or 'position', not {moment!r}, {along!r}."
+        )
     cells = read_map(path)
     fixed, value = ("position", 0.0) if along == "restitution" else ("restitution", 1.0)
     chosen = {name: column[cells[fixed] == value] for name, column in cells.items()}
     steps = sorted(set(chosen[along]), reverse=along == "restitution")
     figure, panels = new_grid(2.05 * len(steps) + 1.2, 1.9 * len(methods) + 0.9, len(methods), len(steps))
     image: Any = None
-    for number, panel in enumerate(panels):
+    for number, cell in enumerate(panels):
         row, column = divmod(number, len(steps))
         here = {name: values[chosen[along] == steps[column]] for name, values in chosen.items()}
-        image = _panel(panel, here, f"{methods[row]}:{moment}", GOOD[moment])
+        image = _panel(cell, here, f"{methods[row]}:{moment}", GOOD[moment])
         if row == 0:
-            panel.set_title(f"$r$ = {steps[column]:g}" if along == "restitution" else f"$b$ = {steps[column]:g}")
+            cell.set_title(f"$r$ = {steps[column]:g}" if along == "restitution" else f"$b$ = {steps[column]:g}")
         if column == 0:
-            panel.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$")
+            cell.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$")
         else:
-            panel.set_yticklabels([])
+            cell.set_yticklabels([])
         if row == len(methods) - 1:
-            panel.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$")
+            cell.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$")
         else:
-            panel.set_xticklabels([])
+            cell.set_xticklabels([])
     bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
     bar.set_label(
         f"theory over Monte Carlo, {NAMES[moment]}, per cent above 1\n"

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.figures import COLOURS, new_figure, save
+from springpot.figures import COLOURS, bars, fourier_error, fourier_series, new_figure, save
 from springpot.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.simulation import run
 from springpot.theory import Averaging, averaging
-from springpot.theory.fourier import partial_sum, truncation_bound, truncation_error
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 __all__ = ["errata", "fig1", "fig2"]
 
@@ -27,7 +22,6 @@ FloatArray = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 _REST, _ADAPTED = ("o", 3.0), ("D", 5.0)  # markers and their sizes: one fits inside the other
-_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 _GAP_CASES = ((0.1, 1.0), (0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (0.9, 1.0), (0.5, 0.1))
 _OMEGAS = np.geomspace(0.3, 3.0, 10)
 
@@ -60,23 +54,10 @@ def fig1(out: Path) -> list[Path]:
     >>> [path.name for path in fig1(Path(tempfile.mkdtemp()))]
     ['fig1.png']
     """
-    phase = np.linspace(-math.pi, math.pi, 2001)
     figure, (curves, errors) = new_figure(7.0, 6.0, ratios=(3.0, 2.0))
-    curves.plot(phase, np.abs(np.cos(phase)), color=COLOURS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
-    series = zip((2, 4, 8, 10), ("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)
-    for terms, colour, style in series:
-        look: dict[str, Any] = {"color": COLOURS[colour], "linestyle": style, "linewidth": 1.5}
-        bound = truncation_bound(terms)
-        curves.plot(phase, partial_sum(phase, terms), label=f"$n = {terms}$", **look)
-        errors.plot(phase, truncation_error(phase, terms), label=f"$n = {terms}$: at most {bound:.4f}", **look)
-    curves.set_ylabel(r"$|\cos\varphi|$ and its series  [–]")
-    curves.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=5, frameon=False)
-    errors.set_ylabel("series less function  [–]")
-    errors.set_ylim(-0.06, 0.21)
-    errors.legend(loc="upper center", ncols=2, frameon=False)
-    errors.set_xlabel(r"phase $\varphi$  [rad]")
-    errors.set_xlim(-math.pi, math.pi)
-    errors.set_xticks([-math.pi, -math.pi / 2, 0, math.pi / 2, math.pi], ["−π", "−π/2", "0", "π/2", "π"])
+    fourier_series(curves)
+    fourier_error(errors)
+    curves.set_xlabel("")
     return [save(figure, out / "fig1.png")]
 
 
@@ -148,14 +129,16 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
             (from_rest, *simulated[:2], _REST),
             (from_adapted, *simulated[2:], _ADAPTED),
         ):
-            _bars(curves, alpha, mu, error, colour, marker, size)
-            _bars(ratios, beside, mu / printed, error / printed, colour, marker, size)
+            look = {"color": colour, "marker": marker, "size": size, "hollow": (marker, size) != _REST}
+            bars(curves, alpha, mu, error, **look)
+            bars(ratios, beside, mu / printed, error / printed, **look)
     for (marker, size), label in (
         (_REST, f"Monte Carlo from rest, $t$ = {duration / 2:g}–{duration:g} s"),
         (_ADAPTED, "Monte Carlo, adapted start, after the transient"),
     ):
-        curves.plot([], [], color=COLOURS["black"], linestyle="none", marker=marker, markersize=size,
-                    fillstyle=_fill(marker), label=label)  # fmt: skip
+        fill: Literal["full", "none"] = "full" if (marker, size) == _REST else "none"
+        curves.plot([], [], color=COLOURS["black"], linestyle="none", marker=marker, markersize=size, fillstyle=fill,
+                    label=label)  # fmt: skip
     definition = r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $C = \Omega = 1$"
     curves.legend(
         loc="upper right", frameon=False, title=f"{definition}\n95 % bars are smaller than the markers in this panel"
@@ -234,7 +217,7 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
         axes.plot(fine, corrected / scale, color=COLOURS["blue"], label="Eq. 20 corrected")
         mu, error = simulated.T / point_scale
         label = "Monte Carlo (95 % bars\nare smaller than the markers)"
-        _bars(axes, _OMEGAS, mu, error, COLOURS["black"], *_REST, label=label)
+        bars(axes, _OMEGAS, mu, error, color=COLOURS["black"], size=_REST[1], label=label)
     curves.set_xscale("log")
     curves.set_yscale("log")
     curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
@@ -246,26 +229,6 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
     ratios.set_yticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
     ratios.minorticks_off()
     return save(figure, path)
-
-
-def _bars(
-    axes: Axes,
-    place: FloatArray,
-    value: FloatArray,
-    error: FloatArray,
-    colour: str,
-    marker: str,
-    size: float,
-    label: str | None = None,
-) -> None:
-    axes.errorbar(
-        place, value, yerr=_CONFIDENCE * error, fmt=marker, color=colour, markersize=size, fillstyle=_fill(marker),
-        markeredgewidth=0.9, elinewidth=0.9, capsize=1.5, label=label,
-    )  # fmt: skip
-
-
-def _fill(marker: str) -> Literal["full", "none"]:
-    return "full" if marker == _REST[0] else "none"
 
 
 def _at_unit(alpha: float, q: float) -> Averaging:

@@ -1,0 +1,83 @@
+"""How an error falls with the step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.figures.style import COLOURS, bars, panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["convergence"]
+
+_LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
+_TRIANGLE = 4.0  # length of a slope's line, in steps' ratio
+
+
+def convergence(
+    errors: Mapping[str, tuple[ArrayLike, ...]],
+    axes: Axes | None = None,
+    *,
+    orders: Sequence[float] = (1.0, 2.0),
+    xlabel: str = "time step (s)",
+    ylabel: str = "error",
+) -> Axes:
+    """Draw errors against the step, on logarithmic axes, with lines of known slope to compare with.
+
+    Parameters
+    ----------
+    errors : dict
+        Name of a scheme to its steps and the sizes of its errors, two arrays of shape (n,), and if they are known a
+        third one with the standard errors of the errors.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    orders : sequence of float
+        Slopes to draw for comparison.
+    xlabel, ylabel : str
+        With units.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If a scheme has another number of errors than steps, or a step or an error is not positive.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> axes = sp.figures.convergence({"Euler": ([0.1, 0.05], [2e-2, 1e-2])}, orders=[1.0], ylabel="error of x (m)")
+    >>> axes.get_xscale(), axes.get_ylabel()
+    ('log', 'error of x (m)')
+    """
+    axes = panel(axes)
+    lowest: tuple[float, float] | None = None
+    for number, (name, columns) in enumerate(errors.items()):
+        steps, sizes, *rest = (np.asarray(column, dtype=float) for column in columns)
+        if steps.shape != sizes.shape or steps.ndim != 1 or steps.size == 0:
+            raise ValueError(f"{name} must have as many errors as steps, not {sizes.shape} for {steps.shape}.")
+        if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
+            raise ValueError(f"steps and errors of {name} must be positive: take the size of an error.")
+        colour, mark = _LOOKS[number % len(_LOOKS)]
+        axes.plot(steps, sizes, "-", color=COLOURS[colour], lw=1.0)
+        bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLOURS[colour], marker=mark,
+             size=4.5, label=name)  # fmt: skip
+        last = int(np.argmax(steps))
+        lowest = min((float(sizes[last]), float(steps[last])), lowest or (np.inf, np.inf))
+    if lowest is not None:
+        size, step = lowest[0] / 2.5, lowest[1]
+        for order in orders:
+            axes.plot([step / _TRIANGLE, step], [size * _TRIANGLE**-order, size], "-", color="0.5", lw=0.9)
+            axes.annotate(
+                f"{order:g}", (step / _TRIANGLE, size * _TRIANGLE**-order), xytext=(-4, 0), textcoords="offset points",
+                ha="right", va="center", fontsize="small", color="0.4",
+            )  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
+    return axes

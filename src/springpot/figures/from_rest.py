@@ -1,0 +1,178 @@
+"""The way from rest: growth of the response, and when a level is first passed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.figures.data import Data, FloatArray, Theory, recorded, results
+from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.figures.sweeps import MOMENTS
+from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["survival", "transient"]
+
+_POINTS = 40  # of Monte Carlo, so that the bars can be told apart
+
+
+def transient(
+    data: Data | None,
+    quantity: str = "amplitude_mean_square",
+    axes: Axes | None = None,
+    *,
+    theory: Theory = (),
+    at: ArrayLike | None = None,
+) -> Axes:
+    """Draw a moment against time from rest: from recorded paths with error bars, and theory's curves.
+
+    Parameters
+    ----------
+    data : Run, xarray.Dataset or None
+        With recorded paths (``record=``, the more the better); None for theory alone.
+    quantity : {"amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square"}
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    theory : Result or several
+        Each is drawn if it knows this moment at a time.
+    at : array_like, shape (n,), optional
+        Times in s at which to draw theory; those of the run if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the run has no recorded paths, there is no such quantity, or neither a run nor ``at`` is given.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5))
+    >>> axes = sp.figures.transient(None, theory=sp.theory.exact(dashpot), at=[0.0, 2.0, 100.0])
+    >>> axes.lines[0].get_ydata().round(3)
+    array([0.   , 1.179, 2.   ])
+    """
+    if quantity not in _OF_PATHS:
+        raise ValueError(f"quantity must be one of {', '.join(_OF_PATHS)}, not {quantity!r}.")
+    if data is None and at is None:
+        raise ValueError("at must say when to draw theory, for there is no run.")
+    times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
+    axes = panel(axes)
+    if data is not None:
+        oscillator, time, x, v = recorded(data)
+        values = _OF_PATHS[quantity](x, v, oscillator.natural_frequency)
+        error = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.full(time.size, np.nan)
+        some = slice(None, None, max(1, time.size // _POINTS))
+        label = f"Monte Carlo, {len(values)} paths, 95 %"
+        bars(axes, time[some], values.mean(axis=0)[some], error[some], label=label)
+        times = time if at is None else times
+    for result in results(theory):
+        moment = _moment_at(result, quantity)
+        if moment is None:
+            continue
+        try:
+            curve = moment(times)
+        except (NotCovered, NoStationaryState):
+            continue
+        colour, line = METHOD_LINES[result.method]
+        axes.plot(times, curve, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))
+    axes.set_xlabel("time from rest $t$ (s)")
+    axes.set_ylabel(MOMENTS[quantity])
+    return axes
+
+
+def survival(
+    data: Data | None,
+    level: float,
+    axes: Axes | None = None,
+    *,
+    theory: Theory = (),
+    at: ArrayLike | None = None,
+) -> Axes:
+    """Draw the probability that the amplitude has not yet reached a level, against time from rest.
+
+    Parameters
+    ----------
+    data : Run, xarray.Dataset or None
+        With recorded paths (``record=``); None for theory alone.
+    level : float
+        Of the amplitude A = sqrt(x^2 + v^2 / Omega^2), in m.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    theory : Result or several
+        Each is drawn if it has a ``first_passage``.
+    at : array_like, shape (n,), optional
+        Times in s at which to draw theory; those of the run if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the run has no recorded paths, the level is not positive, or neither a run nor ``at`` is given.
+
+    Notes
+    -----
+    A recorded path is looked at at the ends of its steps, so that a short visit beyond the level between two of them is
+    missed: take a small step.  The error bars are those of a share of independent paths.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.1)))
+    >>> axes = sp.figures.survival(None, 3.0, theory=light, at=[0.0, 20.0])
+    >>> axes.lines[0].get_ydata().round(2)
+    array([1.  , 0.14])
+    """
+    if not (isinstance(level, int | float) and level > 0.0):
+        raise ValueError(f"level must be a positive amplitude in m, not {level!r}.")
+    if data is None and at is None:
+        raise ValueError("at must say when to draw theory, for there is no run.")
+    times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
+    axes = panel(axes)
+    if data is not None:
+        oscillator, time, x, v = recorded(data)
+        below = np.logical_and.accumulate(np.hypot(x, v / oscillator.natural_frequency) < level, axis=1)
+        share = below.mean(axis=0)
+        error = np.sqrt(share * (1.0 - share) / len(below))
+        some = slice(None, None, max(1, time.size // _POINTS))
+        bars(axes, time[some], share[some], error[some], label=f"Monte Carlo, {len(below)} paths, 95 %")
+        times = time if at is None else times
+    for result in results(theory):
+        first_passage = getattr(result, "first_passage", None)
+        if first_passage is None:
+            continue
+        colour, line = METHOD_LINES[result.method]
+        curve = first_passage(amplitude=level).survival(times)
+        axes.plot(times, curve, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))
+    axes.set_xlabel("time from rest $t$ (s)")
+    axes.set_ylabel(f"probability that $A$ was always below {level:g} m")
+    axes.set_ylim(0.0, 1.03)
+    return axes
+
+
+_OF_PATHS: dict[str, Callable[[FloatArray, FloatArray, float], FloatArray]] = {
+    "amplitude_mean_square": lambda x, v, frequency: x**2 + (v / frequency) ** 2,
+    "x_mean": lambda x, v, frequency: x,
+    "x_mean_square": lambda x, v, frequency: x**2,
+    "v_mean_square": lambda x, v, frequency: v**2,
+}
+
+
+def _moment_at(result: Result, quantity: str) -> Any:
+    """The method that gives this moment at a time, if there is one."""
+    if isinstance(result, Averaging):
+        # at a shifted frequency its mean square is not that of A
+        own = quantity == "amplitude_mean_square" and result.frequency == result.oscillator.natural_frequency
+        return result.mean_square if own else None
+    return getattr(result, f"{quantity}_at", None)

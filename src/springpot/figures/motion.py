@@ -1,0 +1,179 @@
+"""One recorded path: its course in time and in the plane of x and v, with the impacts marked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from springpot.figures.data import Data, FloatArray, recorded
+from springpot.figures.style import COLOURS, panel
+from springpot.oscillator import Oscillator
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["path", "phase_portrait"]
+
+_LABELS = {"x": "displacement $x$ (m)", "v": "velocity $v$ (m/s)"}
+
+
+def path(
+    data: Data,
+    axes: Axes | None = None,
+    *,
+    quantity: Literal["x", "v"] = "x",
+    member: int = 0,
+    window: tuple[float, float] | None = None,
+) -> Axes:
+    """Draw x(t) or v(t) of one recorded path, with its impacts marked.
+
+    Parameters
+    ----------
+    data : Run or xarray.Dataset
+        With recorded paths (``record=``).
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    quantity : {"x", "v"}
+        Displacement in m or velocity in m/s.
+    member : int
+        Which of the recorded paths.
+    window : (float, float), optional
+        Times in s between which to draw.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are no recorded paths, none of that number, no such quantity, or nothing in the window.
+
+    Notes
+    -----
+    A path is known at the ends of the steps.  An impact is found where it turns away from the wall in a step that would
+    have carried it behind the wall; several impacts in one step are marked as one.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> sp.figures.path(run, window=(10.0, 20.0)).get_ylabel()
+    'displacement $x$ (m)'
+    """
+    if quantity not in _LABELS:
+        raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
+    seen = _seen(data, member, window)
+    axes = panel(axes, 7.0, 3.0)
+    value = seen.x if quantity == "x" else seen.v
+    times, values = (seen.time, value) if quantity == "x" else _broken(seen, seen.time, value)
+    axes.plot(times, values, color=COLOURS["blue"], linewidth=1.0)
+    if quantity == "x":
+        _wall(axes.axhline, seen)
+        axes.plot(seen.impact_time, np.full_like(seen.impact_time, seen.wall), **_MARK)
+    else:
+        at = seen.struck
+        axes.plot(seen.impact_time, seen.v[at], **_MARK)
+        axes.vlines(seen.impact_time, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.6)
+    axes.set_xlabel("time $t$ (s)")
+    axes.set_ylabel(_LABELS[quantity])
+    axes.set_xlim(seen.time[0], seen.time[-1])
+    return axes
+
+
+def phase_portrait(
+    data: Data, axes: Axes | None = None, *, member: int = 0, window: tuple[float, float] | None = None
+) -> Axes:
+    """Draw one recorded path in the plane of displacement and velocity, with its impacts marked.
+
+    Parameters
+    ----------
+    data, axes, member, window
+        As in `path`.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `path`.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> axes = sp.figures.phase_portrait(run)
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ('displacement $x$ (m)', 'velocity $v$ (m/s)')
+    """
+    seen = _seen(data, member, window)
+    axes = panel(axes, 4.6, 4.2)
+    axes.plot(*_broken(seen, seen.x, seen.v), color=COLOURS["blue"], linewidth=0.9)
+    _wall(axes.axvline, seen)
+    at = seen.struck
+    wall = np.full(at.size, seen.wall)
+    axes.vlines(wall, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
+    axes.plot(wall, seen.v[at], **_MARK)
+    axes.set_xlabel(_LABELS["x"])
+    axes.set_ylabel(_LABELS["v"])
+    return axes
+
+
+_MARK: dict[str, Any] = {
+    "linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLOURS["vermilion"], "label": "impact",
+    "clip_on": False, "zorder": 3,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A piece of one path: the wall (NaN without), the steps that end after an impact, and when it happened."""
+
+    wall: float
+    time: FloatArray
+    x: FloatArray
+    v: FloatArray
+    struck: np.ndarray[Any, np.dtype[np.intp]]
+    impact_time: FloatArray
+
+
+def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
+    oscillator, time, x, v = recorded(data)
+    if isinstance(member, bool) or not isinstance(member, int | np.integer) or not 0 <= member < len(x):
+        raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {member!r}.")
+    inside = np.ones(time.size, bool) if window is None else (time >= window[0]) & (time <= window[1])
+    if inside.sum() < 2:
+        raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
+    time, x, v = time[inside], x[member, inside], v[member, inside]
+    struck, when = _impacts(oscillator, time, x, v)
+    wall = np.nan if oscillator.barrier is None else oscillator.barrier.position
+    return _Seen(wall, time, x, v, struck, when)
+
+
+def _impacts(
+    oscillator: Oscillator, time: FloatArray, x: FloatArray, v: FloatArray
+) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
+    """Steps in which the path was thrown back by the wall, and the instants at which straight flight meets it."""
+    if oscillator.barrier is None:
+        return np.zeros(0, np.intp), np.zeros(0)
+    gap = oscillator.direction * (x - oscillator.barrier.position)
+    away = oscillator.direction * v
+    step = np.diff(time)
+    turned = (away[:-1] < 0.0) & (away[1:] > 0.0)
+    behind = np.minimum(gap[:-1] + step * away[:-1], gap[1:] - step * away[1:]) <= 0.0
+    at = np.flatnonzero(turned & behind)
+    return at, time[at] + np.minimum(gap[at] / -away[at], step[at])
+
+
+def _broken(seen: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The curve with a gap at every impact."""
+    return np.insert(across, seen.struck + 1, np.nan), np.insert(up, seen.struck + 1, np.nan)
+
+
+def _wall(line: Any, seen: _Seen) -> None:
+    if np.isfinite(seen.wall):
+        line(seen.wall, color="0.35", linewidth=2.0, zorder=1, label="wall")

@@ -1,0 +1,229 @@
+"""The stationary state: densities, spectrum and correlation, measured and by theory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
+from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.theory import NoStationaryState, NotCovered, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["correlation", "density", "spectrum"]
+
+_DENSITIES = {
+    "x": ("displacement $x$ (m)", "density (1/m)"),
+    "v": ("velocity $v$ (m/s)", "density (s/m)"),
+    "amplitude": ("amplitude $A$ (m)", "density (1/m)"),
+    "impact_speed": ("speed just before an impact (m/s)", "density (s/m)"),
+}
+_MEASURED = "Monte Carlo, 95 %"
+
+
+def density(
+    data: Data | None,
+    quantity: str = "x",
+    axes: Axes | None = None,
+    *,
+    theory: Theory = (),
+    at: ArrayLike | None = None,
+) -> Axes:
+    """Draw the density of x, v, the amplitude or the impact speed: a run's histogram with error bars, theory's curves.
+
+    Parameters
+    ----------
+    data : Run, xarray.Dataset or None
+        With ``distributions=True``; None for theory alone.
+    quantity : {"x", "v", "amplitude", "impact_speed"}
+        The amplitude is A = sqrt(x^2 + v^2 / Omega^2).
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    theory : Result or several
+        Each is drawn if it has this density.
+    at : array_like, shape (n,), optional
+        Where to draw theory, in m or m/s; the range of the histogram if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the run has no distributions, there is no such quantity, or neither a run nor ``at`` is given.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
+    >>> run = sp.run(dashpot, paths=640, duration=20.0, distributions=True)
+    >>> sp.figures.density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
+    'density (s/m)'
+    """
+    if quantity not in _DENSITIES:
+        raise ValueError(f"quantity must be one of {', '.join(_DENSITIES)}, not {quantity!r}.")
+    place = _place(data, at)
+    across, up = _DENSITIES[quantity]
+    axes = panel(axes)
+    axes.set(xlabel=across, ylabel=up)
+    if data is not None:
+        found = as_dataset(data)
+        if f"{quantity}_density" not in found:
+            raise ValueError(f"data holds no density of {quantity}: simulate with distributions=True.")
+        middle, value, error = _columns(found, f"{quantity}_bin", f"{quantity}_density")
+        if value.size == 0:
+            axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
+            return axes
+        bars(axes, middle, value, error, size=2.5, label=_MEASURED)
+        if at is None:
+            half = np.asarray(found[f"{quantity}_bin_width"], dtype=float) / 2.0
+            place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
+    for result in results(theory):
+        _curve(axes, result, getattr(result, f"{quantity}_density", None), place)
+    axes.set_ylim(bottom=0.0)
+    return axes
+
+
+def spectrum(
+    data: Data | None,
+    axes: Axes | None = None,
+    *,
+    theory: Theory = (),
+    at: ArrayLike | None = None,
+) -> Axes:
+    """Draw the two-sided spectral density of x on a logarithmic axis: a run's with error bars, theory's curves.
+
+    Parameters
+    ----------
+    data : Run, xarray.Dataset or None
+        With ``spectrum=`` frequencies; None for theory alone.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    theory : Result or several
+        Each is drawn if it has a spectrum.
+    at : array_like, shape (n,), optional
+        Frequencies in rad/s at which to draw theory; those of the run if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the run has no spectrum, or neither a run nor ``at`` is given.
+
+    Examples
+    --------
+    >>> import numpy as np, springpot as sp
+    >>> free = sp.Oscillator(barrier=None)
+    >>> axes = sp.figures.spectrum(None, theory=sp.theory.exact(free), at=np.linspace(0.1, 3.0, 50))
+    >>> axes.get_xlabel()
+    'frequency $\\\\omega$ (rad/s)'
+    """
+    place = _place(data, at)
+    axes = panel(axes)
+    axes.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
+    if data is not None:
+        found = as_dataset(data)
+        if "x_spectrum" not in found:
+            raise ValueError("data holds no spectrum: simulate with spectrum= frequencies in rad/s.")
+        frequency, value, error = _columns(found, "frequency", "x_spectrum")
+        bars(axes, frequency, value, error, size=2.5, label=_MEASURED)
+        place = frequency if at is None else place
+    for result in results(theory):
+        _curve(axes, result, getattr(result, "spectrum", None), place)
+    return axes
+
+
+def correlation(
+    data: Data | None,
+    axes: Axes | None = None,
+    *,
+    theory: Theory = (),
+    at: ArrayLike,
+    since: float = 0.0,
+) -> Axes:
+    """Draw <x(t) x(t + lag)> against the lag: from recorded paths with error bars, and theory's curves.
+
+    Parameters
+    ----------
+    data : Run, xarray.Dataset or None
+        With recorded paths (``record=``); None for theory alone.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    theory : Result or several
+        Each is drawn if it has a correlation.
+    at : array_like, shape (n,)
+        Lags in s, at least 0; for recorded paths the nearest whole numbers of steps.
+    since : float
+        Time in s before which recorded paths are not yet stationary, and left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the run has no recorded paths, or a lag is negative or longer than they are.
+
+    Notes
+    -----
+    Products are averaged over time in each path; the standard error is that of the mean over the paths.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> free = sp.Oscillator(barrier=None)
+    >>> axes = sp.figures.correlation(None, theory=sp.theory.exact(free), at=[0.0, 1.0, 2.0])
+    >>> axes.lines[0].get_ydata().round(3)
+    array([ 0.532,  0.209, -0.16 ])
+    """
+    place = _place(data, at)
+    if not np.all(place >= 0.0):
+        raise ValueError("at must hold lags of at least 0 s.")
+    axes = panel(axes)
+    axes.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
+    if data is not None:
+        _, time, x, _ = recorded(data)
+        x = x[:, time >= since]
+        shifts = np.rint(place / (time[1] - time[0])).astype(int)
+        if not shifts.max(initial=0) < x.shape[1]:
+            raise ValueError(f"at must hold lags shorter than the {time[-1] - since:g} s that were recorded.")
+        count = x.shape[1]
+        means = np.array([(x[:, : count - shift] * x[:, shift:]).mean(axis=1) for shift in shifts])
+        error = means.std(axis=1, ddof=1) / np.sqrt(len(x)) if len(x) > 1 else np.full(len(means), np.nan)
+        bars(axes, shifts * (time[1] - time[0]), means.mean(axis=1), error, size=2.5, label=_MEASURED)
+    for result in results(theory):
+        _curve(axes, result, getattr(result, "correlation", None), place)
+    return axes
+
+
+def _place(data: Data | None, at: ArrayLike | None) -> FloatArray:
+    if data is None and at is None:
+        raise ValueError("at must say where to draw theory, for there is no run.")
+    return np.zeros(0) if at is None else np.asarray(at, dtype=float)
+
+
+def _columns(found: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    first, second, third = (np.asarray(found[name], dtype=float) for name in (place, value, f"{value}_se"))
+    return first, second, third
+
+
+def _curve(axes: Axes, result: Result, curve: Callable[[FloatArray], FloatArray] | None, place: FloatArray) -> None:
+    """Draw one method's curve, if it has one here."""
+    if curve is None:
+        return
+    try:
+        values = curve(place)
+    except (NotCovered, NoStationaryState):
+        return
+    colour, line = METHOD_LINES[result.method]
+    axes.plot(place, values, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))

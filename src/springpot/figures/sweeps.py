@@ -1,0 +1,176 @@
+"""A moment against one number of the problem: curves of theory, points of Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.figures.data import Data, as_dataset, oscillator_of
+from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["MOMENTS", "against"]
+
+MOMENTS = {
+    "amplitude_mean_square": r"mean square amplitude $\langle A^2\rangle$ (m$^2$)",
+    "x_mean": r"mean displacement $\langle x\rangle$ (m)",
+    "x_mean_square": r"mean square displacement $\langle x^2\rangle$ (m$^2$)",
+    "v_mean_square": r"mean square velocity $\langle v^2\rangle$ (m$^2$/s$^2$)",
+    "impact_rate": "impact rate (1/s)",
+    "impact_speed_mean": "mean impact speed (m/s)",
+    "impact_speed_mean_square": r"mean square impact speed (m$^2$/s$^2$)",
+}
+"""Labels of the moments, with units."""
+
+Method = Callable[[Oscillator], Result]
+
+
+def _wall(oscillator: Oscillator) -> Barrier:
+    if oscillator.barrier is None:
+        raise ValueError("the oscillator must have a wall, for something of the wall is to change.")
+    return oscillator.barrier
+
+
+# what each parameter is called on an axis, where it stands, and how it is changed
+_PARAMETERS: dict[str, tuple[str, Callable[[Oscillator], float], Callable[[Oscillator, float], Oscillator]]] = {
+    "order": (
+        r"order of the derivative $\alpha$ (1)",
+        lambda o: o.springpot.order,
+        lambda o, value: replace(o, springpot=Springpot(value, o.springpot.coefficient)),
+    ),
+    "coefficient": (
+        r"coefficient $C$ (s$^{\alpha-2}$)",
+        lambda o: o.springpot.coefficient,
+        lambda o, value: replace(o, springpot=Springpot(o.springpot.order, value)),
+    ),
+    "natural_frequency": (
+        r"natural frequency $\Omega$ (rad/s)",
+        lambda o: o.natural_frequency,
+        lambda o, value: replace(o, natural_frequency=value),
+    ),
+    "restitution": (
+        "restitution $r$ (1)",
+        lambda o: o.restitution,
+        lambda o, value: replace(o, barrier=replace(_wall(o), restitution=value)),
+    ),
+    "position": (
+        "position of the wall $b$ (m)",
+        lambda o: math.nan if o.barrier is None else o.barrier.position,
+        lambda o, value: replace(o, barrier=replace(_wall(o), position=value)),
+    ),
+    "intensity": (
+        r"intensity of the noise $q$ (m$^2$/s$^3$)",
+        lambda o: o.excitation.intensity,
+        lambda o, value: replace(o, excitation=WhiteNoise(value)),
+    ),
+}
+
+
+def against(
+    parameter: str,
+    axes: Axes | None = None,
+    *,
+    quantity: str = "amplitude_mean_square",
+    oscillator: Oscillator | None = None,
+    values: ArrayLike = (),
+    theory: Iterable[Method] | Mapping[str, Method] = (),
+    runs: Iterable[Data] = (),
+    color: str | None = None,
+    label: str = "Monte Carlo, 95 %",
+) -> Axes:
+    """Draw a moment against one number of the problem: theory as curves, runs as points with error bars.
+
+    Parameters
+    ----------
+    parameter : {"order", "coefficient", "natural_frequency", "restitution", "position", "intensity"}
+        What changes along the horizontal axis.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    quantity : str
+        A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
+    oscillator : Oscillator, optional
+        What theory is asked, with the parameter put in.
+    values : array_like, shape (n,)
+        Of the parameter, at which theory is asked.
+    theory : sequence or dict of functions
+        Such as ``springpot.theory.averaging``, from an oscillator to a result; the keys of a dict are the labels.
+        Where a method has no answer its curve has a gap.
+    runs : sequence of Run or xarray.Dataset
+        Each is one point, at the parameter of its own oscillator.
+    color : str, optional
+        Of everything, to tell several calls on the same axes apart.
+    label : str
+        Of the points.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no such parameter or moment, theory has no oscillator to be asked of, or a value is none that the
+        parameter can have.
+
+    Examples
+    --------
+    The paper's Fig. 2, small:
+
+    >>> import springpot as sp
+    >>> orders = [0.3, 0.5, 1.0]
+    >>> axes = sp.figures.against(
+    ...     "order", oscillator=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
+    ...     runs=[sp.run(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
+    ... )
+    >>> axes.lines[0].get_ydata().round(3)
+    array([4.25 , 2.296, 1.   ])
+    """
+    if parameter not in _PARAMETERS:
+        raise ValueError(f"parameter must be one of {', '.join(_PARAMETERS)}, not {parameter!r}.")
+    if quantity not in MOMENTS:
+        raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
+    name, read, change = _PARAMETERS[parameter]
+    axes = panel(axes)
+    place = np.asarray(values, dtype=float)
+    methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
+    if methods and oscillator is None:
+        raise ValueError("oscillator must be given for theory to be asked of.")
+    for said, method in methods:
+        asked = [change(oscillator, float(value)) for value in place]  # type: ignore[arg-type]
+        curve, found = _curve(method, asked, quantity)
+        colour, line = METHOD_LINES.get(found, ("black", "-"))
+        axes.plot(
+            place, curve, linestyle=line, lw=1.4, color=color or COLOURS[colour],
+            label=said or method_label(found or getattr(method, "__name__", "theory")),
+        )  # fmt: skip
+    points = [(read(oscillator_of(each)), each) for each in map(as_dataset, runs)]
+    if points:
+        at, found_runs = zip(*points, strict=True)
+        measured = [float(each[quantity]) for each in found_runs]
+        error = [float(each[f"{quantity}_se"]) for each in found_runs]
+        bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=label)
+    axes.set_xlabel(name)
+    axes.set_ylabel(MOMENTS[quantity])
+    return axes
+
+
+def _curve(method: Method, asked: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:
+    """One number for each oscillator, NaN where the method has none, and the name of the method."""
+    numbers, name = [], ""
+    for oscillator in asked:
+        try:
+            result = method(oscillator)
+            name = result.method
+            numbers.append(float(getattr(result, quantity)))
+        except (NotCovered, NoStationaryState, NoConvergence):
+            numbers.append(math.nan)
+    return numbers, name
