@@ -4,7 +4,7 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures lint test validate bench clean
+.PHONY: help setup figures lint test validate bench docs clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -39,6 +39,12 @@ bench: export UV_PROJECT_ENVIRONMENT := .tools/bench
 bench: | $(UV)  ## measure the speed, and write docs/performance.md
 	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group bench
 	.tools/bench/bin/python -m benchmarks
+
+# an environment of its own, so that the everyday one stays small
+docs: export UV_PROJECT_ENVIRONMENT := .tools/docs
+docs: | $(UV)  ## build the documentation into docs/_build/html, running every example; a warning is an error
+	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group docs
+	.tools/docs/bin/sphinx-build -W --keep-going -n -b html docs docs/_build/html
 
 clean:  ## forget the environment and the tools
 	rm -rf .venv .tools

@@ -61,7 +61,7 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
     """Draw the number of terms of t^(-alpha) over six decades of lags against the tolerance.
 
     Full lines and filled marks are the sums used here, dashed lines and hollow marks McLean's, and the dotted line is
-    :func:`even_spacing_terms`.
+    `springpot.figures.memory.even_spacing_terms`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The Fourier series of |cos| on which the averaging rests (the paper's Eq. 10 and Fig. 1)."""
+"""The Fourier series of \\|cos\\| on which the averaging rests (the paper's Eq. 10 and Fig. 1)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PHASE = np.linspace(-math.pi, math.pi, 2001)
 
 
 def fourier_series(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
-    """Draw |cos p| and partial sums of its Fourier series (the paper's Fig. 1).
+    """Draw \\|cos p\\| and partial sums of its Fourier series (the paper's Fig. 1).
 
     Parameters
     ----------

@@ -1,0 +1,112 @@
+"""How the documentation is built: `make docs`, which treats a warning as an error and runs every example."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import version as version_of
+from typing import Any
+
+import matplotlib
+
+project = "springpot"
+author = "The springpot developers"
+copyright = "the springpot developers"
+release = version_of("springpot")
+version = release
+
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["_build", "**.ipynb_checkpoints", "gallery/**", "auto_gallery/**.ipynb", "auto_gallery/**.py"]
+templates_path = ["_templates"]
+nitpicky = True
+# prose of numpydoc's type lines and of single backticks is looked up, and left as it is where nothing has that name
+default_role = "py:obj"
+nitpick_ignore_regex = [("py:obj", r".*")]
+suppress_warnings = ["config.cache"]  # functions in this file cannot be pickled, so that it is read anew each time
+
+# --- pages ------------------------------------------------------------------------------------------------------------
+
+html_theme = "pydata_sphinx_theme"
+html_title = "springpot"
+html_static_path = ["_static"]
+html_css_files = ["springpot.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options: dict[str, Any] = {
+    "show_prev_next": True,
+    "navigation_with_keys": True,
+    "secondary_sidebar_items": ["page-toc"],
+    "header_links_before_dropdown": 6,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_toc_level": 2,
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "monokai",
+}
+
+mathjax_path = "mathjax/tex-chtml.js"  # a copy that comes along: the pages read well without a network
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+myst_dmath_double_inline = True
+nb_execution_mode = "cache"
+nb_execution_timeout = 180
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+nb_merge_streams = True
+
+# --- reference --------------------------------------------------------------------------------------------------------
+
+autosummary_generate = True
+autosummary_imported_members = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+# --- gallery ----------------------------------------------------------------------------------------------------------
+
+
+def plain_figures(gallery_conf: dict[str, Any], fname: str) -> None:
+    """Every example begins with the library's look of a picture."""
+    matplotlib.rcParams.update(
+        {
+            "axes.grid": True,
+            "axes.axisbelow": True,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "grid.color": "0.9",
+            "grid.linewidth": 0.6,
+            "figure.constrained_layout.use": True,
+            "figure.dpi": 100,
+        }
+    )
+
+
+sphinx_gallery_conf: dict[str, Any] = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "auto_gallery",
+    "filename_pattern": r"/plot_",
+    "within_subsection_order": "FileNameSortKey",
+    "reset_modules": ("matplotlib", plain_figures),
+    "matplotlib_animations": False,
+    "download_all_examples": False,
+    "remove_config_comments": True,
+    "show_signature": False,
+    "min_reported_time": 1,
+    "abort_on_example_error": True,
+    "capture_repr": (),
+    "doc_module": ("springpot",),
+    "backreferences_dir": "api/backreferences",
+    "inspect_global_variables": False,
+}
+
+os.environ.setdefault("MPLBACKEND", "agg")
+sys.setrecursionlimit(max(sys.getrecursionlimit(), 3000))

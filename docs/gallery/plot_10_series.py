@@ -1,0 +1,16 @@
+"""
+The paper's first figure
+========================
+
+The modulus of a cosine as a Fourier series, on which the averaging rests, and its error.
+"""
+
+import matplotlib.pyplot as plt
+
+import springpot as sp
+
+figure, (above, below) = plt.subplots(2, figsize=(7.0, 6.0), sharex=True, height_ratios=(3, 2))
+sp.figures.fourier_series(above)
+sp.figures.fourier_error(below)
+above.set_xlabel("")
+plt.show()
