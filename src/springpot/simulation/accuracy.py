@@ -32,7 +32,7 @@ from springpot.simulation.statistics import controlled, linearised, standard_err
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.result import MOMENTS
 
-__all__ = ["CONTROLLED", "Budget", "Reached", "reach"]
+__all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "reach"]
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
@@ -119,12 +119,18 @@ class _Level:
     def paths(self) -> int:
         return sum(len(rows) for rows in self.rows)
 
-    def extend(self, paths: int) -> None:
+    def extend(self, paths: int, alive: Progress | None = None) -> None:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more > 0:
             settings = replace(self.settings, paths=more)
             found = advance(
-                self.oscillator, settings, self.made, stream=self.stream, skipped=self.paths, halved=self.halved
+                self.oscillator,
+                settings,
+                self.made,
+                stream=self.stream,
+                skipped=self.paths,
+                halved=self.halved,
+                progress=alive,
             )
             self.rows.append(found.rows)
 
@@ -171,7 +177,7 @@ def reach(
     most_path_steps : float
         Work after which the run ends with a shortfall.
     progress : callable
-        Called with an estimate of the fraction done.
+        Called with an estimate of the fraction done, after every block of paths.
 
     Returns
     -------
@@ -183,7 +189,7 @@ def reach(
         If an argument is wrong or there is no stationary state.
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
-    wanted = _checked(oscillator, quantities)
+    wanted = checked_quantities(oscillator, quantities)
     fastest = fastest_rate(oscillator)
     base = resolve(oscillator, seed=seed, threads=threads, start="stationary")
     adapted = adapt(oscillator, base, paths=PILOT_PATHS)
@@ -192,16 +198,22 @@ def reach(
     levels = _levels(oscillator, base, step, rtol)
     spent = 0.0
     targets = (FIRST_PATHS, FIRST_PATHS // 2)
+    done = 0.0
+
+    def alive(_: float) -> None:  # called block by block, so that whoever asks can end it by raising
+        if progress is not None:
+            progress(done)
+
     while True:
-        levels.coarse.extend(targets[0])
-        levels.pair_coarse.extend(targets[1])
-        levels.pair_fine.extend(targets[1])
+        levels.coarse.extend(targets[0], alive)
+        levels.pair_coarse.extend(targets[1], alive)
+        levels.pair_fine.extend(targets[1], alive)
         samples = _samples(levels)
         values, errors, budgets = _combine(oscillator, levels, adapted, samples)
         worst = max(wanted, key=lambda name: budgets[name].total / abs(values[name]))
         reached = budgets[worst].total / abs(values[worst])
-        if progress is not None:
-            progress(min(1.0, (rtol / reached) ** 2))
+        done = max(done, min(1.0, (rtol / reached) ** 2))
+        alive(done)
         if reached <= rtol:
             shortfall = ""
             break
@@ -238,7 +250,8 @@ def reach(
     )
 
 
-def _checked(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
+def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
+    """The names of quantities that can be controlled for this oscillator, or a sentence that says which could be."""
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     allowed = tuple(
         name

@@ -17,7 +17,7 @@ __all__ = [
     "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
     "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "closure", "envelope", "exact",
     "fokker_planck",
-    "recommended", "solve_all", "trust",
+    "recommended", "solve_all", "solve_one", "trust",
 ]  # fmt: skip
 
 _METHODS: dict[str, Callable[[Oscillator], Result]] = {
@@ -55,17 +55,50 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
     """
     answers: dict[str, Result] = {}
     statements: dict[str, str] = {}
-    for name, solve in _METHODS.items():
-        try:
-            result = solve(oscillator)
-        except (NotCovered, NoConvergence) as refusal:
-            statements[name] = str(refusal)
-            continue
-        if isinstance(result.stationary, str):
-            statements[name] = result.stationary
+    for name in _METHODS:
+        result, statement = solve_one(oscillator, name)
+        if result is None:
+            statements[name] = statement
         else:
-            answers[name] = _with_the_map(oscillator, name, result)
+            answers[name] = result
     return answers, statements
+
+
+def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
+    """One method's answer to one oscillator, with the warning of the validity map.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    method : str
+        A key of what `all_methods` returns, such as ``"envelope"``.
+
+    Returns
+    -------
+    result : Result or None
+    statement : str
+        Why there is no result, as in `solve_all`; empty if there is one.
+
+    Raises
+    ------
+    ValueError
+        If there is no such method.
+
+    Examples
+    --------
+    >>> result, statement = solve_one(Oscillator(), "envelope")
+    >>> round(result.x_mean, 2), statement
+    (0.79, '')
+    """
+    if method not in _METHODS:
+        raise ValueError(f"method must be one of {', '.join(_METHODS)}, not {method!r}.")
+    try:
+        result = _METHODS[method](oscillator)
+    except (NotCovered, NoConvergence) as refusal:
+        return None, str(refusal)
+    if isinstance(result.stationary, str):
+        return None, result.stationary
+    return _with_the_map(oscillator, method, result), ""
 
 
 def _with_the_map(oscillator: Oscillator, name: str, result: Result) -> Result:
