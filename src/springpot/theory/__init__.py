@@ -88,7 +88,7 @@ def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
     --------
     >>> result, statement = solve_one(Oscillator(), "envelope")
     >>> round(result.x_mean, 2), statement
-    (0.79, '')
+    (0.78, '')
     """
     if method not in _METHODS:
         raise ValueError(f"method must be one of {', '.join(_METHODS)}, not {method!r}.")

@@ -1,0 +1,303 @@
+"""Running a study: which tasks are missing, and who computes them.
+
+Threads of this process, workers of a Dask cluster, or one shard of a job array: each task is pure and writes its own
+chunk, so who computed it does not show in the store.  Several processes may work on one store at once: each goes
+through the missing tasks in an order of its own and leaves out what another has finished meanwhile.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import random
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from springpot.simulation.settings import checked_threads
+from springpot.studies.question import Study
+from springpot.studies.store import Store, open_store
+from springpot.studies.tasks import Task, check_tasks, compute, tasks
+
+__all__ = ["Outcome", "Terminated", "run_study"]
+
+Progress = Callable[[float], None]
+IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: to be obeyed like Ctrl-C."""
+
+
+class _Stopped(Exception):
+    """Raised inside a task to end it."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of a study did.
+
+    Attributes
+    ----------
+    path : Path
+    tasks : int
+        Of this study (of this shard).
+    found, computed : int
+        Answers that were there already, and that were computed now.
+    failures : tuple of (Task, str)
+        Tasks that ended with an error; they have no answer.
+    """
+
+    path: Path
+    tasks: int
+    found: int
+    computed: int
+    failures: tuple[tuple[Task, str], ...]
+
+
+@dataclass
+class _Count:
+    """How far a run is; shared by its threads."""
+
+    total: int
+    progress: Progress | None
+    computed: int = 0
+    others: int = 0
+    under_way: dict[int, float] = field(default_factory=dict)
+    failures: list[tuple[Task, str]] = field(default_factory=list)
+    stopping: bool = False
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def tell(self) -> None:
+        if self.progress is not None and self.total:
+            done = self.computed + self.others + len(self.failures) + sum(self.under_way.values())
+            self.progress(min(1.0, done / self.total))
+
+
+def run_study(
+    study: Study,
+    path: str | Path,
+    *,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    shard: tuple[int, int] = (1, 1),
+    progress: Progress | None = None,
+) -> Outcome:
+    """Compute every task of a study that its store does not hold yet.
+
+    Parameters
+    ----------
+    study : Study
+    path : str or Path
+        Of the store; made if there is none.
+    threads : int, optional
+        Tasks at a time in this process; all processors that it may use if left out.
+    workers : int, optional
+        Start a Dask cluster of so many processes on this machine instead.
+    scheduler : str, optional
+        Address of a running Dask scheduler to use instead, such as ``tcp://node1:8786``; its workers must see ``path``.
+    shard : (int, int)
+        (i, N) does only every N-th task, from the i-th: N jobs with i = 1 ... N do them all.
+    progress : callable
+        Called with the fraction done.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument or the study is wrong, or the store is another study's.
+    OSError
+        If the store cannot be written.  What was written stays.
+    KeyboardInterrupt
+        On Ctrl-C, and on SIGTERM (`Terminated`).  What was written stays.
+    """
+    check_tasks(study)
+    if (workers is not None) + (scheduler is not None) + (threads is not None) > 1:
+        raise ValueError("threads, workers and scheduler exclude each other: give one of them.")
+    number, of = shard
+    if not 1 <= number <= of:
+        raise ValueError(f"shard must be i/N with i from 1 to N, not {number}/{of}.")
+    path = Path(path).resolve()
+    store = open_store(path, study)
+    store.remove_orphans()
+    mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]
+    missing = [task for task in mine if not store.has(task)]
+    # an order of its own for each process: two on one store seldom meet, and the time left is estimated without bias
+    random.Random(f"{os.getpid()} {os.urandom(8).hex()}").shuffle(missing)
+    count = _Count(len(missing), progress)
+    with _obeying_sigterm():
+        if not missing:
+            pass
+        elif workers is not None or scheduler is not None:
+            _on_a_cluster(store, missing, count, workers, scheduler)
+        else:
+            _on_threads(store, missing, count, checked_threads(threads))
+    found = len(mine) - len(missing) + count.others
+    return Outcome(path, len(mine), found, count.computed, tuple(count.failures))
+
+
+@contextmanager
+def _obeying_sigterm() -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def leave(_signal: int, _frame: FrameType | None) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
+    waiting = iter(missing)
+    inner = max(1, threads // len(missing))  # a few large tasks share the threads
+
+    def work() -> None:
+        while not count.stopping:
+            with count.lock:
+                task = next(waiting, None)
+            if task is None:
+                return
+            _one(store, task, inner, count)
+
+    with ThreadPoolExecutor(min(threads, len(missing))) as pool:
+        futures = [pool.submit(work) for _ in range(min(threads, len(missing)))]
+        try:
+            while not all(future.done() for future in futures):
+                for future in futures:
+                    if future.done():
+                        future.result()  # a full disk ends the run
+                _wait(futures)
+        except BaseException:
+            count.stopping = True
+            raise
+    for future in futures:
+        future.result()
+
+
+def _wait(futures: Sequence[Any]) -> None:
+    from concurrent.futures import FIRST_COMPLETED, wait
+
+    wait([future for future in futures if not future.done()], timeout=0.2, return_when=FIRST_COMPLETED)
+
+
+def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
+    """Compute one task and keep its answer, unless another process has."""
+    if store.has(task):
+        with count.lock:
+            count.others += 1
+        return count.tell()
+
+    def alive(fraction: float) -> None:
+        if count.stopping:
+            raise _Stopped
+        with count.lock:
+            count.under_way[task.slot] = fraction
+            count.tell()
+
+    try:
+        answer = compute(task, threads=threads, progress=alive)
+        store.write(task, answer)
+    except _Stopped:
+        return None
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:
+        with count.lock:
+            count.failures.append((task, f"{type(error).__name__}: {error}"))
+    else:
+        with count.lock:
+            count.computed += 1
+    finally:
+        with count.lock:
+            count.under_way.pop(task.slot, None)
+    return count.tell()
+
+
+@lru_cache(maxsize=8)
+def _store_at(path: str) -> Store:
+    return open_store(path)
+
+
+def _remote(path: str, task: Task) -> None:
+    """What a worker of a cluster does with a task."""
+    store = _store_at(path)
+    if not store.has(task):
+        store.write(task, compute(task))
+
+
+def _on_a_cluster(
+    store: Store, missing: Sequence[Task], count: _Count, workers: int | None, scheduler: str | None
+) -> None:
+    with _client(workers, scheduler) as client:
+        from distributed import as_completed
+
+        room = IN_FLIGHT * max(1, sum(client.nthreads().values()))
+        waiting = iter(missing)
+        of_key: dict[str, Task] = {}
+
+        def submit(task: Task) -> Any:
+            # the key is new each time: a cluster may remember what a store has lost
+            future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
+            of_key[future.key] = task
+            return future
+
+        running = as_completed([submit(task) for task in itertools.islice(waiting, room)])
+        for future in running:
+            task = of_key.pop(future.key)
+            error = future.exception()
+            if isinstance(error, OSError | MemoryError):
+                raise error
+            if error is not None:
+                count.failures.append((task, f"{type(error).__name__}: {error}"))
+            else:
+                count.computed += 1
+            future.release()
+            count.tell()
+            for following in itertools.islice(waiting, 1):
+                running.add(submit(following))
+
+
+@contextmanager
+def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    try:
+        import distributed
+    except ImportError:
+        raise ValueError(
+            'workers and scheduler need Dask: install it with python3 -m pip install "springpot[cluster]".'
+        ) from None
+    import dask
+
+    if scheduler is not None:
+        try:
+            client = distributed.Client(scheduler, timeout="20s")
+        except (OSError, ValueError, TimeoutError) as error:
+            raise OSError(f"there is no Dask scheduler at {scheduler!r}: {error}") from None
+        with client:
+            yield client
+        return
+    workers = checked_threads(workers)
+    quiet = {"distributed.worker.daemon": True, "distributed.scheduler.allowed-failures": 10}
+    with (
+        dask.config.set(quiet),
+        distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, host="127.0.0.1"
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client

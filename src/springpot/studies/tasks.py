@@ -1,0 +1,187 @@
+"""One point of a grid and one method: a pure task, named by its own content.
+
+A task's key is a digest of everything its answer depends on, so the answer keeps its place in the store, and Monte
+Carlo its seed, however the grid around it grows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from springpot.studies.question import Point, Study, oscillator_of
+from springpot.theory.result import MOMENTS
+from springpot.units import UNITS
+
+__all__ = [
+    "MONTE_CARLO_COLUMNS",
+    "SLOTS",
+    "THEORY_COLUMNS",
+    "Answer",
+    "Task",
+    "check_tasks",
+    "columns_of",
+    "compute",
+    "tasks",
+]
+
+SLOTS = 2**60
+"""Length of a store's arrays: a task's slot is a digest, and only slots with an answer take room."""
+ANSWERS_FORMAT = 1  # part of every key: raised when what a method answers with changes its meaning
+
+THEORY_COLUMNS = MOMENTS
+MONTE_CARLO_COLUMNS = tuple(name + part for name in UNITS for part in ("", "_se", "_error"))
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to answer, and where the answer goes.
+
+    Attributes
+    ----------
+    method : str
+    point : dict
+        Numbers of the oscillator.
+    settings : dict
+        Of Monte Carlo, without the seed; empty for a theory.
+    quantities : tuple of str
+        What ``rtol`` controls; empty otherwise.
+    seed : int
+        Of Monte Carlo, from the study's seed and the content; 0 for a theory.
+    slot : int
+        Place in the store's arrays.
+    check : int
+        52 more bits of the digest, kept with the answer: a chunk that lies in another's place is found out.
+    """
+
+    method: str
+    point: Point
+    settings: dict[str, Any]
+    quantities: tuple[str, ...]
+    seed: int
+    slot: int
+    check: int
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Numbers by column (NaN where there is none), and what has to be said about them.
+
+    Attributes
+    ----------
+    numbers : tuple of float
+        As in `columns_of` the method.
+    statement : str
+        Why there is no answer; empty if there is one.
+    warnings : tuple of str
+    """
+
+    numbers: tuple[float, ...]
+    statement: str
+    warnings: tuple[str, ...]
+
+
+def columns_of(method: str) -> tuple[str, ...]:
+    """Names of the numbers that a method's answer holds."""
+    return MONTE_CARLO_COLUMNS if method == "monte_carlo" else THEORY_COLUMNS
+
+
+def tasks(study: Study) -> Iterator[Task]:
+    """Every task of a study: method by method, each in the order of the grid's points.
+
+    Examples
+    --------
+    >>> from springpot.studies.question import read_study
+    >>> study = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
+    >>> [task.point["order"] for task in tasks(study)]
+    [0.25, 0.5]
+    """
+    for method in study.methods:
+        settings: dict[str, Any] = {}
+        if method == "monte_carlo" and study.monte_carlo is not None:
+            settings = study.monte_carlo.given()
+        quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
+        for point in study.points():
+            yield _task(method, point, settings, quantities, study.seed)
+
+
+def _task(method: str, point: Point, settings: dict[str, Any], quantities: tuple[str, ...], seed: int) -> Task:
+    content = {
+        "format": ANSWERS_FORMAT,
+        "method": method,
+        "point": {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()},
+        **({"settings": settings, "quantities": quantities, "seed": seed} if method == "monte_carlo" else {}),
+    }
+    # Python writes the shortest decimal that reads back as the same double: equal text, equal numbers
+    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
+    words = [int.from_bytes(digest[8 * i : 8 * i + 8], "little") for i in range(3)]
+    own_seed = words[2] >> 1 if method == "monte_carlo" else 0
+    return Task(method, point, settings, quantities, own_seed, words[0] >> 4, words[1] >> 12)
+
+
+def check_tasks(study: Study) -> None:
+    """Check every point's oscillator and Monte Carlo settings, before any work.
+
+    Raises
+    ------
+    TypeError, ValueError
+        One sentence that says what is wrong.  A point without a stationary state is not wrong: that is its answer.
+    """
+    from springpot.simulation.accuracy import checked_quantities
+    from springpot.simulation.settings import resolve
+    from springpot.theory import NoStationaryState
+
+    if study.monte_carlo is None:
+        return
+    given = study.monte_carlo.given()
+    explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
+    for point in study.points():
+        try:
+            if "rtol" in given:
+                checked_quantities(oscillator_of(point), study.quantities)
+            resolve(oscillator_of(point), **(explicit or {"start": "stationary"}))
+        except NoStationaryState:
+            continue
+        except (TypeError, ValueError) as error:
+            varied = ", ".join(f"{name} = {point[name]:g}" for name in study.columns)
+            raise ValueError(f"at {varied}: {error}") from None
+
+
+def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
+    """Answer one task.  The same task gives the same bits wherever and however often it is computed."""
+    if task.method == "monte_carlo":
+        return _simulated(task, threads, progress)
+    from springpot.theory import solve_one
+
+    result, statement = solve_one(oscillator_of(task.point), task.method)
+    if result is None:
+        return Answer((math.nan,) * len(THEORY_COLUMNS), statement, ())
+    return Answer(tuple(getattr(result, name) for name in THEORY_COLUMNS), "", result.warnings)
+
+
+def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
+    from springpot.simulation.run import run
+    from springpot.simulation.scaled import stationary
+    from springpot.theory import NoStationaryState
+
+    oscillator = oscillator_of(task.point)
+    totals: dict[str, float] = {}
+    warnings: tuple[str, ...] = ()
+    try:
+        if "path_times" in task.settings:
+            path_times = task.settings["path_times"]
+            scaled = stationary(oscillator, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
+            values, errors = scaled.values, scaled.errors
+        else:
+            more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
+            found = run(oscillator, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+            values, errors, warnings = found.values, found.errors, found.warnings
+            totals = {name: budget.total for name, budget in found.budgets.items()}
+    except NoStationaryState as nothing:
+        return Answer((math.nan,) * len(MONTE_CARLO_COLUMNS), str(nothing), ())
+    numbers = [part.get(name, math.nan) for name in UNITS for part in (values, errors, totals)]
+    return Answer(tuple(map(float, numbers)), "", warnings)
