@@ -42,7 +42,9 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     assert "springpot/py.typed" in names
-    sources = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "springpot").rglob("*.py")} | {
+    sources = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "springpot").rglob("*.py")}
+    assets = ROOT / "src" / "springpot" / "explorer" / "static"
+    sources |= {str(path.relative_to(ROOT / "src")) for path in assets.rglob("*") if path.is_file()} | {
         "springpot/py.typed",
         "springpot/theory/validity.csv",
     }

@@ -395,6 +395,22 @@ def validity(
     return 0
 
 
+@app.command
+def explore(
+    *,
+    port: Annotated[_Whole, Parameter(help="Port to listen on; 0 takes any that is free.")] = 8765,
+    host: Annotated[str, Parameter(help="Numerical address to listen on; by default only this computer's own.")] = (
+        "127.0.0.1"
+    ),
+    browser: Annotated[bool, Parameter(help="Whether to open the page in the browser.")] = True,
+) -> int:
+    """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo."""
+    from springpot.explorer.commands import open_page
+
+    open_page(host=host, port=port, browser=browser)
+    return 0
+
+
 class _Bar:
     """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
 

@@ -1,0 +1,150 @@
+"""Theory for the page: a table of all methods, their curves, and <A^2> over the order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator, Springpot
+from springpot.theory import (
+    Averaging,
+    Envelope,
+    Exact,
+    NoConvergence,
+    NoStationaryState,
+    NotCovered,
+    Result,
+    averaging,
+    envelope,
+    solve_all,
+)
+from springpot.theory import recommended as best_of
+
+__all__ = ["ORDERS", "along_the_order", "growth", "solve", "table"]
+
+POINTS = 161  # of a density's curve
+ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
+"""Orders at which <A^2> is drawn."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@lru_cache(maxsize=64)
+def solve(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str], str]:
+    """Answers, statements of those without one, and the name of the method to trust (or nothing)."""
+    answers, statements = solve_all(oscillator)
+    return answers, statements, best_of(oscillator, answers)
+
+
+def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[str, str], best: str) -> dict[str, Any]:
+    """Every method's moments, warnings and densities, ready for JSON.
+
+    Examples
+    --------
+    >>> found = table(Oscillator(), *solve(Oscillator()))
+    >>> len(found["methods"]["envelope"]["densities"]["x"]) == len(found["places"]["x"])
+    True
+    """
+    places = {} if not best else _places(oscillator, answers[best])
+    return {
+        "recommended": best or None,
+        "statements": statements,
+        "places": {name: _plain(place) for name, place in places.items()},
+        "methods": {
+            name: {
+                "moments": {moment: _number(value) for moment, value in asdict(answer.moments).items()},
+                "warnings": list(answer.warnings),
+                "assumptions": list(answer.assumptions),
+                "densities": _densities(answer, places),
+            }
+            for name, answer in answers.items()
+        },
+    }
+
+
+def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
+    """Where the densities are worth drawing."""
+    mean = answer.x_mean
+    spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
+    low, high = mean - 4.0 * spread, mean + 4.5 * spread
+    if oscillator.barrier is not None:
+        low = max(low, oscillator.barrier.position)
+    fastest = 4.0 * math.sqrt(answer.v_mean_square)
+    places = {
+        "x": np.linspace(low, high, POINTS),
+        "v": np.linspace(-fastest, fastest, POINTS),
+        "amplitude": np.linspace(0.0, 3.0 * math.sqrt(answer.amplitude_mean_square), POINTS),
+    }
+    if answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
+        places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
+    return places
+
+
+def _densities(answer: Result, places: dict[str, Floats]) -> dict[str, list[float | None]]:
+    found = {}
+    for name, place in places.items():
+        curve = getattr(answer, f"{name}_density", None)
+        if curve is None:
+            continue
+        try:
+            found[name] = _plain(curve(place))
+        except (NotCovered, NoStationaryState, NoConvergence):
+            continue
+    return found
+
+
+def growth(
+    oscillator: Oscillator, answers: dict[str, Result], times: Floats, *, from_rest: bool
+) -> dict[str, list[float | None]]:
+    """<A^2> of each method at these times from rest, or its stationary value where it knows no transient.
+
+    Where there is no stationary state, averaging still says how the response grows.
+    """
+    found = {name: [_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
+    if not from_rest:
+        return found
+    for name, answer in answers.items():
+        if isinstance(answer, Envelope | Exact):
+            with suppress(NotCovered, NoStationaryState, NoConvergence):
+                found[name] = _plain(answer.amplitude_mean_square_at(times))
+    for name, solve_with in (("averaging_printed", _printed), ("averaging", averaging)):
+        with suppress(NotCovered):
+            found[name] = _plain(solve_with(oscillator).mean_square(times))
+    return found
+
+
+def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, float | None]]:
+    """<A^2> by the averaging as printed, as corrected, and by the envelope, at one of ORDERS after the other."""
+    for order in ORDERS:
+        here = replace(oscillator, springpot=Springpot(order, oscillator.springpot.coefficient))
+        yield {
+            "averaging_printed": _amplitude(_printed, here),
+            "averaging": _amplitude(averaging, here),
+            "envelope": _amplitude(envelope, here),
+        }
+
+
+def _printed(oscillator: Oscillator) -> Averaging:
+    return averaging(oscillator, form="printed")
+
+
+def _amplitude(method: Callable[[Oscillator], Result], oscillator: Oscillator) -> float | None:
+    try:
+        return _number(method(oscillator).amplitude_mean_square)
+    except (NotCovered, NoStationaryState, NoConvergence):
+        return None
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.7g}") if math.isfinite(value) else None
+
+
+def _plain(values: npt.ArrayLike) -> list[float | None]:
+    return [_number(float(value)) for value in np.asarray(values)]

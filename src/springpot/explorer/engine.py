@@ -1,0 +1,98 @@
+"""What all tabs share: threads to compute on, what has been loaded, and curves worth keeping."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, ParamSpec, TypeVar
+
+from springpot.oscillator import Oscillator
+from springpot.processors import threads_available
+
+__all__ = ["Engine"]
+
+MOST_CURVES = 64
+KERNELS = 2  # tabs whose ensembles grow at the same moment
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+class Engine:
+    """Loads theory and kernel while the page is already there, and computes away from the event loop.
+
+    Attributes
+    ----------
+    theory_ready, kernel_ready : asyncio.Event
+    threads : int
+        For one ensemble.
+    """
+
+    def __init__(self) -> None:
+        self.theory_ready, self.kernel_ready = asyncio.Event(), asyncio.Event()
+        self.threads = max(1, threads_available() // KERNELS)
+        self._theory = ThreadPoolExecutor(1, "theory")
+        self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
+        self._pilots = ThreadPoolExecutor(1, "pilots")
+        self._curves: OrderedDict[Oscillator, list[dict[str, float | None]]] = OrderedDict()
+
+    async def load(self) -> None:
+        """Import and compile what takes long."""
+        await self.think(_load_theory)
+        self.theory_ready.set()
+        await self.simulate(_load_kernel)
+        self.kernel_ready.set()
+
+    async def think(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+        """Run a piece of theory on the thread for it."""
+        return await self._on(self._theory, function, *args, **kwargs)
+
+    async def simulate(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+        """Run a short piece of simulation; the tabs take turns."""
+        return await self._on(self._kernel, function, *args, **kwargs)
+
+    async def pilot(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+        """Run the search for a stationary start, which may take seconds, one at a time."""
+        return await self._on(self._pilots, function, *args, **kwargs)
+
+    @staticmethod
+    async def _on(pool: ThreadPoolExecutor, function: Callable[..., _T], *args: Any, **kwargs: Any) -> _T:
+        # a tab that has gone, or asked anew, takes what has not begun out of the queue
+        return await asyncio.wrap_future(pool.submit(function, *args, **kwargs))
+
+    def curve(self, key: Oscillator) -> list[dict[str, float | None]] | None:
+        """A curve over the order that has been kept."""
+        if key in self._curves:
+            self._curves.move_to_end(key)
+        return self._curves.get(key)
+
+    def keep_curve(self, key: Oscillator, curve: list[dict[str, float | None]]) -> None:
+        """Keep a curve, and forget the one unused for longest."""
+        self._curves[key] = curve
+        while len(self._curves) > MOST_CURVES:
+            self._curves.popitem(last=False)
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        for pool in (self._theory, self._kernel, self._pilots):
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _load_theory() -> None:
+    from springpot.explorer.answers import solve
+
+    solve(Oscillator())
+
+
+def _load_kernel() -> None:
+    from springpot.explorer.gathering import Gathering
+    from springpot.explorer.motion import record
+    from springpot.simulation.settings import resolve
+
+    oscillator = Oscillator()
+    gathering = Gathering(oscillator, resolve(oscillator, paths=64, duration=1.0, step=0.01, threads=1))
+    gathering.grow()
+    gathering.distributions()
+    record(oscillator, gathering.settings, gathering.made, 0)

@@ -1,0 +1,34 @@
+"""Binary messages to a tab: a short header and arrays of single-precision numbers, which JavaScript reads in place."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["DENSITIES", "GROWTH", "MOTION", "pack", "unpack"]
+
+MOTION, DENSITIES, GROWTH = 1, 2, 3
+
+
+def pack(kind: int, generation: int, arrays: Sequence[npt.ArrayLike]) -> bytes:
+    """Kind, generation and number of arrays, their lengths (all as 32-bit whole numbers), then their numbers.
+
+    Examples
+    --------
+    >>> unpack(pack(MOTION, 7, [[1.0, 2.0], []]))
+    (1, 7, [array([1., 2.], dtype=float32), array([], dtype=float32)])
+    """
+    made = [np.asarray(array, "<f4").ravel() for array in arrays]
+    header = struct.pack(f"<{3 + len(made)}I", kind, generation, len(made), *(array.size for array in made))
+    return header + b"".join(array.tobytes() for array in made)
+
+
+def unpack(frame: bytes) -> tuple[int, int, list[npt.NDArray[np.float32]]]:
+    """What `pack` has put together: kind, generation, arrays."""
+    kind, generation, count = struct.unpack_from("<3I", frame)
+    sizes = struct.unpack_from(f"<{count}I", frame, 12)
+    numbers = np.frombuffer(frame, "<f4", offset=12 + 4 * count)
+    return kind, generation, np.split(numbers, np.cumsum(sizes)[:-1])

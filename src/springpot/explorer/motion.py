@@ -1,0 +1,145 @@
+"""One path of the ensemble, recorded in full, and the clock that plays it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.ensemble import Tables, advance
+from springpot.simulation.lanes import LANES
+from springpot.simulation.settings import Settings, mirror
+
+__all__ = ["Motion", "Player", "blocks", "record"]
+
+MOST_STEPS = 400_000  # of a path that is shown: 6 MB
+POINTS_PER_RADIAN = 40  # drawn; what lies between is not seen
+MOST_POINTS = 1200  # of one frame
+NUDGE = 0.1  # in 1 / Omega, by which a single step moves time
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A path and its impacts.
+
+    Attributes
+    ----------
+    path : int
+        Its number in the ensemble.
+    step : float
+        In s.
+    x, v : ndarray, shape (steps + 1,)
+        In m and m/s.
+    impacts : ndarray of int
+        Steps in which the wall was struck.
+    """
+
+    path: int
+    step: float
+    x: Floats
+    v: Floats
+    impacts: npt.NDArray[np.intp]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return self.x.size - 1
+
+
+def blocks(settings: Settings) -> int:
+    """How many paths of the ensemble can be shown: the first of each block.
+
+    Examples
+    --------
+    >>> from springpot.simulation.settings import resolve
+    >>> blocks(resolve(Oscillator(), paths=100))
+    2
+    """
+    return -(-settings.paths // LANES)
+
+
+def record(oscillator: Oscillator, settings: Settings, made: Tables, number: int) -> Motion:
+    """Simulate once more the first path of a block of the ensemble, and keep all of it.
+
+    Parameters
+    ----------
+    oscillator, settings, made
+        Of the ensemble.
+    number : int
+        Of the block; its first path is the number times LANES.
+    """
+    steps = min(settings.steps, MOST_STEPS)
+    single = replace(
+        settings, paths=1, record=1, threads=1, duration=steps * settings.step, window=(0.0, steps * settings.step)
+    )
+    found = advance(oscillator, single, made, skipped=number * LANES)
+    x, v = found.record[0].T.copy()
+    return Motion(number * LANES, settings.step, x, v, impacts(oscillator, settings.step, x, v))
+
+
+def impacts(oscillator: Oscillator, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
+    """Steps in which a recorded path turned round within reach of the wall: for marks, the kernel counts for itself."""
+    if oscillator.barrier is None:
+        return np.zeros(0, np.intp)
+    sign = mirror(oscillator)
+    gap, speed = sign * (x - oscillator.barrier.position), sign * v
+    fastest = np.maximum(np.abs(speed[:-1]), np.abs(speed[1:]))
+    near = np.minimum(gap[:-1], gap[1:]) <= step * fastest
+    return np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0) & near)
+
+
+class Player:
+    """Plays a motion: knows how far time has come, and what has not been shown yet.
+
+    Examples
+    --------
+    >>> path = Motion(0, 0.01, np.zeros(1001), np.zeros(1001), np.array([3]))
+    >>> player = Player(path, natural_frequency=1.0)
+    >>> player.forward(2.0)
+    >>> [round(float(part[0]), 3) for part in player.due()[:1]], player.ended
+    ([0.0], False)
+    """
+
+    def __init__(self, motion: Motion, *, natural_frequency: float) -> None:
+        self.motion = motion
+        self._frequency = natural_frequency
+        self._stride = max(1, int(1.0 / (POINTS_PER_RADIAN * natural_frequency * motion.step)))
+        self._shown = 0  # first sample that has not been shown
+        self._now = 0.0  # in steps
+        self._impacts = 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether all of the path has been shown."""
+        return self._shown >= self.motion.steps
+
+    def forward(self, radians: float) -> None:
+        """Let time run on by so many 1 / Omega."""
+        self._now = min(self._now + radians / (self._frequency * self.motion.step), float(self.motion.steps))
+
+    def due(self) -> list[npt.ArrayLike]:
+        """What has not been shown yet: (begin, spacing, path, end of the path), x, v, times and speeds of impacts.
+
+        Nothing if no sample is due.
+        """
+        motion, stride = self.motion, self._stride
+        end = int(self._now) // stride * stride + 1
+        if end <= self._shown:
+            return []
+        # after a long wait, or at great speed, only the newest points are worth drawing
+        begin = max(self._shown, end - 1 - (MOST_POINTS - 1) * stride)
+        taken = slice(begin, end, stride)
+        struck = motion.impacts[np.searchsorted(motion.impacts, begin) : np.searchsorted(motion.impacts, end)]
+        struck = struck[-MOST_POINTS:]
+        self._shown = begin + ((end - 1 - begin) // stride + 1) * stride
+        return [
+            [begin * motion.step, stride * motion.step, motion.path, motion.steps * motion.step],
+            motion.x[taken],
+            motion.v[taken],
+            (struck + 0.5) * motion.step,
+            np.abs(motion.v[struck]),
+        ]

@@ -1,0 +1,142 @@
+"""What a tab may ask for: one JSON object per message, checked to the last number before anything is done with it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+
+__all__ = ["LONGEST_MESSAGE", "Message", "NextPath", "Play", "Problem", "Step", "parse"]
+
+LONGEST_MESSAGE = 2048  # bytes; the longest honest one has some 400
+MOST_PATHS = 100_000
+FARTHEST_WALL = 20.0  # in units of the length scale
+_STRICT = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+_Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
+
+
+class Problem(BaseModel):
+    """An oscillator and how many paths of it to simulate; everything about the tab starts anew.
+
+    Parameters
+    ----------
+    generation : int
+        Number of the question; what answers it carries the same number.
+    order, coefficient, natural_frequency, intensity : float
+        As in `springpot.Oscillator`, within what a page can show.
+    wall : bool
+    position, restitution : float
+        Of the wall, if there is one.
+    seed, paths : int
+    start : {"rest", "stationary"}
+
+    Examples
+    --------
+    >>> Problem(order=1.0).oscillator().springpot.order
+    1.0
+    """
+
+    model_config = _STRICT
+
+    kind: Literal["problem"] = "problem"
+    generation: _Generation = 0
+    order: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    coefficient: Annotated[float, Field(ge=0.0, le=1e3)] = 1.0
+    natural_frequency: Annotated[float, Field(ge=1e-2, le=1e3)] = 1.0
+    intensity: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
+    wall: bool = True
+    position: float = 0.0
+    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
+    paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
+    start: Literal["rest", "stationary"] = "rest"
+
+    def oscillator(self) -> Oscillator:
+        """The oscillator asked about."""
+        return Oscillator(
+            natural_frequency=self.natural_frequency,
+            springpot=Springpot(order=self.order, coefficient=self.coefficient),
+            barrier=Barrier(position=self.position, restitution=self.restitution) if self.wall else None,
+            excitation=WhiteNoise(intensity=self.intensity),
+        )
+
+
+class Play(BaseModel):
+    """Let time run or stand, and how fast: ``speed`` is in units of 1 / Omega per second of the user's."""
+
+    model_config = _STRICT
+
+    kind: Literal["play"]
+    playing: bool
+    speed: Annotated[float, Field(ge=0.01, le=1000.0)]
+
+
+class Step(BaseModel):
+    """While time stands: on by a little, and one more block of paths."""
+
+    model_config = _STRICT
+
+    kind: Literal["step"]
+
+
+class NextPath(BaseModel):
+    """Show another path of the ensemble."""
+
+    model_config = _STRICT
+
+    kind: Literal["next-path"]
+
+
+Message = Annotated[Problem | Play | Step | NextPath, Field(discriminator="kind")]
+_MESSAGES: TypeAdapter[Problem | Play | Step | NextPath] = TypeAdapter(Message)
+
+
+def parse(text: object) -> Problem | Play | Step | NextPath:
+    """Turn what a tab sent into a message.
+
+    Parameters
+    ----------
+    text : object
+        The text of one WebSocket message; anything else is refused.
+
+    Raises
+    ------
+    ValueError
+        One sentence that says what is wrong and what would be right.
+
+    Examples
+    --------
+    >>> parse('{"kind": "play", "playing": false, "speed": 2}').speed
+    2.0
+    >>> parse('{"kind": "problem", "order": 3}')
+    Traceback (most recent call last):
+        ...
+    ValueError: order: input should be less than or equal to 1.
+    """
+    if not isinstance(text, str):
+        raise ValueError("a message must be text, one JSON object.")
+    if len(text) > LONGEST_MESSAGE:
+        raise ValueError(f"a message must not be longer than {LONGEST_MESSAGE} characters.")
+    try:
+        message = _MESSAGES.validate_json(text)
+    except ValidationError as error:
+        raise ValueError(_sentence(error)) from None
+    if isinstance(message, Problem) and message.wall:
+        scale = math.sqrt(message.intensity / message.natural_frequency**3)
+        if abs(message.position) > FARTHEST_WALL * scale:
+            raise ValueError(
+                f"position: the wall must lie within {FARTHEST_WALL * scale:.3g} m of the equilibrium "
+                f"({FARTHEST_WALL:g} times the length scale sqrt(q / Omega^3))."
+            )
+    return message
+
+
+def _sentence(error: ValidationError) -> str:
+    """The first thing that pydantic found wrong, without what was sent: it may be long, or not fit to print."""
+    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+    places = [str(place)[:40] for place in first["loc"] if place not in ("problem", "play", "step", "next-path")]
+    said = first["msg"][:160]
+    return f"{places[-1] if places else 'message'}: {said[:1].lower()}{said[1:]}."

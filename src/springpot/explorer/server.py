@@ -1,0 +1,304 @@
+"""The server behind the page: its files, one WebSocket per tab, and what it refuses.
+
+Whoever can reach the port can use the page, so it is bound to this computer unless told otherwise.  A page from
+elsewhere that runs in the same browser must not: a request whose Host is not this server's (DNS rebinding), or a
+WebSocket whose Origin is not this page's, is turned away before anything is done.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import mimetypes
+import socket
+import time
+from collections.abc import Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from starlette.applications import Starlette
+from starlette.datastructures import Headers
+from starlette.responses import FileResponse, PlainTextResponse
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from springpot.explorer.engine import Engine
+from springpot.explorer.protocol import LONGEST_MESSAGE, parse
+from springpot.explorer.session import Session
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from starlette.requests import Request
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["MOST_SESSIONS", "application", "listen_on", "serve"]
+
+STATIC = Path(__file__).with_name("static")
+FRAMES_PER_SECOND = 60.0
+MOST_SESSIONS = 16
+MOST_CONNECTIONS = 64
+MOST_REFUSED = 20  # messages of one tab, before it is shown out
+MESSAGES_PER_SECOND, MOST_AT_ONCE = 100.0, 200.0
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+_LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
+
+
+class Allowance:
+    """So many messages at once, and so many per second in the long run.
+
+    Examples
+    --------
+    >>> allowance = Allowance(rate=1.0, burst=2.0)
+    >>> allowance.take(), allowance.take(), allowance.take()
+    (True, True, False)
+    """
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._left, self._last = burst, time.monotonic()
+
+    def take(self) -> bool:
+        """Whether one more is allowed now."""
+        now = time.monotonic()
+        self._left = min(self._burst, self._left + (now - self._last) * self._rate)
+        self._last = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+
+class Guard:
+    """Turns away requests for another host, WebSockets from another page, and adds the headers of every answer."""
+
+    def __init__(self, app: ASGIApp, allowed: Callable[[str], bool]) -> None:
+        self._app, self._allowed = app, allowed
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        hosts, origins = headers.getlist("host"), headers.getlist("origin")
+        trusted = len(hosts) == 1 and self._allowed(hosts[0])
+        if scope["type"] == "websocket":
+            if trusted and origins == [f"http://{hosts[0]}"]:
+                await self._app(scope, receive, send)
+            else:
+                await send({"type": "websocket.close", "code": 1008})  # before it was accepted: HTTP's 403
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                added = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+                message["headers"] = [*message["headers"], *added]
+            await send(message)
+
+        answer: ASGIApp = self._app
+        if not trusted:
+            answer = PlainTextResponse("This server answers only under its own address.\n", status_code=421)
+        await answer(scope, receive, send_with_headers)
+
+
+def allowed_hosts(address: str, port: int) -> Callable[[str], bool]:
+    """Which Host headers are this server's.
+
+    Bound to this computer or to one address: that address and, if local, the names of this computer for itself.  Bound
+    to all addresses: these, this computer's own name and any numerical address, for only a name can be made to point
+    elsewhere.
+
+    Examples
+    --------
+    >>> mine = allowed_hosts("127.0.0.1", 8765)
+    >>> mine("localhost:8765"), mine("localhost:80"), mine("evil.example:8765")
+    (True, False, False)
+    """
+    numerical = ipaddress.ip_address(address)
+    shown = f"[{address}]" if numerical.version == 6 else address
+    names = {shown}
+    if numerical.is_loopback or numerical.is_unspecified:
+        names.update(_LOCAL_NAMES)
+    if numerical.is_unspecified:
+        names.add(socket.gethostname().lower())
+    hosts = {f"{name}:{port}" for name in names} | (names if port == 80 else set())
+
+    def allowed(host: str) -> bool:
+        if host.lower() in hosts:
+            return True
+        name, _, its_port = host.rpartition(":")
+        if not numerical.is_unspecified or its_port != str(port):
+            return False
+        try:
+            ipaddress.ip_address(name.strip("[]"))
+        except ValueError:
+            return False
+        return True
+
+    return allowed
+
+
+def application(allowed: Callable[[str], bool]) -> ASGIApp:
+    """The page as an ASGI application.
+
+    Parameters
+    ----------
+    allowed : callable
+        Tells whether a Host header is this server's.
+    """
+    mimetypes.add_type("text/javascript", ".js")  # some systems think otherwise, and the browser then refuses it
+    open_tabs: set[WebSocket] = set()
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        app.state.engine = engine = Engine()
+        loading = asyncio.create_task(engine.load())
+        yield
+        loading.cancel()
+        engine.close()
+
+    async def page(_: Request) -> FileResponse:
+        return FileResponse(STATIC / "index.html")
+
+    async def tab(websocket: WebSocket) -> None:
+        await websocket.accept()
+        if len(open_tabs) >= MOST_SESSIONS:
+            await websocket.close(1013, f"{MOST_SESSIONS} pages are open already: close one and reload.")
+            return
+        open_tabs.add(websocket)
+        try:
+            await _attend(websocket, Session(websocket.app.state.engine))
+        finally:
+            open_tabs.discard(websocket)
+
+    routes = [
+        Route("/", page),
+        WebSocketRoute("/live", tab),
+        Mount("/static", StaticFiles(directory=STATIC)),
+    ]
+    return Guard(Starlette(routes=routes, lifespan=lifespan), allowed)
+
+
+async def _attend(websocket: WebSocket, session: Session) -> None:
+    """Listen, compute and send for one tab until it closes."""
+    parts = [asyncio.create_task(part) for part in (_listen(websocket, session), _send(websocket, session))]
+    parts.append(asyncio.create_task(session.compute()))
+    try:
+        await asyncio.wait(parts, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for part in parts:
+            part.cancel()
+        await asyncio.gather(*parts, return_exceptions=True)
+
+
+async def _listen(websocket: WebSocket, session: Session) -> None:
+    allowance, refused = Allowance(MESSAGES_PER_SECOND, MOST_AT_ONCE), 0
+    while True:
+        event = await websocket.receive()
+        if event["type"] == "websocket.disconnect":
+            return
+        if not allowance.take():
+            await websocket.close(1008, "too many messages: reload the page.")
+            return
+        try:
+            session.receive(parse(event.get("text")))
+        except ValueError as error:
+            refused += 1
+            if refused > MOST_REFUSED:
+                await websocket.close(1008, "too many messages that make no sense: reload the page.")
+                return
+            session.refuse(str(error))
+
+
+async def _send(websocket: WebSocket, session: Session) -> None:
+    loop = asyncio.get_running_loop()
+    next_frame = loop.time()
+    try:
+        while True:
+            for message in session.due():
+                if isinstance(message, bytes):
+                    await websocket.send_bytes(message)
+                else:
+                    await websocket.send_text(message)
+            next_frame = max(next_frame + 1.0 / FRAMES_PER_SECOND, loop.time())
+            await asyncio.sleep(next_frame - loop.time())
+    except (WebSocketDisconnect, RuntimeError):  # the tab has gone, or is being shown out
+        return
+
+
+def listen_on(address: str, port: int) -> socket.socket:
+    """A listening socket.
+
+    Raises
+    ------
+    ValueError
+        If the address is none or the port is out of range.
+    OSError
+        One sentence, if the port cannot be had.
+    """
+    try:
+        family = socket.AF_INET6 if ipaddress.ip_address(address).version == 6 else socket.AF_INET
+    except ValueError:
+        raise ValueError(f"host must be a numerical address such as 127.0.0.1 or 0.0.0.0, not {address!r}.") from None
+    if not 0 <= port <= 65535:
+        raise ValueError(f"port must be in [0, 65535], not {port}; 0 takes any that is free.")
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((address, port))
+        listening.listen(128)
+    except OSError as error:
+        listening.close()
+        raise OSError(
+            f"port {port} of {address} cannot be had ({error.strerror}): choose another with --port, or --port 0 for "
+            "any that is free."
+        ) from None
+    return listening
+
+
+def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
+    """Serve the page until Ctrl-C, which is passed on.
+
+    Parameters
+    ----------
+    sockets : sequence of socket
+        Listening, see `listen_on`.
+    ready : callable
+        Called when the page answers.
+    """
+    import logging
+
+    import uvicorn
+
+    address, port = sockets[0].getsockname()[:2]
+
+    class Server(uvicorn.Server):
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            if self.started:
+                ready()
+
+    logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # what a hostile client provokes is no news
+    config = uvicorn.Config(
+        application(allowed_hosts(address, port)),
+        lifespan="on",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        ws="websockets-sansio",
+        ws_max_size=4 * LONGEST_MESSAGE,
+        ws_per_message_deflate=False,
+        limit_concurrency=MOST_CONNECTIONS,
+        timeout_graceful_shutdown=1,
+    )
+    Server(config).run(list(sockets))

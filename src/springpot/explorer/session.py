@@ -1,0 +1,264 @@
+"""One tab: what it asked for last, the work for it, and what is due to be sent.
+
+Nothing is queued.  Of each kind of answer only the newest waits to be sent, and of the moving mass what is sent is what
+has happened since the last frame: a tab that reads slowly sees fewer, longer frames, and costs no memory.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import time
+from collections.abc import Awaitable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from springpot.explorer import frames
+from springpot.explorer.copies import as_command, as_python
+from springpot.explorer.engine import Engine
+from springpot.explorer.protocol import NextPath, Play, Problem, Step
+from springpot.oscillator import Springpot
+
+if TYPE_CHECKING:
+    from springpot.explorer.gathering import Gathering
+    from springpot.explorer.motion import Player
+
+__all__ = ["Session"]
+
+LONGEST_WAIT = 0.25  # s that a frame makes up for; longer ones (a suspended computer) are left out
+SETTLE = 0.15  # s without a new question before curves over the order are worth their time
+HISTOGRAM_BINS = 60
+DENSITIES = ("x", "v", "amplitude", "impact_speed")
+MOST_WORK = 4e10  # steps of all paths: some minutes
+
+
+class Session:
+    """The work for one tab.
+
+    Parameters
+    ----------
+    engine : Engine
+        Shared by all tabs.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._problem: Problem | None = None
+        self._asked = asyncio.Event()
+        self._slots: dict[str, str | bytes] = {}
+        self._player: Player | None = None
+        self._next_path = asyncio.Event()
+        self._playing, self._speed, self._nudges = True, 4.0, 0
+        self._may_run = asyncio.Event()
+        self._may_run.set()
+        self._last = time.monotonic()
+        self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
+
+    # --- what the tab says ------------------------------------------------------------------------------------------
+
+    def receive(self, message: Problem | Play | Step | NextPath) -> None:
+        """Take a message that `springpot.explorer.protocol.parse` has let through."""
+        match message:
+            case Problem():
+                self._problem = message
+                self._asked.set()
+            case Play():
+                self._playing, self._speed = message.playing, message.speed
+                if self._playing:
+                    self._may_run.set()
+                else:
+                    self._may_run.clear()
+            case Step():
+                self._nudges = min(self._nudges + 1, 100)
+                self._may_run.set()
+            case NextPath():
+                self._next_path.set()
+
+    def refuse(self, sentence: str) -> None:
+        """Say why a message was not taken."""
+        self._post("refused", sentence=sentence)
+
+    # --- what the tab gets ------------------------------------------------------------------------------------------
+
+    def due(self) -> list[str | bytes]:
+        """Messages to send now."""
+        now = time.monotonic()
+        elapsed, self._last = min(now - self._last, LONGEST_WAIT), now
+        messages, self._slots = list(self._slots.values()), {}
+        player, problem = self._player, self._problem
+        if player is not None and problem is not None:
+            from springpot.explorer.motion import NUDGE
+
+            if self._playing:
+                player.forward(elapsed * self._speed)
+            elif self._nudges:
+                player.forward(NUDGE * self._nudges)
+            self._nudges = 0
+            if part := player.due():
+                messages.append(frames.pack(frames.MOTION, problem.generation, part))
+            if player.ended and self._playing:
+                self._next_path.set()
+        return messages
+
+    def _post(self, kind: str, **content: Any) -> None:
+        generation = 0 if self._problem is None else self._problem.generation
+        self._slots[kind] = json.dumps({"kind": kind, "generation": generation, **content}, allow_nan=False)
+
+    # --- the work ---------------------------------------------------------------------------------------------------
+
+    async def compute(self) -> None:
+        """Answer the newest question, and drop it for the next; runs until it is cancelled."""
+        work: asyncio.Future[Any] | None = None
+        try:
+            while True:
+                await self._asked.wait()
+                self._asked.clear()
+                if work is not None:
+                    await _drop(work)
+                problem = self._problem
+                assert problem is not None
+                self._slots, self._player = {}, None
+                self._post("accepted", command=as_command(problem), python=as_python(problem))
+                work = asyncio.gather(
+                    self._guarded(self._theory(problem)),
+                    self._guarded(self._simulation(problem)),
+                    self._guarded(self._curve(problem)),
+                )
+        finally:
+            if work is not None:
+                await _drop(work)
+
+    async def _guarded(self, work: Awaitable[None]) -> None:
+        """Whatever goes wrong for one question is said in its tab, and hurts nobody else."""
+        try:
+            await work
+        except Exception as error:
+            said = " ".join(str(error).split())[:400]
+            self._post("trouble", sentence=said if isinstance(error, ValueError) else f"{type(error).__name__}: {said}")
+
+    async def _theory(self, problem: Problem) -> None:
+        engine, oscillator = self._engine, problem.oscillator()
+        await engine.theory_ready.wait()
+        self._post("status", theory=True, kernel=engine.kernel_ready.is_set())
+        from springpot.explorer import answers
+
+        found = await engine.think(answers.solve, oscillator)
+        self._post("theory", **await engine.think(answers.table, oscillator, *found))
+        await engine.kernel_ready.wait()
+        self._post("status", theory=True, kernel=True)
+        from springpot.explorer import gathering
+
+        settings = await engine.simulate(
+            gathering.settled, oscillator, paths=problem.paths, seed=problem.seed, start="rest", threads=1
+        )
+        times = gathering.growth_times(oscillator, settings)
+        curves = await engine.think(answers.growth, oscillator, found[0], times, from_rest=problem.start == "rest")
+        self._post("growth", times=times.tolist(), methods=curves)
+
+    async def _simulation(self, problem: Problem) -> None:
+        engine, oscillator = self._engine, problem.oscillator()
+        await engine.kernel_ready.wait()
+        from springpot.explorer import gathering
+        from springpot.simulation.adapted import adapt
+
+        settings = await engine.simulate(
+            gathering.settled,
+            oscillator,
+            paths=problem.paths,
+            seed=problem.seed,
+            start=problem.start,
+            threads=engine.threads,
+        )
+        if settings.steps * settings.paths > MOST_WORK:
+            raise ValueError(
+                f"paths: {settings.paths} paths of {settings.steps} steps are more than a page should wait for; "
+                f"take at most {int(MOST_WORK / settings.steps)}, or the command."
+            )
+        adapted = None
+        if problem.start == "stationary":
+            self._post("searching")
+            adapted = await engine.pilot(adapt, oscillator, settings)
+            settings = replace(settings, initial_position=adapted.position)
+        growing = await engine.simulate(gathering.Gathering, oscillator, settings, adapted)
+        await asyncio.gather(self._show(problem, growing), self._gather(growing))
+
+    async def _show(self, problem: Problem, growing: Gathering) -> None:
+        """One path after the other, for the moving mass."""
+        from springpot.explorer import motion
+
+        oscillator, settings = problem.oscillator(), growing.settings
+        number = 0
+        while True:
+            recorded = await self._engine.simulate(motion.record, oscillator, settings, growing.made, number)
+            self._player = motion.Player(recorded, natural_frequency=problem.natural_frequency)
+            self._next_path.clear()
+            await self._next_path.wait()
+            number = (number + 1) % motion.blocks(settings)
+
+    async def _gather(self, growing: Gathering) -> None:
+        while not growing.complete:
+            await self._may_run.wait()
+            if not self._playing:
+                self._may_run.clear()  # a single step
+            report, densities, growth = await self._engine.simulate(_grown, growing)
+            problem = self._problem
+            assert problem is not None
+            self._post("estimates", **report)
+            self._slots["densities"] = frames.pack(frames.DENSITIES, problem.generation, densities)
+            self._slots["grown"] = frames.pack(frames.GROWTH, problem.generation, growth)
+
+    async def _curve(self, problem: Problem) -> None:
+        engine, oscillator = self._engine, problem.oscillator()
+        await engine.theory_ready.wait()
+        from springpot.explorer.answers import ORDERS, along_the_order
+
+        key = replace(oscillator, springpot=Springpot(0.5, oscillator.springpot.coefficient))
+        curve = engine.curve(key)
+        if curve is None:
+            await engine.kernel_ready.wait()  # what loads first is worth more
+            await asyncio.sleep(SETTLE)
+            curve, points = [], along_the_order(key)
+            for _ in ORDERS:
+                curve.append(await engine.think(next, points))
+            engine.keep_curve(key, curve)
+        self._post("curve", orders=ORDERS, methods={name: [point[name] for point in curve] for name in curve[0]})
+
+
+async def _drop(work: asyncio.Future[Any]) -> None:
+    work.cancel()
+    await asyncio.gather(work, return_exceptions=True)
+
+
+def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
+    """Grow an ensemble, and say what it has come to: a report, densities, <A^2> over time."""
+    growing.grow()
+    values, errors = growing.estimates()
+    settings = growing.settings
+    report = {
+        "paths": growing.paths,
+        "of": settings.paths,
+        "complete": growing.complete,
+        "seconds": growing.seconds,
+        "values": _finite(values),
+        "errors": _finite(errors),
+        "warnings": growing.warnings() if growing.complete else (),
+        "settings": {
+            "duration": settings.duration,
+            "step": settings.step,
+            "window": settings.window,
+            "initial_position": settings.initial_position,
+        },
+    }
+    densities: list[Any] = []
+    found = growing.distributions()
+    for name in DENSITIES:
+        edges, density, _ = found[name].density(HISTOGRAM_BINS)
+        densities += [edges, density]
+    return report, densities, list(growing.growth())
+
+
+def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
+    return {name: float(value) if math.isfinite(np.float64(value)) else None for name, value in numbers.items()}

@@ -1,0 +1,104 @@
+// uPlot with this page's axes, colours and sizes.
+
+import { palette, onTheme } from "./theme.js";
+import { METHODS } from "./methods.js";
+import { short } from "./numbers.js";
+
+const FONT = "12px system-ui, sans-serif";
+const all = new Set();
+onTheme(() => all.forEach((chart) => chart.plot?.redraw(false)));
+
+const axis = (label, size) => ({
+  label, labelSize: 20, labelFont: FONT, font: FONT, size, gap: 4, labelGap: 0,
+  stroke: () => palette.muted,
+  grid: { stroke: () => palette.faint, width: 1 },
+  ticks: { stroke: () => palette.faint, width: 1, size: 4 },
+  values: (_, splits) => splits.map((v) => (v === null ? "" : short(v, 4))),
+});
+
+export const methodSeries = (name, width = 2) => ({
+  label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
+});
+
+export class Chart {
+  // draw: called with (plot, context) under the lines; over: above them
+  constructor(host, { height, xLabel, yLabel, series, draw, over, yLog = false, xRange, yRange, bands, cursor, ySize = 52 }) {
+    this.host = host;
+    this.height = height;
+    this.options = {
+      width: 300, height: height(),
+      padding: [8, 10, 0, 0],
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, points: { show: false }, ...cursor },
+      scales: {
+        x: { time: false, range: xRange },
+        y: { distr: yLog ? 3 : 1, range: yRange },
+      },
+      axes: [axis(xLabel, 30), { ...axis(yLabel, ySize), ...(yLog ? { filter: (_, splits) => splits.map((v) => (/^[125]e/.test(v.toExponential()) ? v : null)) } : {}) }],
+      series: [{}, ...series],
+      bands,
+      hooks: {
+        drawAxes: draw ? [(u) => clipped(u, draw)] : [],
+        draw: over ? [(u) => clipped(u, over)] : [],
+      },
+    };
+    this.data = [[], ...series.map(() => [])];
+    this.make();
+    new ResizeObserver(() => this.resize()).observe(host);
+    all.add(this);
+  }
+
+  make() {
+    this.plot?.destroy();
+    this.options.width = Math.max(this.host.clientWidth, 120);
+    this.options.height = this.height();
+    this.plot = new uPlot(this.options, this.data, this.host);
+  }
+
+  resize() {
+    const width = Math.max(this.host.clientWidth, 120), height = this.height();
+    if (width !== this.plot.width || height !== this.plot.height) this.plot.setSize({ width, height });
+  }
+
+  set(data) {
+    this.data = data;
+    this.plot.setData(data, true);
+  }
+
+  labels(x, y) {
+    this.plot.axes[0].label = x;
+    this.plot.axes[1].label = y;
+    this.plot.redraw(false, true);
+  }
+
+  get canvas() { return this.plot.ctx.canvas; }
+}
+
+function clipped(u, draw) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  draw(u, ctx, devicePixelRatio || 1);
+  ctx.restore();
+}
+
+// bars between edges, from the bottom up to a density
+export function bars(u, ctx, edges, density, fill, stroke) {
+  if (!density.length) return;
+  const floor = u.valToPos(0, "y", true);
+  ctx.beginPath();
+  ctx.moveTo(u.valToPos(edges[0], "x", true), floor);
+  for (let i = 0; i < density.length; i += 1) {
+    const top = u.valToPos(density[i], "y", true);
+    ctx.lineTo(u.valToPos(edges[i], "x", true), top);
+    ctx.lineTo(u.valToPos(edges[i + 1], "x", true), top);
+  }
+  ctx.lineTo(u.valToPos(edges[density.length], "x", true), floor);
+  ctx.fillStyle = fill;
+  ctx.fill();
+  ctx.strokeStyle = stroke;
+  ctx.lineWidth = devicePixelRatio || 1;
+  ctx.stroke();
+}

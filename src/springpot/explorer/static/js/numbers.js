@@ -1,0 +1,46 @@
+// How numbers are shown.
+
+export function short(value, digits = 4) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    return `${Number(mantissa)}·10${superscript(Number(exponent))}`.replace("-", "−");
+  }
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
+}
+
+export function withError(value, error) {
+  if (value === null || value === undefined) return "–";
+  if (error === null || error === undefined || !(error > 0)) return short(value);
+  const size = Math.max(Math.abs(value), error);
+  if (size >= 1e5 || size < 1e-3) return `${short(value, 3)} ± ${short(error, 1)}`;
+  // two digits of an error that begins with 1 or 2, one of any other
+  const first = Math.floor(Math.log10(error)), digits = error / 10 ** first < 2.95 ? 1 : 0;
+  const places = Math.min(Math.max(digits - first, 0), 8);
+  return `${value.toFixed(places).replace("-", "−")} ± ${error.toFixed(places)}`;
+}
+
+// the number large, its error smaller
+export function withErrorHtml(value, error) {
+  const [number, deviation] = withError(value, error).split(" ± ");
+  return deviation ? `${number} <span>± ${deviation}</span>` : number;
+}
+
+// what the library says, in a typesetter's hand
+export function typeset(sentence) {
+  return sentence
+    .replace(/<([A-Za-z]+)\^2>/g, "⟨$1²⟩").replace(/<([A-Za-z]+)>/g, "⟨$1⟩")
+    .replace(/\balpha\b/g, "α").replace(/\bOmega\b/g, "Ω").replace(/\^\(α ?- ?2\)/g, "^(α−2)").replace(/<=/g, "≤").replace(/>=/g, "≥");
+}
+
+export function grouped(count) { return String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f"); }
+
+export function superscript(exponent) {
+  const digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+  return String(exponent).replace(/[0-9]/g, (d) => digits[d]).replace("-", "⁻");
+}
+
+// for fields that a person edits: plain, no more digits than they carry
+export function plain(value) { return String(Number(value.toPrecision(6))); }

@@ -1,0 +1,219 @@
+// The charts of the page: what each shows, of the newest answers in `view`.
+
+import { Chart, bars, methodSeries } from "./charts.js";
+import { METHODS, NAMES } from "./methods.js";
+import { palette } from "./theme.js";
+
+export const DENSITIES = {
+  x: { title: "Displacement", axis: "x", unit: "m" },
+  v: { title: "Velocity", axis: "v", unit: "m/s" },
+  amplitude: { title: "Amplitude", axis: "A", unit: "m" },
+  impact_speed: { title: "Impact speed", axis: "impact speed", unit: "m/s" },
+};
+const CURVES = ["averaging_printed", "averaging", "envelope"];
+const SLACK = 1.06;
+
+const withUnit = (what, unit, si) => (si && unit ? `${what} (${unit})` : what);
+const per = (unit) => ({ m: "1/m", "m/s": "s/m" }[unit]);
+
+export function makePanels(view, element, { onOrder }) {
+  const small = () => (matchMedia("(max-width: 700px)").matches ? 170 : 190);
+  const panels = { x: null };
+  panels.traceX = trace(view, element("trace-x"), "x", () => (small() === 170 ? 150 : 168));
+  panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 168));
+  for (const name of Object.keys(DENSITIES)) panels[name] = density(view, element(`density-${name}`), name, small);
+  panels.growth = growth(view, element("growth"), () => 250);
+  panels.curve = curve(view, element("curve"), () => 250, onOrder);
+  return panels;
+}
+
+// --- x(t) and v(t) -------------------------------------------------------------------------------------------------
+
+function trace(view, host, what, height) {
+  const chart = new Chart(host, {
+    height, xLabel: "t (s)", yLabel: what,
+    series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
+    xRange: () => view.timeWindow(),
+    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high] : [-view.fastest, view.fastest]),
+    draw: (u, g, ratio) => {
+      if (what !== "x" || !view.values.wall) return;
+      const y = u.valToPos(view.values.position, "y", true), { left, width, top, height: tall } = u.bbox;
+      g.fillStyle = palette.faint;
+      g.fillRect(left, y, width, Math.max(top + tall - y, 0));
+      g.fillStyle = palette.steel;
+      g.fillRect(left, y, width, 1.5 * ratio);
+    },
+    over: (u, g, ratio) => {
+      const [from] = view.timeWindow(), hits = view.track.hits;
+      g.fillStyle = g.strokeStyle = palette.impact;
+      g.lineWidth = 1.5 * ratio;
+      for (let i = hits.length - 1; i >= 0 && hits[i].t >= from; i -= 1) {
+        const at = u.valToPos(hits[i].t, "x", true);
+        g.beginPath();
+        if (what === "x") {
+          const y = u.valToPos(view.values.position, "y", true), r = 4.5 * ratio;
+          g.moveTo(at, y - 2 * ratio);
+          g.lineTo(at - r, y + 1.6 * r);
+          g.lineTo(at + r, y + 1.6 * r);
+          g.fill();
+        } else {
+          g.moveTo(at, u.valToPos(-hits[i].speed, "y", true));
+          g.lineTo(at, u.valToPos(view.values.restitution * hits[i].speed, "y", true));
+          g.stroke();
+        }
+      }
+    },
+  });
+  chart.update = () => {
+    const { track } = view, first = Math.max(track.from(view.timeWindow()[0]) - 1, 0);
+    chart.set([track.t.slice(first), (what === "x" ? track.x : track.v).slice(first)]);
+  };
+  chart.relabel = () => chart.labels(view.si ? "t (s)" : "Ω t", withUnit(what, what === "x" ? "m" : "m/s", view.si));
+  chart.columns = () => [["t", view.track.t], ["x", view.track.x], ["v", view.track.v]];
+  return chart;
+}
+
+// --- densities -----------------------------------------------------------------------------------------------------
+
+function density(view, host, name, height) {
+  const { axis, unit } = DENSITIES[name];
+  const chart = new Chart(host, {
+    height, xLabel: axis, yLabel: "density", ySize: 48,
+    series: NAMES.map((method) => methodSeries(method)),
+    xRange: (u, low, high) => (low === null ? [0, 1] : [low, high]),
+    yRange: () => [0, SLACK * Math.max(view.peak[name] ?? 0, 1e-9)],
+    draw: (u, g) => {
+      const found = view.densities?.[name];
+      if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
+    },
+    over: (u, g, ratio) => {
+      if (name !== "impact_speed" || view.values.wall) return;
+      g.fillStyle = palette.muted;
+      g.font = `${13 * ratio}px system-ui, sans-serif`;
+      g.textAlign = "center";
+      g.fillText("no wall, no impacts", u.bbox.left + u.bbox.width / 2, u.bbox.top + u.bbox.height / 2);
+    },
+  });
+  chart.update = () => {
+    const place = view.theory?.places[name] ?? edgesOf(view, name);
+    const lines = NAMES.map((method) => {
+      const curve = view.drawn.has(method) ? view.theory?.methods[method]?.densities[name] : null;
+      return curve ?? place.map(() => null);
+    });
+    const found = view.densities?.[name];
+    const inside = found ? Math.max(0, ...found.density) : 0;
+    // curves may rise without bound at a lossy wall: the bars then say how high to draw
+    const curves = Math.max(0, ...lines.flat().filter(Number.isFinite));
+    const nearby = found?.density.length ? Math.min(curves, 1.6 * inside) : curves;
+    view.peak[name] = Math.max(inside, nearby);
+    chart.set([place, ...lines]);
+  };
+  chart.relabel = () => chart.labels(withUnit(axis, unit, view.si), withUnit("density", per(unit), view.si));
+  chart.columns = () => {
+    const found = view.densities?.[name], place = view.theory?.places[name] ?? [];
+    const theory = NAMES.filter((method) => view.theory?.methods[method]?.densities[name]);
+    return [
+      ["bin_begin", found ? [...found.edges].slice(0, -1) : []], ["bin_end", found ? [...found.edges].slice(1) : []],
+      ["monte_carlo", found ? [...found.density] : []], [name, place],
+      ...theory.map((method) => [method, view.theory.methods[method].densities[name]]),
+    ];
+  };
+  return chart;
+}
+
+function edgesOf(view, name) {
+  const edges = view.densities?.[name]?.edges;
+  return edges?.length > 1 ? Array.from(edges) : [0, 1];
+}
+
+// --- mu(t) ---------------------------------------------------------------------------------------------------------
+
+function growth(view, host, height) {
+  const chart = new Chart(host, {
+    height, xLabel: "t (s)", yLabel: "μ",
+    series: [
+      { stroke: () => "transparent", points: { show: false } }, { stroke: () => "transparent", points: { show: false } },
+      { stroke: () => palette.measured, width: 2, points: { show: false } },
+      ...NAMES.map((method) => methodSeries(method)),
+    ],
+    bands: [{ series: [1, 2], fill: () => palette["measured-soft"] }],
+    xRange: (u, low, high) => [0, high ?? 1],
+    yRange: (u, low, high) => [0, SLACK * (high ?? 1)],
+  });
+  chart.update = () => {
+    const times = view.growth?.times ?? [0, 1], none = times.map(() => null);
+    const grown = view.grown?.mean.length === times.length ? view.grown : null;
+    const error = (sign) => (grown ? Array.from(grown.mean, (m, i) => m + sign * 2 * (grown.error[i] || 0)) : none);
+    const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[method] : null) ?? none);
+    chart.set([times, error(1), error(-1), grown ? Array.from(grown.mean) : none, ...lines]);
+  };
+  chart.relabel = () => chart.labels(view.si ? "t (s)" : "Ω t", withUnit("μ", "m²", view.si));
+  chart.columns = () => {
+    const methods = Object.keys(view.growth?.methods ?? {});
+    return [
+      ["t", view.growth?.times ?? []], ["monte_carlo", [...(view.grown?.mean ?? [])]],
+      ["monte_carlo_se", [...(view.grown?.error ?? [])]], ...methods.map((m) => [m, view.growth.methods[m]]),
+    ];
+  };
+  return chart;
+}
+
+// --- mu over alpha -------------------------------------------------------------------------------------------------
+
+function curve(view, host, height, onOrder) {
+  const chart = new Chart(host, {
+    height, xLabel: "α", yLabel: "μ", yLog: true,
+    series: CURVES.map((method) => methodSeries(method)),
+    xRange: () => [0, 1],
+    yRange: (u, low, high) => {
+      const value = view.measured?.values.amplitude_mean_square;
+      const all = [low, high, value].filter((v) => v > 0);
+      return all.length ? [Math.min(...all) / 1.3, Math.max(...all) * 1.3] : [0.1, 10];
+    },
+    over: (u, g, ratio) => {
+      const at = u.valToPos(view.values.order, "x", true);
+      g.strokeStyle = palette.muted;
+      g.setLineDash([4 * ratio, 4 * ratio]);
+      g.lineWidth = ratio;
+      g.beginPath();
+      g.moveTo(at, u.bbox.top);
+      g.lineTo(at, u.bbox.top + u.bbox.height);
+      g.stroke();
+      g.setLineDash([]);
+      const value = view.measured?.values.amplitude_mean_square, error = view.measured?.errors.amplitude_mean_square;
+      if (!(value > 0)) return;
+      g.strokeStyle = g.fillStyle = palette.text;
+      g.lineWidth = 2 * ratio;
+      const y = (v) => u.valToPos(v, "y", true);
+      g.beginPath();
+      g.moveTo(at, y(value + 2 * (error || 0)));
+      g.lineTo(at, y(Math.max(value - 2 * (error || 0), 1e-3 * value)));
+      g.stroke();
+      g.beginPath();
+      g.arc(at, y(value), 5 * ratio, 0, 7);
+      g.fillStyle = palette.measured;
+      g.fill();
+      g.stroke();
+    },
+  });
+  chart.host.addEventListener("click", (event) => {
+    const box = chart.plot.over.getBoundingClientRect(), order = (event.clientX - box.left) / box.width;
+    if (order >= -0.02 && order <= 1.02) onOrder(Math.round(100 * Math.min(Math.max(order, 0), 1)) / 100);
+  });
+  chart.update = () => {
+    const orders = view.curve?.orders ?? [0, 1];
+    chart.set([orders, ...CURVES.map((method) => view.curve?.methods[method] ?? orders.map(() => null))]);
+  };
+  chart.relabel = () => chart.labels("α", withUnit("μ", "m²", view.si));
+  chart.columns = () => [
+    ["order", view.curve?.orders ?? []], ...CURVES.map((method) => [method, view.curve?.methods[method] ?? []]),
+  ];
+  return chart;
+}
+
+export function legend(methods) {
+  const measured = '<span class="swatch box"></span>Monte Carlo';
+  return [measured, ...methods.map((m) => `<span class="swatch" data-method="${m}"></span>${METHODS[m].label}`)]
+    .map((item) => `<span class="item">${item}</span>`).join("");
+}
+export { CURVES };

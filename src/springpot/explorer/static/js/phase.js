@@ -1,0 +1,121 @@
+// Velocity against displacement: the newest part of the path bright, the older part fading.
+
+import { Canvas, ticks } from "./canvas.js";
+import { palette } from "./theme.js";
+import { short } from "./numbers.js";
+
+const SHADES = 8;
+
+export class Phase {
+  constructor(host, track, height) {
+    this.canvas = new Canvas(host, height);
+    this.track = track;
+  }
+
+  draw({ values, bounds, fastest, mu, window, units }) {
+    const c = this.canvas, g = c.clear();
+    const left = 56, right = c.width - 12, top = 8, bottom = c.tall - 44;
+    const [low, high] = bounds;
+    const X = (x) => left + ((x - low) / (high - low)) * (right - left);
+    const Y = (v) => (top + bottom) / 2 - (v / fastest) * ((bottom - top) / 2);
+    this.axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units });
+    g.save();
+    g.beginPath();
+    g.rect(left, top, right - left, bottom - top);
+    g.clip();
+    if (values.wall) {
+      g.fillStyle = palette.faint;
+      g.fillRect(left, top, Math.max(X(values.position) - left, 0), bottom - top);
+      g.strokeStyle = palette.text;
+      g.lineWidth = 2;
+      line(g, X(values.position), top, X(values.position), bottom);
+    }
+    this.path(g, X, Y, window);
+    if (mu > 0) {
+      const radius = Math.sqrt(mu);
+      g.strokeStyle = palette.text;
+      g.setLineDash([5, 4]);
+      g.lineWidth = 1.5;
+      g.beginPath();
+      for (let i = 0; i <= 96; i += 1) {
+        const p = (i / 96) * 2 * Math.PI, x = radius * Math.cos(p);
+        const [px, py] = [X(x), Y(radius * values.natural_frequency * Math.sin(p))];
+        const visible = !values.wall || x >= values.position;
+        if (i && visible) g.lineTo(px, py); else g.moveTo(px, py);
+      }
+      g.stroke();
+      g.setLineDash([]);
+    }
+    g.restore();
+  }
+
+  path(g, X, Y, window) {
+    const { t, x, v, now, hits } = this.track, first = this.track.from(now.t - window);
+    g.lineWidth = 1.6;
+    g.lineJoin = "round";
+    g.strokeStyle = palette.path;
+    const count = t.length - first, part = Math.ceil(count / SHADES);
+    for (let s = 0; s < SHADES; s += 1) {
+      const begin = first + s * part, end = Math.min(begin + part, t.length - 1);
+      if (begin >= end) break;
+      g.globalAlpha = 0.12 + 0.88 * ((s + 1) / SHADES) ** 2;
+      g.beginPath();
+      g.moveTo(X(x[begin]), Y(v[begin]));
+      for (let i = begin + 1; i <= end; i += 1) g.lineTo(X(x[i]), Y(v[i]));
+      g.stroke();
+    }
+    g.fillStyle = palette.impact;
+    for (let i = hits.length - 1; i >= 0 && hits[i].t >= now.t - window; i -= 1) {
+      g.globalAlpha = 0.35 + 0.65 * (1 - (now.t - hits[i].t) / window);
+      g.beginPath();
+      const at = this.track.from(hits[i].t);
+      g.arc(X(Math.min(x[Math.max(at - 1, 0)], x[at] ?? x[at - 1])), Y(-hits[i].speed), 3, 0, 7);
+      g.fill();
+    }
+    g.globalAlpha = 1;
+    if (count > 0) {
+      g.fillStyle = palette.path;
+      g.strokeStyle = palette.panel;
+      g.lineWidth = 2;
+      g.beginPath();
+      g.arc(X(now.x), Y(now.v), 6, 0, 7);
+      g.fill();
+      g.stroke();
+    }
+  }
+
+  axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units }) {
+    g.font = "12px system-ui, sans-serif";
+    g.fillStyle = palette.muted;
+    g.strokeStyle = palette.faint;
+    g.lineWidth = 1;
+    g.textAlign = "center";
+    g.textBaseline = "top";
+    for (const x of ticks(low, high, Math.max((right - left) / 60, 2))) {
+      line(g, Math.round(X(x)) + 0.5, top, Math.round(X(x)) + 0.5, bottom);
+      g.fillText(short(x, 3), X(x), bottom + 6);
+    }
+    g.textAlign = "right";
+    g.textBaseline = "middle";
+    for (const v of ticks(-fastest, fastest, Math.max((bottom - top) / 45, 2))) {
+      line(g, left, Math.round(Y(v)) + 0.5, right, Math.round(Y(v)) + 0.5);
+      g.fillText(short(v, 3), left - 6, Y(v));
+    }
+    g.textAlign = "center";
+    g.textBaseline = "bottom";
+    g.fillText(`x${units.length ? ` (${units.length})` : ""}`, (left + right) / 2, this.canvas.tall - 4);
+    g.save();
+    g.translate(11, (top + bottom) / 2);
+    g.rotate(-Math.PI / 2);
+    g.textBaseline = "middle";
+    g.fillText(`v${units.speed ? ` (${units.speed})` : ""}`, 0, 0);
+    g.restore();
+  }
+}
+
+function line(g, x0, y0, x1, y1) {
+  g.beginPath();
+  g.moveTo(x0, y0);
+  g.lineTo(x1, y1);
+  g.stroke();
+}

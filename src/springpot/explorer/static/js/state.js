@@ -1,0 +1,99 @@
+// The state of a tab: the problem, its units, and the link that reproduces it.
+
+export const DEFAULTS = Object.freeze({
+  order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1,
+  wall: true, position: 0, restitution: 1,
+  seed: 1, paths: 10000, start: "rest",
+});
+
+// low and high are what the server takes; from and to are the ends of the slider
+export const PARAMETERS = {
+  order: { low: 0, high: 1, from: 0, to: 1, steps: 100 },
+  coefficient: { low: 0, high: 1000, from: 0.01, to: 10, log: true, steps: 300 },
+  natural_frequency: { low: 0.01, high: 1000, from: 0.1, to: 10, log: true, steps: 200 },
+  intensity: { low: 1e-6, high: 1e6, from: 0.01, to: 100, log: true, steps: 200 },
+  position: { low: -Infinity, high: Infinity, from: -3, to: 3, scaled: true, steps: 120 },
+  restitution: { low: 0.001, high: 1, from: 0.05, to: 1, steps: 95 },
+};
+
+const SHORT = {
+  order: "a", coefficient: "C", natural_frequency: "W", intensity: "q", position: "b", restitution: "r",
+  seed: "seed", paths: "paths", start: "start",
+};
+const MOST_PATHS = 100000;
+const FARTHEST_WALL = 20;
+
+export const lengthScale = (s) => Math.sqrt(s.intensity / s.natural_frequency ** 3);
+
+export class State {
+  constructor() {
+    this.values = { ...DEFAULTS };
+    this.units = "si";
+    this.scales = { natural_frequency: 1, intensity: 1 }; // to come back from dimensionless numbers
+    this.listeners = new Set();
+  }
+
+  onChange(listener) { this.listeners.add(listener); }
+
+  set(changes) {
+    Object.assign(this.values, changes);
+    const limit = FARTHEST_WALL * lengthScale(this.values);
+    this.values.position = Math.min(Math.max(this.values.position, -limit), limit);
+    for (const listener of this.listeners) listener(this);
+  }
+
+  setUnits(units) {
+    if (units === this.units) return;
+    const s = this.values;
+    this.units = units;
+    if (units === "dimensionless") {
+      const { natural_frequency: W, intensity: q } = s;
+      this.scales = { natural_frequency: W, intensity: q };
+      this.set({
+        coefficient: s.coefficient * W ** (s.order - 2), position: s.position / lengthScale(s),
+        natural_frequency: 1, intensity: 1,
+      });
+    } else {
+      const W = this.scales.natural_frequency;
+      this.set({
+        coefficient: s.coefficient * W ** (2 - s.order),
+        position: s.position * lengthScale({ ...s, ...this.scales }), ...this.scales,
+      });
+    }
+  }
+
+  problem(generation) { return { kind: "problem", generation, ...this.values }; }
+
+  link() {
+    const words = Object.entries(SHORT).map(([name, key]) => `${key}=${this.values[name]}`);
+    if (!this.values.wall) words.push("wall=0");
+    if (this.units !== "si") words.push("units=dimensionless");
+    return `#${words.join("&")}`;
+  }
+
+  // Takes what is sound from a link; returns the names of what is not.
+  readLink(hash) {
+    const given = new URLSearchParams(hash.replace(/^#/, ""));
+    const values = { ...DEFAULTS }, unsound = [];
+    for (const [name, key] of Object.entries(SHORT)) {
+      if (!given.has(key)) continue;
+      const sound = checked(name, given.get(key));
+      if (sound === null) unsound.push(key); else values[name] = sound;
+    }
+    if (given.get("wall") === "0") values.wall = false;
+    this.units = given.get("units") === "dimensionless" ? "dimensionless" : "si";
+    if (this.units === "dimensionless") { values.natural_frequency = 1; values.intensity = 1; }
+    this.set(values);
+    return unsound;
+  }
+}
+
+export function checked(name, text) {
+  if (name === "start") return text === "rest" || text === "stationary" ? text : null;
+  const value = Number(text);
+  if (String(text).trim() === "" || !Number.isFinite(value)) return null;
+  if (name === "seed") return Number.isSafeInteger(value) && value >= 0 ? value : null;
+  if (name === "paths") return Number.isInteger(value) && value >= 2 && value <= MOST_PATHS ? value : null;
+  const { low, high } = PARAMETERS[name];
+  return value >= low && value <= high ? value : null;
+}

@@ -1,0 +1,100 @@
+// Every theory beside Monte Carlo: value, gap in per cent and in standard errors, warnings; and which ones are drawn.
+
+import { METHODS, NAMES } from "./methods.js";
+import { short, typeset, withError } from "./numbers.js";
+
+export const QUANTITIES = [
+  ["amplitude_mean_square", "⟨A²⟩", "m²"],
+  ["x_mean", "⟨x⟩", "m"],
+  ["x_mean_square", "⟨x²⟩", "m²"],
+  ["v_mean_square", "⟨v²⟩", "m²/s²"],
+  ["impact_rate", "impact rate", "1/s"],
+  ["impact_speed_mean", "mean impact speed", "m/s"],
+];
+const SMALL = 2, LARGE = 5; // per cent
+
+export function gapOf(theory, value, error) {
+  if (![theory, value, error].every(Number.isFinite) || !(error > 0)) return null;
+  const percent = Math.abs(value) > 3 * error ? 100 * (theory / value - 1) : null;
+  return { percent, errors: (theory - value) / error };
+}
+
+export function gapText(gap) {
+  if (!gap) return "";
+  const signed = (number, places) => (number < 0 ? "−" : "+") + Math.abs(number).toFixed(places);
+  const deviation = Math.abs(gap.errors) < 9.95 ? Math.abs(gap.errors).toFixed(1) : Math.round(Math.abs(gap.errors));
+  return gap.percent === null ? `(${deviation} se)` : `${signed(gap.percent, 1)} % (${deviation} se)`;
+}
+
+export class Table {
+  constructor(element, warnings, drawn, changed) {
+    this.element = element;
+    this.warnings = warnings;
+    this.drawn = drawn; // Set of names
+    this.changed = changed;
+  }
+
+  show(theory, measured, si) {
+    const head = ["<th scope=col>method</th>"];
+    for (const [, symbol, unit] of QUANTITIES) {
+      head.push(`<th scope=col>${symbol}${si ? ` <small>${unit}</small>` : ""}</th>`);
+    }
+    const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${this.measured(measured)}</tr>`];
+    for (const name of theory ? NAMES : []) {
+      const answer = theory.methods[name];
+      if (answer) rows.push(this.row(name, answer, theory.recommended === name, measured));
+    }
+    for (const name of theory ? NAMES : []) {
+      const statement = theory.statements[name];
+      if (statement) {
+        rows.push(`<tr class="silent"><th scope=row>${METHODS[name].label}</th><td colspan="${QUANTITIES.length}">${escaped(typeset(statement))}</td></tr>`);
+      }
+    }
+    const focused = document.activeElement?.dataset?.draw;
+    this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${head.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
+    for (const box of this.element.querySelectorAll("[data-draw]")) {
+      box.addEventListener("change", () => {
+        if (box.checked) this.drawn.add(box.dataset.draw); else this.drawn.delete(box.dataset.draw);
+        this.changed();
+      });
+      if (box.dataset.draw === focused) box.focus();
+    }
+    this.showWarnings(theory, measured);
+  }
+
+  measured(measured) {
+    return QUANTITIES.map(([name]) => {
+      const value = measured?.values[name] ?? null, error = measured?.errors[name] ?? null;
+      return `<td data-quantity="${name}" data-value="${value ?? ""}" data-error="${error ?? ""}">${withError(value, error)}</td>`;
+    }).join("");
+  }
+
+  row(name, answer, best, measured) {
+    const cells = QUANTITIES.map(([quantity]) => {
+      const value = answer.moments[quantity];
+      const gap = measured ? gapOf(value, measured.values[quantity], measured.errors[quantity]) : null;
+      const size = gap?.percent === null || !gap ? "" : Math.abs(gap.percent) < SMALL ? "small" : Math.abs(gap.percent) < LARGE ? "middle" : "large";
+      return `<td data-quantity="${quantity}" data-value="${value ?? ""}">${short(value)}<span class="gap ${size}">${gapText(gap)}</span></td>`;
+    });
+    const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" ")))}">⚠</abbr>` : "";
+    const star = best ? `<span class="best" title="the method to trust here">★</span>` : "";
+    return `<tr data-method="${name}"${best ? ' class="recommended"' : ""}><th scope=row><label><input type="checkbox" data-draw="${name}" ${this.drawn.has(name) ? "checked" : ""} aria-label="draw ${METHODS[name].label}"><span class="swatch" data-method="${name}"></span>${METHODS[name].label}</label>${star}${warning}</th>${cells.join("")}</tr>`;
+  }
+
+  showWarnings(theory, measured) {
+    const said = [];
+    if (theory && !theory.recommended) said.push(["theory", "no method has a stationary answer here."]);
+    for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
+    for (const name of theory ? NAMES : []) {
+      const answer = theory.methods[name];
+      if (answer && (theory.recommended === name || this.drawn.has(name))) {
+        for (const sentence of answer.warnings) said.push([METHODS[name].label, sentence]);
+      }
+    }
+    this.warnings.innerHTML = said.map(([who, sentence]) => `<p><span aria-hidden="true">⚠</span> <b>${who}:</b> ${escaped(typeset(sentence))}</p>`).join("");
+  }
+}
+
+export function escaped(text) {
+  return text.replace(/[&<>"']/g, (c) => `&#${c.charCodeAt(0)};`);
+}
