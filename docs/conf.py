@@ -101,7 +101,6 @@ sphinx_gallery_conf: dict[str, Any] = {
     "remove_config_comments": True,
     "show_signature": False,
     "min_reported_time": 1,
-    "abort_on_example_error": True,
     "capture_repr": (),
     "doc_module": ("springpot",),
     "backreferences_dir": "api/backreferences",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["convergence"]
 
 _LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
-_TRIANGLE = 4.0  # length of a slope's line, in steps' ratio
+_LENGTH = 5.0  # of the line of known slope: the ratio of the steps at its ends
 
 
 def convergence(
@@ -58,7 +59,7 @@ def convergence(
     ('log', 'error of x (m)')
     """
     axes = panel(axes)
-    lowest: tuple[float, float] | None = None
+    corner = math.inf, math.inf  # smallest step and smallest error
     for number, (name, columns) in enumerate(errors.items()):
         steps, sizes, *rest = (np.asarray(column, dtype=float) for column in columns)
         if steps.shape != sizes.shape or steps.ndim != 1 or steps.size == 0:
@@ -69,15 +70,13 @@ def convergence(
         axes.plot(steps, sizes, "-", color=COLOURS[colour], lw=1.0)
         bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLOURS[colour], marker=mark,
              size=4.5, label=name)  # fmt: skip
-        last = int(np.argmax(steps))
-        lowest = min((float(sizes[last]), float(steps[last])), lowest or (np.inf, np.inf))
-    if lowest is not None:
-        size, step = lowest[0] / 2.5, lowest[1]
-        for order in orders:
-            axes.plot([step / _TRIANGLE, step], [size * _TRIANGLE**-order, size], "-", color="0.5", lw=0.9)
-            axes.annotate(
-                f"{order:g}", (step / _TRIANGLE, size * _TRIANGLE**-order), xytext=(-4, 0), textcoords="offset points",
-                ha="right", va="center", fontsize="small", color="0.4",
-            )  # fmt: skip
+        corner = min(corner[0], float(steps.min())), min(corner[1], float(sizes.min()))
+    for order in orders if errors else ():
+        ends = np.array([1.0, _LENGTH])
+        axes.plot(corner[0] * ends, corner[1] / 3.0 * ends**order, "-", color="0.5", lw=0.9)
+        axes.annotate(
+            f"order {order:g}", (corner[0] * _LENGTH, corner[1] / 3.0 * _LENGTH**order), xytext=(4, 0),
+            textcoords="offset points", ha="left", va="center", fontsize="small", color="0.4",
+        )  # fmt: skip
     axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
     return axes

@@ -192,11 +192,11 @@ def memory_error(
     for tolerance, colour in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
         found = power_law_sum(order, shortest, longest, tolerance)
         error = np.abs(np.exp(-np.multiply.outer(lag, found.rates)) @ found.weights * lag**order - 1.0)
-        label = rf"$\varepsilon$ = {tolerance:.0e}: {found.rates.size} terms"
+        label = rf"$\varepsilon$ = {tolerance:g}: {found.rates.size} terms"
         axes.plot(lag, error, "-", color=COLOURS[colour], lw=0.9, label=label)
         axes.axhline(tolerance, color=COLOURS[colour], lw=0.6, linestyle=":")
-    heights = min(tolerances) * 1e-2, 30.0 * max(tolerances)
+    heights = min(tolerances) * 1e-2, 3e4 * max(tolerances)
     axes.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
     axes.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")
-    axes.legend(frameon=False, fontsize="small", ncols=len(tolerances), loc="upper center")
+    axes.legend(frameon=False, fontsize="small", loc="upper right")
     return axes

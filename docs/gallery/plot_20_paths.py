@@ -1,0 +1,32 @@
+r"""
+A path, its impacts, and the plane
+==================================
+
+One sample path of a mass on a springpot of order 0.5 that bounces off a wall at its equilibrium and leaves it with
+0.8 of the speed.
+"""
+
+import matplotlib.pyplot as plt
+
+import springpot as sp
+
+oscillator = sp.Oscillator(springpot=sp.Springpot(order=0.5, coefficient=0.2), barrier=sp.Barrier(restitution=0.8))
+run = sp.run(oscillator, paths=64, record=1, duration=100.0, seed=3)
+
+figure = plt.figure(figsize=(8.4, 4.6))
+grid = figure.add_gridspec(2, 2, width_ratios=(5, 3))
+above = figure.add_subplot(grid[0, 0])
+below = figure.add_subplot(grid[1, 0], sharex=above)
+plane = figure.add_subplot(grid[:, 1])
+window = (60.0, 100.0)
+sp.figures.path(run, above, window=window)
+sp.figures.path(run, below, quantity="v", window=window)
+sp.figures.phase_portrait(run, plane, window=window)
+above.set_xlabel("")
+above.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.98), ncols=2, fontsize="small")
+plt.show()
+
+# %%
+# The noise acts on the velocity, which is continuous between impacts but rough; the displacement is smooth. An
+# impact turns the velocity round at the wall and touches nothing else: the springpot remembers the displacement
+# right through it.

@@ -1,0 +1,27 @@
+r"""
+Densities, and what theory says of them
+=======================================
+
+Displacement, velocity, amplitude :math:`A = \sqrt{x^2 + \dot x^2/\Omega^2}` and speed of the impacts, counted in
+the run itself, with the curves of every method that has one.
+"""
+
+import matplotlib.pyplot as plt
+
+import springpot as sp
+
+oscillator = sp.Oscillator(springpot=sp.Springpot(order=0.5, coefficient=1.0), barrier=sp.Barrier(-0.5, 0.8))
+run = sp.run(oscillator, paths=4000, duration=100.0, step=0.02, start="stationary", distributions=True)
+answers, statements = sp.theory.solve_all(oscillator)
+
+figure, panels = plt.subplots(2, 2, figsize=(8.4, 6.6))
+for quantity, axes in zip(("x", "v", "amplitude", "impact_speed"), panels.flat, strict=True):
+    sp.figures.density(run, quantity, axes, theory=answers.values())
+panels[0, 0].legend(frameon=False, fontsize="small")
+plt.show()
+
+# %%
+# Which of them to trust is known too, from a map of their gaps to Monte Carlo:
+
+print("recommended:", sp.theory.recommended(oscillator, answers))
+print("no answer:", statements["averaging"])

@@ -1,0 +1,27 @@
+r"""
+Correlation in time
+===================
+
+:math:`\langle x(t)\,x(t + \mathrm{lag})\rangle`, from recorded paths and by theory. Far away it is the squared
+mean; the wall makes it ring at twice the natural frequency.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import springpot as sp
+
+oscillator = sp.Oscillator(springpot=sp.Springpot(order=0.7, coefficient=0.3))
+run = sp.run(oscillator, paths=2000, record=2000, step=0.05, duration=160.0, start="stationary", seed=7)
+lags = np.linspace(0.0, 25.0, 76)
+theory = [sp.theory.closure(oscillator), sp.theory.averaging(oscillator)]
+
+figure, axes = plt.subplots(figsize=(6.4, 4.0))
+sp.figures.correlation(run, axes, at=lags, since=40.0)
+sp.figures.correlation(None, axes, theory=theory, at=np.linspace(0.0, 25.0, 400))
+axes.legend(frameon=False)
+plt.show()
+
+# %%
+# Averaging keeps the motion at one frequency, :math:`\Omega`; the closure knows that the springpot's stiffness
+# raises it.

@@ -1,0 +1,35 @@
+r"""
+First passage
+=============
+
+How long does it take until the amplitude first exceeds a level? The envelope's diffusion answers with the whole
+distribution of that time; recorded paths say how good the answer is.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import springpot as sp
+
+oscillator = sp.Oscillator(
+    springpot=sp.Springpot(order=0.5, coefficient=0.1), barrier=sp.Barrier(position=-1.0, restitution=0.9)
+)
+envelope = sp.theory.envelope(oscillator)
+run = sp.run(oscillator, paths=2000, record=2000, duration=120.0, step=0.05)
+spread = np.sqrt(envelope.amplitude_mean_square)
+
+figure, axes = plt.subplots(figsize=(6.6, 4.2))
+for times, color in zip((1.0, 1.5, 2.0), ("blue", "vermilion", "green"), strict=True):
+    level = round(times * spread, 2)
+    before = len(axes.lines)
+    sp.figures.survival(run, level, axes, theory=envelope)
+    for line in axes.lines[before:]:
+        line.set_color(sp.figures.COLOURS[color])
+    axes.lines[-1].set_label(f"A < {level:g} m, mean time {envelope.first_passage(amplitude=level).mean_time:.0f} s")
+axes.set_ylabel("probability that the level was not reached")
+axes.legend(handles=[line for line in axes.lines if "mean time" in line.get_label()], frameon=False)
+plt.show()
+
+# %%
+# Points: 2000 recorded paths with 95 % bars; lines: the envelope. At first the paths are late: the envelope's amplitude
+# diffuses from the first instant, a path needs part of a cycle to get anywhere.

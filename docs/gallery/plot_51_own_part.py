@@ -1,0 +1,58 @@
+r"""
+A part of one's own
+===================
+
+The kernel is composed of parts, and a part is a ``NamedTuple`` of numbers with compiled answers to the kernel's
+questions. Here a hardening spring, :math:`-\kappa x^3` beside the linear one, is added in a few lines, and checked
+against what is exact about it: with a dashpot and an elastic wall the density is :math:`\exp[-(2C/q)(v^2/2 +
+V(x))]`, whatever the potential :math:`V`.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import springpot as sp
+from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.parts import answers, push
+from springpot.simulation.settings import resolve
+
+
+class HardeningSpring(NamedTuple):
+    """White noise, and a spring beside the linear one."""
+
+    strength: float  # of the noise
+    impulse: float  # kappa times the step
+
+
+@answers(push, HardeningSpring)
+def push_of_the_hardening_spring(load, n, x, v, e, g):
+    """The impulse of step n: g is a standard normal, e a number that a load may keep."""
+    return load.strength * g - load.impulse * x**3, e
+
+
+def x_mean_square(kappa, step=0.02):
+    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0))
+    settings = resolve(oscillator, paths=6400, duration=60.0, step=step, window=(15.0, 60.0))
+    made = tables(oscillator, settings)  # with unit scales, since this oscillator's are 1
+    rows = advance(oscillator, settings, replace(made, load=HardeningSpring(made.load.strength, kappa * step))).rows
+    squares = rows[:, COLUMNS.index("x_square")] / np.diff(settings.window_steps)
+    return squares.mean(), squares.std(ddof=1) / np.sqrt(squares.size)
+
+
+kappas = np.array([0.0, 0.5, 1.0, 2.0, 4.0])
+value, error = np.array([x_mean_square(kappa) for kappa in kappas]).T
+fine, x = np.linspace(0.0, 4.0, 81), np.linspace(0.0, 6.0, 4001)
+density = np.exp(-2.0 * (x**2 / 2.0 + fine[:, None] * x**4 / 4.0))
+exact = (density @ x**2) / density.sum(axis=1)
+
+figure, axes = plt.subplots(figsize=(6.2, 3.9))
+sp.figures.bars(axes, kappas, value, error, size=4.0, label="Monte Carlo with the part, 95 %")
+axes.plot(fine, exact, "-", color=sp.figures.COLOURS["vermilion"], label="exact")
+axes.set(xlabel=r"hardening $\kappa$ (m$^{-2}$ s$^{-2}$)", ylabel=r"$\langle x^2\rangle$ (m$^2$)")
+axes.legend(frameon=False)
+plt.show()
+print("distance in standard errors:", np.round((value - np.interp(kappas, fine, exact)) / error, 1))
