@@ -9,6 +9,7 @@ from scipy import integrate, stats
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.averaging import averaging
+from springpot.theory.closure_quadrature import panel_rule
 from springpot.theory.envelope import envelope
 from springpot.theory.envelope_balance import Problem, balance
 from springpot.theory.envelope_cycles import harmonic_sum, make_cycles
@@ -154,29 +155,63 @@ def test_against_monte_carlo(order, c, r, b, square, mean, rate, within):
     assert abs(gaps[2]) < within[2], gaps
 
 
-@pytest.mark.parametrize(("order", "c", "b", "r"), [(0.5, 1.0, -1.0, 0.8), (0.3, 0.1, 0.5, 0.5), (1.0, 0.5, 0.0, 1.0)])
-def test_every_density_has_mass_one(order, c, b, r):
+@pytest.mark.parametrize(
+    ("order", "c", "b", "r"),
+    [
+        (0.5, 1.0, -1.0, 0.8),
+        (0.3, 0.1, 0.5, 0.5),
+        (0.4, 1.0, None, 1.0),
+        (0.1, 1.0, 0.0, 1.0),
+        (1.0, 0.5, 1.0, 1.0),
+        (0.9, 3.0, -0.2, 1.0),  # near grazing its cycles cross
+        (0.5, 3.0, -1.0, 0.7),
+    ],
+)
+def test_joint_density_has_mass_one_in_energy_and_angle(order, c, b, r):
+    """Label and phase of the cycles as coordinates of the plane; with a Jacobian by differences, not by the formula."""
     result = envelope(make(order, c, b, r))
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    for density, table in (
-        (result.x_density, result._x_table),
-        (result.v_density, result._v_table),
-        (result.amplitude_density, result._a_table),
-        (result.impact_speed_density, result._speed_table),
-    ):
-        # cubics between the knots, which the rule integrates exactly
-        knots = table.spline.x
-        width = np.diff(knots)[:, None]
-        values = density(knots[:-1, None] + width * (nodes + 1.0) / 2.0)
-        assert np.sum(values * width * weights / 2.0) == pytest.approx(1.0, abs=1e-10)
-        assert values.min() >= 0.0
-    far = 12.0 * math.sqrt(result.amplitude_mean_square)
-    h = np.linspace(0.0, 1.0, 400_001) ** 2 * far**2 / 2.0
-    assert integrate.trapezoid(result.energy_density(h), h) == pytest.approx(1.0, abs=1e-4)
+    picture = result._portrait
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    half = np.diff(picture.edges)[:, None] / 2.0
+    label = (picture.edges[:-1, None] + half * (nodes + 1.0)).ravel()
+    measure = (half * weights).ravel()[:, None] * weights
+    phase = picture.shapes(label).phase[:, None] * (nodes + 1.0) / 2.0
+
+    def point(shift, turn):
+        cycles = picture.shapes(label + shift)
+        s = phase + turn
+        return (
+            cycles.top[:, None] - 2.0 * cycles.a[:, None] * np.sin(s / 2.0) ** 2,
+            -cycles.w[:, None] * cycles.a[:, None] * np.sin(s),
+        )
+
+    # differences of fourth order, with steps that stay on a panel
+    step = np.minimum(1e-3 * np.repeat(half.ravel(), nodes.size), 1e-4)
+    columns = []
+    for shift, turn in ((step, 0.0), (0.0, 1e-3)):
+        size = step[:, None] if turn == 0.0 else turn
+        near = [np.array(point(k * shift, k * turn)) for k in (-2, -1, 1, 2)]
+        columns.append((near[0] - near[3] + 8.0 * (near[2] - near[1])) / (12.0 * size))
+    (x_label, v_label), (x_phase, v_phase) = columns
+    jacobian = np.abs(x_label * v_phase - v_label * x_phase)
+    density = result.joint_density(*point(0.0, 0.0))
+    assert density.min() >= 0.0
+    # the lower half of every cycle is the mirror image of the upper one
+    total = 2.0 * np.sum(measure * density * jacobian * picture.shapes(label).phase[:, None] / 2.0)
+    assert total == pytest.approx(1.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("b", [0.0, 1.0, None])
+def test_joint_density_of_a_dashpot_has_mass_one_in_the_plane(b):
+    result = envelope(make(1.0, 0.5, b))
+    x, dx = panel_rule(np.linspace(-10.0 if b is None else b, 11.0, 8), 30)
+    v, dv = panel_rule(np.linspace(-10.0, 10.0, 7), 30)
+    assert dx @ result.joint_density(x[:, None], v) @ dv == pytest.approx(1.0, abs=1e-10)
 
 
 @pytest.mark.parametrize("b", [-1.0, 0.0, 0.7])
-def test_joint_density_has_mass_one_and_the_moments(b):
+def test_joint_density_has_the_moments(b):
+    """On a plain grid of midpoints, which a user might take."""
     result = envelope(make(0.5, 0.3, b))
     far = 6.0 * math.sqrt(result.amplitude_mean_square)
     # midpoints, from the wall

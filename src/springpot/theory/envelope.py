@@ -231,8 +231,8 @@ class Envelope(Result):
         0.61
         """
         a = real_array(amplitude, "amplitude") / self._scales.length
-        table = self._a_table if time is None else self._amplitude_at(time)
-        return table.density(a) / self._scales.length
+        table = self._energy_table if time is None else self._energy_at(time)
+        return np.clip(a, 0.0, table.end) * table.density(a) / self._scales.length
 
     def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
@@ -247,8 +247,9 @@ class Envelope(Result):
         """
         omega = self.oscillator.natural_frequency
         h = real_array(energy, "energy")
-        a = np.sqrt(np.maximum(2.0 * h, 1e-12 * (omega * self._scales.length) ** 2)) / omega  # H = (Omega A)^2 / 2
-        return np.where(h < 0.0, 0.0, self.amplitude_density(a, time) / (omega * omega * a))
+        table = self._energy_table if time is None else self._energy_at(time)
+        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / (omega * self._scales.length)  # H = (Omega A)^2 / 2
+        return np.where(h < 0.0, 0.0, table.density(a) / (omega * self._scales.length) ** 2)
 
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
         """Density of the speed just before an impact, in s/m.
@@ -341,8 +342,8 @@ class Envelope(Result):
         return self._portrait.v()
 
     @cached_property
-    def _a_table(self) -> Tabulated:
-        return self._portrait.amplitude(self._scales.kappa)
+    def _energy_table(self) -> Tabulated:
+        return self._portrait.energy(self._scales.kappa)
 
     @cached_property
     def _speed_table(self) -> Tabulated:
@@ -350,12 +351,15 @@ class Envelope(Result):
             raise NotCovered("There is no density of impact speeds: nothing is struck, or infinitely often at speed 0.")
         return Tabulated.make(self._impacts.speeds, self._impacts.density)
 
-    def _amplitude_at(self, time: float) -> Tabulated:
+    def _energy_at(self, time: float) -> Tabulated:
         t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
         found, cells = self._settled(), self._cells
         ratio = cells.diffusion.from_rest(np.array([t / self._scales.time]))[0] / cells.diffusion.mass
-        ratio = np.interp(found.labels.nodes.ravel(), cells.label, ratio)
-        return portrait(found, ratio).amplitude(self._scales.kappa)
+
+        def at(label: FloatArray) -> FloatArray:
+            return np.asarray(np.interp(label, cells.label, ratio))
+
+        return portrait(found, at).energy(self._scales.kappa)
 
     @cached_property
     def _cells(self) -> Cells:

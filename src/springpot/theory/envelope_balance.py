@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.envelope_cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 
-__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "balance"]
+__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "balance", "missing_sinc"]
 
 FloatArray = NDArray[np.float64]
 
@@ -205,6 +205,13 @@ class Balance:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
 
+    def cycle(self, label: FloatArray, clear: int) -> tuple[FloatArray, FloatArray]:
+        """Amplitude and frequency of the cycles with these labels, the first ``clear`` of which strike nothing."""
+        cycles, slow_share = _mean_field(self.problem, self.closure)
+        above_rest = self.problem.position - slow_share * self.closure.mean
+        p, a = _shape(cycles, self.labels, label, clear, above_rest, slow_share)
+        return a, cycles.frequency(p)
+
     def cells(self) -> Cells:
         """The same cycles on a finer grid, for the diffusion in time."""
         points, weights = legendre.leggauss(_FINE_NODES)
@@ -300,10 +307,8 @@ def _labels(clearance: float, reach: float) -> Labels:
 def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, object], float]:
     """Every cycle for one closure, and how far the density falls."""
     alpha, c, b, r = problem.order, problem.coefficient, problem.position, problem.restitution
-    k0, m, beta = closure.slow_stiffness, closure.mean, closure.decay
-    cos, sin = problem.in_phase, problem.out_of_phase
-    cycles = make_cycles(alpha, c * max(cos - (1.0 - alpha) * beta / closure.frequency * sin, 0.0))
-    slow_share = k0 / (1.0 + k0)
+    k0, m = closure.slow_stiffness, closure.mean
+    cycles, slow_share = _mean_field(problem, closure)
     rest = slow_share * m  # where the mass rests without impacts
     labels = _labels(rest - b, reach)
     label = labels.nodes.ravel()
@@ -319,12 +324,12 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, 
     centre[:first] = rest
     wave = a * a * harmonic_sum(p, 0.0)
     x_square = mean**2 + wave / 2.0
-    v_square = 0.5 * (w * a) ** 2 * _missing_sinc(2.0 * p)
+    v_square = 0.5 * (w * a) ** 2 * missing_sinc(2.0 * p)
     speed = w * a * np.sin(p)
     speed[:first] = 0.0
     rate = w1 / (2.0 * math.pi)
     rate[:first] = 0.0
-    lost = 0.5 * c * sin * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
+    lost = 0.5 * c * problem.out_of_phase * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
     before = _before_impact(lost / v_square * 2.0 * p / w, r)
     lost += rate * 0.5 * (1.0 - r * r) * before * speed**2
     extra = _broadening(problem, closure, p, a, w, w1)
@@ -365,6 +370,13 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, 
     return arrays, float(fall[-1] - fall[0])
 
 
+def _mean_field(problem: Problem, closure: Closure) -> tuple[Cycles, float]:
+    """The cycles' frequencies, and k0 / (1 + k0)."""
+    alpha, k0 = problem.order, closure.slow_stiffness
+    broadened = problem.in_phase - (1.0 - alpha) * closure.decay / closure.frequency * problem.out_of_phase
+    return make_cycles(alpha, problem.coefficient * max(broadened, 0.0)), k0 / (1.0 + k0)
+
+
 def _shape(
     cycles: Cycles, labels: Labels, label: FloatArray, first: int, above_rest: float, slow_share: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -379,7 +391,7 @@ def _shape(
     return p, a
 
 
-def _missing_sinc(angle: FloatArray) -> FloatArray:
+def missing_sinc(angle: FloatArray) -> FloatArray:
     """1 - sin(angle) / angle, without cancellation."""
     small = angle**2 / 6.0 * (1.0 - angle**2 / 20.0)
     return np.where(angle < 0.01, small, 1.0 - np.sinc(angle / math.pi))

@@ -1,22 +1,32 @@
 """Densities of the envelope: the joint one, exact for the cycles of the balance, and its integrals.
 
-A point (x, v) lies on one cycle, whose label follows from (x - x_e)^2 + v^2 / w^2 = A^2; the probability of the
-cycle's cell, spread evenly over the cycle's time, divided by the area that the cell covers, is the joint density.
-The densities of x, of v and of the amplitude are its integrals by Gauss-Legendre rules, tabulated, interpolated by a
-cubic that stays between the tabulated values (never negative) and normalised: their mass is 1 to rounding.
+A cycle is x = top - A (1 - cos s), v = -w A sin s for phases s between -p and p; its label l and s are coordinates of
+the plane.  The probability of a label, ~ exp(-fall) J' with J' the mean of the Jacobian d(x, v)/d(l, s) over s, is
+spread evenly over the phases, so that
+
+    p(x, v) = exp(-fall(l)) / (2 pi Z) * (mean Jacobian of the cycle through (x, v)) / (Jacobian at (x, v)),
+
+whose integral over the plane is 1 for any shapes A(l), w(l) that are continuous and nested: they are interpolated
+between the ends of panels, and everything else, the phase p at the wall too, follows from the interpolants.  The
+densities of x, of v and of the amplitude are integrals of it by Gauss-Legendre rules, tabulated, interpolated by a
+cubic that is never negative, and normalised: their mass is 1 to rounding.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, CubicSpline, PPoly
 
-from springpot.theory.envelope_balance import Balance, Labels
+from springpot.theory.envelope_balance import Balance, missing_sinc
+from springpot.theory.result import NotCovered
 
 __all__ = ["Portrait", "Tabulated", "portrait"]
 
@@ -24,40 +34,131 @@ FloatArray = NDArray[np.float64]
 
 _GRID = 160
 _CROSS = 24  # nodes of each half of a cross-section
-_BISECTIONS = 6
-_NEWTON_STEPS = 6
+_DEGREE = 12  # of the shapes on a panel
+_FINER = 6  # panels added towards the first striking cycle, where A and w vary like a power behind a preload
+_NODES = 24  # on a panel, of the integral that normalises
+_STEPS = 80
+_CONVERGED = 3e-15
 _UNLIKELY = 35.0  # the tables end where the density per label has fallen by e^-35
 
 
 @dataclass(frozen=True)
 class Tabulated:
-    """A density on an interval, 0 outside.
+    """A density on an interval, 0 outside: a cubic between knots that is never negative.
 
     Parameters
     ----------
-    spline : PchipInterpolator
-        The density, with integral 1.
+    corner : float
+        Where the density may vary like a root.
+    spline : PPoly
+        The density as a function of the root of the distance from the corner, with the sign of the distance.
     """
 
-    spline: PchipInterpolator
+    corner: float
+    spline: PPoly
 
     @classmethod
-    def make(cls, place: FloatArray, density: FloatArray) -> Tabulated:
-        """From values on a rising grid, normalised.
+    def make(cls, place: FloatArray, density: FloatArray, corner: float = 0.0, power: int = 0) -> Tabulated:
+        """From values on a rising grid, so that the integral of density * place^power is 1, to rounding.
+
+        The corner is a place of the grid, or outside it.
 
         Examples
         --------
-        >>> float(Tabulated.make(np.array([0.0, 1.0, 2.0]), np.array([3.0, 3.0, 3.0])).density(np.array(0.3)))
+        >>> float(Tabulated.make(np.array([0.0, 1.0, 2.0]), np.array([3.0, 3.0, 3.0])).density(np.array(0.3)).round(12))
         0.5
         """
-        total = float(PchipInterpolator(place, density).integrate(place[0], place[-1]))
-        return cls(PchipInterpolator(place, density / total))
+        found = cls(corner, _never_negative(_root(place - corner), density))
+        return cls(corner, PPoly(found.spline.c / found.moment(power), found.spline.x))
+
+    def moment(self, power: int) -> float:
+        """Integral of density * value^power, exactly for a power up to 1."""
+        nodes, weights = legendre.leggauss(4)
+        root = self.spline.x
+        half = np.diff(root)[:, None] / 2.0
+        at = root[:-1, None] + half * (nodes + 1.0)
+        measure = half * weights * 2.0 * np.abs(at) * (self.corner + at * np.abs(at)) ** power
+        return float(np.sum(measure * self.spline(at)))
+
+    @property
+    def end(self) -> float:
+        """The largest value with a density."""
+        return float(self.corner + self.spline.x[-1] * abs(self.spline.x[-1]))
 
     def density(self, value: FloatArray) -> FloatArray:
         """The density; NaN where the value is NaN."""
         low, high = self.spline.x[0], self.spline.x[-1]
-        found = np.where((value >= low) & (value <= high), self.spline(np.clip(value, low, high)), 0.0)
+        root = _root(value - self.corner)
+        found = np.where((root >= low) & (root <= high), self.spline(np.clip(root, low, high)), 0.0)
         return np.where(np.isnan(value), np.nan, np.maximum(found, 0.0))
+
+
+def _never_negative(place: FloatArray, value: FloatArray) -> PPoly:
+    """Cubic splines on either side of 0, their slopes limited so that between values >= 0 they stay there.
+
+    The limit is that of J. W. Schmidt and W. Hess, "Positivity of cubic polynomials on intervals and positive spline
+    interpolation", BIT 28, 1988.
+    """
+    corner = int(np.searchsorted(place, 0.0))
+    cuts = [0, corner, place.size - 1] if 0 < corner < place.size - 1 else [0, place.size - 1]
+    sides = []
+    for first, last in itertools.pairwise(cuts):
+        x, y = place[first : last + 1], value[first : last + 1]
+        slope, step = CubicSpline(x, y)(x, 1), np.diff(x)
+        slope[:-1] = np.maximum(slope[:-1], -3.0 * y[:-1] / step)
+        slope[1:] = np.minimum(slope[1:], 3.0 * y[1:] / step)
+        sides.append(CubicHermiteSpline(x, y, slope).c)
+    return PPoly(np.concatenate(sides, axis=1), place)
+
+
+def _root(distance: FloatArray) -> FloatArray:
+    return np.asarray(np.copysign(np.sqrt(np.abs(distance)), distance))
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Cycles x = top - A (1 - cos s), v = -w A sin s; one entry per cycle for every array.
+
+    Parameters
+    ----------
+    top, a, w : ndarray
+        Largest displacement, amplitude and frequency of the arcs.
+    top_slope, a_slope, w_slope : ndarray
+        Their derivatives by the label.
+    phase : ndarray
+        Phase p at which the wall is met, pi without impacts.
+    """
+
+    top: FloatArray
+    a: FloatArray
+    w: FloatArray
+    top_slope: FloatArray
+    a_slope: FloatArray
+    w_slope: FloatArray
+    phase: FloatArray
+
+    def excess(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Negative where (x, v) is outside the cycle, positive inside, and its derivative by the label."""
+        depth, square = self.top - x, (v / self.w) ** 2
+        slope = (
+            self.top_slope * 2.0 * (self.a - depth) + 2.0 * depth * self.a_slope + 2.0 * square * self.w_slope / self.w
+        )
+        return depth * (2.0 * self.a - depth) - square, slope
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """d(x, v) / d(label, phase) where the cycles pass these places."""
+        a, w = self.a, self.w
+        missing = np.clip((self.top - x) / a, 0.0, 2.0)  # 1 - cos s
+        across = w * a * (1.0 - missing) * (self.top_slope - self.a_slope * missing)
+        return np.asarray(across + a * (self.w_slope * a + w * self.a_slope) * missing * (2.0 - missing))
+
+    @property
+    def mean_jacobian(self) -> FloatArray:
+        """Its mean over the phases of each cycle."""
+        a, w = self.a, self.w
+        once, twice = missing_sinc(self.phase), missing_sinc(2.0 * self.phase)
+        across = w * a * (self.top_slope * (1.0 - once) + self.a_slope * (once - twice / 2.0))
+        return np.asarray(across + a * (self.w_slope * a + w * self.a_slope) * twice / 2.0)
 
 
 @dataclass(frozen=True)
@@ -66,94 +167,181 @@ class Portrait:
 
     Parameters
     ----------
-    wall : float
-        b, -inf without.
-    labels : Labels
-        Panels of the label.
-    columns : ndarray, shape (nodes, 8)
-        Density per label, phase p, A, w, x_e and the slopes of the last three, at the panels' nodes.
-    last : float
-        Largest label of interest.
-    left, right, top : float
-        Ends of the displacement, and the largest velocity.
+    balance : Balance
+    edges : ndarray
+        Ends of the panels of the label, from rest to the last label of interest.
+    clear : int
+        How many of the panels are without impacts.
+    series : ndarray, shape (panels, degree + 1, 2)
+        Chebyshev series, on each panel, of w and of F in A = base + e F, where e is the square of the label of a cycle
+        with impacts, and its top less the largest top without them.
+    base : float
+        A of the first cycle with impacts.
+    ratio : callable
+        Probability of a label over the stationary one.
+    total : float
+        Makes the mass 1.
     """
 
-    wall: float
-    labels: Labels
-    columns: FloatArray
-    last: float
-    left: float
-    right: float
-    top: float
+    balance: Balance
+    edges: FloatArray
+    clear: int
+    series: FloatArray
+    base: float
+    ratio: Callable[[FloatArray], FloatArray]
+    total: float
 
     def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Density of displacement and velocity."""
         x, v = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(v, dtype=float))
-        label = self._label(x.ravel(), v.ravel())
-        density, p, a, w, centre, slope_a, slope_w, slope_centre = self._at(label, 0)
-        cosine = np.clip((x.ravel() - centre) / a, -1.0, 1.0)
-        # area per label and phase
-        area = w * a * (slope_centre + slope_a * cosine) * cosine + a * (slope_w * a + w * slope_a) * (1.0 - cosine**2)
-        found = np.maximum(density, 0.0) / (2.0 * np.maximum(p, 1e-12) * np.maximum(area, 1e-300))
-        inside = (x.ravel() >= self.wall) & (label < self.last)
-        return np.where(inside, found, 0.0).reshape(x.shape)
+        place, speed = x.ravel(), v.ravel()
+        left, right, top = self.ends
+        inside = (place >= left) & (place <= right) & (np.abs(speed) <= top)
+        place, speed = place[inside], speed[inside]
+        label = self._label(place, speed)
+        cycles = self.shapes(label)
+        found = np.zeros(x.size)
+        found[inside] = self._height(label) * cycles.mean_jacobian / cycles.jacobian(place)
+        found[inside] *= label < self.edges[-1]
+        return found.reshape(x.shape)
+
+    def weight(self, label: FloatArray) -> FloatArray:
+        """Probability per label."""
+        cycles = self.shapes(label)
+        return np.asarray(2.0 * cycles.phase * self._height(label) * cycles.mean_jacobian)
+
+    @property
+    def nested(self) -> bool:
+        """Whether every cycle lies inside the larger ones, and (label, phase) are coordinates of the plane."""
+        nodes, _ = legendre.leggauss(_NODES)
+        label = (self.edges[:-1, None] + np.diff(self.edges)[:, None] * (nodes + 1.0) / 2.0).ravel()
+        cycles = self.shapes(label)
+        part = np.linspace(0.0, 1.0, _NODES)[:, None]
+        missing = 2.0 * np.sin(cycles.phase * part / 2.0) ** 2
+        return bool(np.all(cycles.jacobian(cycles.top - cycles.a * missing) > 0.0))
+
+    def normalised(self) -> Portrait:
+        """With mass 1."""
+        nodes, weights = legendre.leggauss(_NODES)
+        half = np.diff(self.edges)[:, None] / 2.0
+        label = self.edges[:-1, None] + half * (nodes + 1.0)
+        weight = self.weight(label.ravel()).reshape(label.shape)
+        return replace(self, total=float(np.sum(half * weights * weight)))
 
     def x(self) -> Tabulated:
         """Density of the displacement."""
-        grid = _grid(self.left, self.right, 0.0 if math.isinf(self.wall) else 1.0)
-        v, weight = _cross(0.0, self.top)
-        return Tabulated.make(grid, self.joint(grid[:, None], v) @ weight)
+        left, right, top = self.ends
+        wall = self.balance.problem.position
+        corner = 0.0 if math.isinf(wall) else wall
+        grid = _grid(left, right, corner)
+        v, weight = _cross(0.0, top)
+        return Tabulated.make(grid, self.joint(grid[:, None], v) @ weight, corner)
 
     def v(self) -> Tabulated:
         """Density of the velocity, which is symmetric."""
-        half = _grid(0.0, self.top, 1.0)
-        middle = max(self.left, min(0.0, self.right))
-        low, weight_low = _cross(middle, self.left) if middle > self.left else (np.zeros(0), np.zeros(0))
-        high, weight_high = _cross(middle, self.right)
+        left, right, top = self.ends
+        half = _grid(0.0, top, 0.0)
+        middle = max(left, min(0.0, right))
+        low, weight_low = _cross(middle, left) if middle > left else (np.zeros(0), np.zeros(0))
+        high, weight_high = _cross(middle, right)
         x, weight = np.r_[low, high], np.r_[weight_low, weight_high]
         density = self.joint(x, half[:, None]) @ weight
         return Tabulated.make(np.r_[-half[:0:-1], half], np.r_[density[:0:-1], density])
 
-    def amplitude(self, kappa: float) -> Tabulated:
-        """Density of the root of x^2 + kappa v^2."""
-        farthest = math.hypot(max(abs(self.left), abs(self.right)), math.sqrt(kappa) * self.top)
-        nearest = max(self.wall, 0.0)
-        grid = _grid(nearest, farthest, 1.0)
+    def energy(self, kappa: float) -> Tabulated:
+        """Density of (x^2 + kappa v^2) / 2, as a function of the root of x^2 + kappa v^2."""
+        wall = self.balance.problem.position
+        left, right, top = self.ends
+        farthest = math.hypot(max(abs(left), abs(right)), math.sqrt(kappa) * top)
+        # where the circle first meets the wall
+        corner = abs(wall) if abs(wall) < farthest else 0.0
+        grid = _grid(max(wall, 0.0), farthest, corner)
         # half the plane: angles from the positive x axis to where the circle meets the wall
-        ratio = np.divide(self.wall, grid, out=np.full(grid.size, -1.0), where=grid > 0.0)
+        ratio = np.divide(wall, grid, out=np.full(grid.size, -1.0 if wall < 0.0 else 0.0), where=grid > 0.0)
         last = np.arccos(np.clip(ratio, -1.0, 1.0))
         nodes, weights = legendre.leggauss(2 * _CROSS)
         angle = last[:, None] * (nodes + 1.0) / 2.0
         values = self.joint(grid[:, None] * np.cos(angle) + 0.0, grid[:, None] * np.sin(angle) / math.sqrt(kappa))
-        return Tabulated.make(grid, grid * last * (values @ weights))
+        return Tabulated.make(grid, last * (values @ weights), corner, power=1)
+
+    def shapes(self, label: FloatArray) -> Shapes:
+        """The cycles with these labels."""
+        return self._on_panels(label, np.searchsorted(self.edges, label, side="right") - 1)
+
+    @cached_property
+    def ends(self) -> tuple[float, float, float]:
+        """Ends of the displacement, and the largest velocity."""
+        label = np.concatenate([np.linspace(*pair, 8) for pair in itertools.pairwise(self.edges)])
+        cycles = self.shapes(label)
+        return (
+            max(self.balance.problem.position, float(np.min(cycles.top - 2.0 * cycles.a))),
+            float(np.max(cycles.top)),
+            float(np.max(cycles.w * cycles.a * np.sin(np.minimum(cycles.phase, math.pi / 2.0)))),
+        )
+
+    def _height(self, label: FloatArray) -> FloatArray:
+        """Density of the plane on the cycle, but for the Jacobian."""
+        fall = self.balance.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
+        return np.asarray(np.exp(-fall) * self.ratio(label) / self.total)
+
+    def _on_panels(self, label: FloatArray, panel: NDArray[np.intp]) -> Shapes:
+        panel = np.clip(panel, 0, self.edges.size - 2)
+        half = (self.edges[panel + 1] - self.edges[panel]) / 2.0
+        place = (label - self.edges[panel]) / half - 1.0
+        series = np.moveaxis(self.series[panel], 0, -1)
+        w, share = chebyshev.chebval(place, series, tensor=False)
+        w_slope, share_slope = chebyshev.chebval(place, chebyshev.chebder(series), tensor=False) / half
+        least, strikes = self.balance.labels.clear_amplitude, panel >= self.clear
+        above = np.where(strikes, label * label, least * label)
+        slope = np.where(strikes, 2.0 * label, least)
+        height = np.sqrt(np.maximum(least + above / 2.0, 0.0))
+        beyond = np.sqrt(np.maximum(self.base - least + above * (share - 0.5), 0.0))
+        return Shapes(
+            top=self._origin + least + above,
+            a=np.where(strikes, self.base, least) + above * share,
+            w=w,
+            top_slope=slope,
+            a_slope=slope * share + above * share_slope,
+            w_slope=w_slope,
+            phase=np.where(strikes, 2.0 * np.arctan2(height, beyond), math.pi),
+        )
+
+    @cached_property
+    def _origin(self) -> float:
+        """Where the mass rests without impacts; the wall, where every cycle strikes it."""
+        clear = self.balance.labels.clear_amplitude > 0.0
+        return float(self.balance.centre[0]) if clear else self.balance.problem.position
 
     def _label(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Label of the cycle through each point, by Newton's method between brackets."""
-        low, high = np.full(x.size, self.labels.edges[0]), np.full(x.size, self.labels.edges[-1])
-        label = (low + high) / 2.0
-        for step in range(_BISECTIONS + _NEWTON_STEPS):
-            a, w, centre, slope_a, slope_w, slope_centre = self._at(label, 2)
-            excess = a * a - (x - centre) ** 2 - (v / w) ** 2
-            low, high = np.where(excess < 0.0, label, low), np.where(excess < 0.0, high, label)
-            slope = 2.0 * (a * slope_a + (x - centre) * slope_centre + (v / w) ** 2 * slope_w / w)
-            newton = label - excess / np.where(slope > 0.0, slope, np.inf)
-            middle = (low + high) / 2.0
-            use = (step >= _BISECTIONS) & (newton >= low) & (newton <= high)
-            label = np.where(use, newton, middle)
-        return np.asarray(label)
+        """Label of the cycle through each point: the panel first, then Newton's method between brackets."""
+        panel = np.zeros(x.size, dtype=np.intp)
+        for edge in range(1, self.edges.size - 1):
+            panel += self._on_panels(self.edges[edge : edge + 1], np.array([edge])).excess(x, v)[0] < 0.0
+        low, high = self.edges[panel], self.edges[panel + 1]
+        label, last = (low + high) / 2.0, high - low
+        open_ = np.arange(x.size)
+        for _ in range(_STEPS):
+            here = label[open_]
+            value, slope = self._on_panels(here, panel[open_]).excess(x[open_], v[open_])
+            low[open_], high[open_] = np.where(value < 0.0, here, low[open_]), np.where(value < 0.0, high[open_], here)
+            newton = here - value / np.where(slope > 0.0, slope, np.inf)
+            good = (newton >= low[open_]) & (newton <= high[open_]) & (np.abs(newton - here) < 0.6 * last[open_])
+            following = np.where(good, newton, (low[open_] + high[open_]) / 2.0)
+            label[open_], last[open_] = following, np.abs(following - here)
+            open_ = open_[np.abs(following - here) > _CONVERGED * float(np.ptp(self.edges))]
+            if open_.size == 0:
+                break
+        return label
 
-    def _at(self, label: FloatArray, first: int) -> FloatArray:
-        return np.asarray(self.labels.interpolate(self.columns[:, first:], label).T)
 
-
-def portrait(balance: Balance, ratio: FloatArray | None = None) -> Portrait:
+def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.ones_like) -> Portrait:
     """The cycles of a balance, weighted by its stationary law or by another law over it.
 
     Parameters
     ----------
     balance : Balance
-    ratio : ndarray, optional
-        Probabilities of the nodes over the stationary ones.
+    ratio : callable, optional
+        Probability of a label over the stationary one.
 
     Examples
     --------
@@ -163,28 +351,54 @@ def portrait(balance: Balance, ratio: FloatArray | None = None) -> Portrait:
     0.4839
     """
     labels = balance.labels
-    density = balance.density if ratio is None else balance.density * ratio
-    shapes = [balance.amplitude, balance.frequency, balance.centre]
-    columns = np.stack([density, balance.phase, *shapes, *(labels.derivative(shape) for shape in shapes)], axis=1)
     likely = np.flatnonzero(balance.density > math.exp(-_UNLIKELY) * balance.density.max())
-    last = int(likely[-1])
-    a, w, centre = (shape[: last + 1] for shape in shapes)
-    wall = balance.problem.position
-    return Portrait(
-        wall=wall,
-        labels=labels,
-        columns=columns,
-        last=float(labels.nodes.ravel()[last]),
-        left=max(wall, float(np.min(centre - a))),
-        right=float(np.max(centre + a)),
-        top=float(np.max(w * a * np.sin(np.minimum(balance.phase[: last + 1], math.pi / 2.0)))),
-    )
+    last = float(labels.nodes.ravel()[likely[-1]])
+    strikes = labels.edges[labels.clear + 1 :]
+    finer = float(np.min(strikes, initial=last)) * 0.25 ** np.arange(_FINER, 0.0, -1.0)
+    for first in (*finer, *strikes[:-1]):
+        edges = np.unique(np.r_[labels.edges[: labels.clear + 1], finer, strikes])
+        edges = edges[(edges <= 0.0) | (edges >= first)]
+        edges = np.r_[edges[edges < last], last]
+        found = _outlines(balance, edges, ratio)
+        if found.nested:
+            return found.normalised()
+    raise NotCovered("The envelope has densities where cycles of different size do not cross, which they do here.")
 
 
-def _grid(low: float, high: float, crowding: float) -> FloatArray:
-    """From low to high, denser near low."""
-    even = np.linspace(0.0, 1.0, _GRID)
-    return np.asarray(low + (high - low) * (even + crowding * even**2) / (1.0 + crowding))
+def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray], FloatArray]) -> Portrait:
+    """The cycles on these panels: they meet at their ends, and on the first one with impacts all are alike."""
+    clear = min(balance.labels.clear, edges.size - 1)
+    places = chebyshev.chebpts2(_DEGREE + 1)
+    label = edges[:-1, None] + np.diff(edges)[:, None] * (places + 1.0) / 2.0
+    base = balance.labels.clear_amplitude
+    w, share = np.empty(label.shape), np.ones(label.shape)
+    if clear:
+        w[:clear] = balance.cycle(np.array([-1.0]), 1)[1]
+    if clear < edges.size - 1:
+        strike = np.r_[edges[clear + 1], label[clear + 1 :].ravel()]
+        a, frequency = balance.cycle(strike, 0)
+        if clear == 0 and a[0] > 2.0 * strike[0] ** 2:  # a preload: the shorter the flight, the nearer to a parabola
+            base = float(a[0])
+        excess = (a - base) / strike**2
+        share[clear], share[clear + 1 :] = excess[0], excess[1:].reshape(-1, places.size)
+        start = w[0, 0] if clear else frequency[0]
+        w[clear] = start + (frequency[0] - start) * ((places + 1.0) / 2.0) ** 2
+        w[clear + 1 :] = frequency[1:].reshape(-1, places.size)
+    to_series = np.linalg.inv(chebyshev.chebvander(places, _DEGREE)).T
+    return Portrait(balance, edges, clear, np.stack([w @ to_series, share @ to_series], axis=-1), base, ratio, 1.0)
+
+
+def _grid(low: float, high: float, corner: float) -> FloatArray:
+    """From low to high through the corner, denser near it: even in the root of the distance from it."""
+    ends = _root(np.array([low, high]) - corner)
+    if ends[0] >= 0.0:
+        below, above = np.zeros(0), np.linspace(ends[0], ends[1], _GRID)
+    else:
+        count = max(int(_GRID * -ends[0] / (ends[1] - ends[0])), 20)
+        below, above = np.linspace(ends[0], 0.0, count + 1)[:-1], np.linspace(0.0, ends[1], _GRID)
+    grid = np.r_[corner - below**2, corner + above**2]
+    grid[0], grid[-1] = low, high
+    return np.asarray(grid)
 
 
 def _cross(start: float, end: float) -> tuple[FloatArray, FloatArray]:

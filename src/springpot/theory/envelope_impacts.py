@@ -78,12 +78,13 @@ def impacts(balance: Balance) -> Impacts | None:
     strike = slice(first, None)
     speed = before[strike]
     flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
-    v = speed.max() * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
+    rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
+    rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
+    log_share = PchipInterpolator(np.log(speed[rising]), np.log((flux / speed)[rising]))
+    v = speed[rising][-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
     step = math.log(v[1] / v[0])
     # towards 0 the flux falls in proportion to the speed
-    rising = np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0
-    log_share = PchipInterpolator(np.log(speed[rising]), np.log(np.maximum(flux / speed, 1e-300)[rising]))
-    elastic_flux = v * np.exp(log_share(np.log(np.maximum(v, speed[0]))))
+    elastic_flux = v * np.exp(log_share(np.log(np.maximum(v, speed[rising][0]))))
     n = elastic_flux
     if r < 1.0:
         turning = np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
