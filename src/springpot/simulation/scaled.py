@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.accuracy import slow_impact_order
-from springpot.simulation.adapted import adapt, owed_to_the_start
+from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Floats, Progress, advance, tables
 from springpot.simulation.settings import Settings, energy_time, fastest_rate, impacts_are_countable, resolve
 from springpot.simulation.statistics import controlled, linearised, standard_error
@@ -27,7 +27,9 @@ from springpot.theory.result import MOMENTS
 __all__ = ["Scaled", "stationary"]
 
 ELASTIC_STEP = 0.05  # in units of the shortest time scale; leaves 0.1 %
-LOSSY_STEPS = (0.1, 0.0125)
+LOSSY_STEPS = (0.1, 0.025)
+LOSSIER_STEPS = (0.1, 0.0125)  # where slow impacts crowd
+CROWDED = 0.7  # power of the step below which they do
 TRANSIENT, WINDOW = 6.0, 20.0  # relaxation times
 SHORTEST_RELAXATION, SHORTEST_WINDOW = 2.0, 30.0  # in units of 1 / Omega
 FEWEST_PATHS = 2048
@@ -87,13 +89,18 @@ def stationary(
     True
     """
     path_times = finite_number(path_times, "path_times", low=1e3, high=1e9)
-    if oscillator.restitution < 1.0:
-        coarse, fine = (
-            _run(oscillator, step, stream, path_times, seed, threads, progress)
-            for step, stream in zip(LOSSY_STEPS, STREAMS, strict=True)
-        )
-        return _moments(_extrapolated(oscillator, coarse, fine))
-    return _moments(_run(oscillator, ELASTIC_STEP, STREAMS[0], path_times, seed, threads, progress))
+    adapted = adapt(oscillator, _settings(oscillator, ELASTIC_STEP, path_times, seed, threads), paths=PILOT_PATHS)
+    found = []
+    for step, stream in zip(_steps(oscillator), STREAMS, strict=False):
+        settings = replace(_settings(oscillator, step, path_times, seed, threads), initial_position=adapted.position)
+        found.append(_run(oscillator, settings, adapted, stream, progress))
+    return _moments(found[0] if len(found) == 1 else _extrapolated(oscillator, *found))
+
+
+def _steps(oscillator: Oscillator) -> tuple[float, ...]:
+    if not oscillator.restitution < 1.0:
+        return (ELASTIC_STEP,)
+    return LOSSY_STEPS if slow_impact_order(oscillator.restitution) > CROWDED else LOSSIER_STEPS
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,17 +112,8 @@ class _Samples:
 
 
 def _run(
-    oscillator: Oscillator,
-    step: float,
-    stream: int,
-    path_times: float,
-    seed: int,
-    threads: int | None,
-    progress: Progress | None,
+    oscillator: Oscillator, settings: Settings, adapted: Adapted, stream: int, progress: Progress | None
 ) -> _Samples:
-    settings = _settings(oscillator, step, path_times, seed, threads)
-    adapted = adapt(oscillator, settings, paths=PILOT_PATHS)
-    settings = replace(settings, initial_position=adapted.position)
     made = tables(oscillator, settings)
     rows = advance(oscillator, settings, made, stream=stream, progress=progress).rows
     found = linearised(oscillator, settings, made, rows)
@@ -149,7 +147,8 @@ def _extrapolated(oscillator: Oscillator, coarse: _Samples, fine: _Samples) -> _
     """The fine run, with the impact rate taken to step zero; its paths and the coarse ones are independent."""
     if not impacts_are_countable(oscillator):
         return fine
-    ratio = LOSSY_STEPS[0] / LOSSY_STEPS[1]
+    first, last = _steps(oscillator)
+    ratio = first / last
     rest = 1.0 / (ratio ** slow_impact_order(oscillator.restitution) - 1.0)
     few, many = coarse.of["impact_rate"], fine.of["impact_rate"]
     shift = rest * (float(many.mean()) - float(few.mean()))
