@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import springpot
-from springpot import cli, doctor, simulation
+from springpot import cli, doctor, simulation, terminal
 from springpot.interrupt import leave_at_once
 from springpot.processors import control_group_quota
 from springpot.simulation.settings import resolve
@@ -400,8 +400,8 @@ def test_the_bar_waits_and_writes_to_stderr_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(cli, "_QUIET_SECONDS", 0.3)
-    with cli._Bar("working", first="finding its feet") as bar:
+    monkeypatch.setattr(terminal, "QUIET_SECONDS", 0.3)
+    with terminal.Bar("working", first="finding its feet") as bar:
         assert capsys.readouterr() == ("", "")
         wait_for(lambda: bar._bar)
         assert bar._bar is not None
@@ -418,16 +418,16 @@ def test_the_bar_waits_and_writes_to_stderr_only(
 
 def test_short_work_shows_no_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with cli._Bar("working") as bar:
+    with terminal.Bar("working") as bar:
         bar(0.5)
     assert capsys.readouterr() == ("", "")
     assert not bar._timer.is_alive() or bar._timer.join(5.0) is None
 
 
 def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(cli, "_QUIET_SECONDS", 0.0)
+    monkeypatch.setattr(terminal, "QUIET_SECONDS", 0.0)
     before = threading.active_count()
-    with cli._Bar("working") as bar:
+    with terminal.Bar("working") as bar:
         bar(0.5)
         assert threading.active_count() == before
     assert capsys.readouterr() == ("", "")
@@ -450,7 +450,7 @@ def test_what_the_bar_says_first(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     said: list[str] = []
-    bar = cli._Bar
+    bar = terminal.Bar
     monkeypatch.setattr(cli, "_Bar", lambda text, first: said.append(first) or bar(text, first))
     assert cli.main(["simulate", *words.split()]) == 0
     assert said == [first]

@@ -13,14 +13,19 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.simulation import run, simulate
+    from springpot.studies import open_study, study
 
     __version__: str
 
-__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "figures", "run", "simulate", "theory"]
+__all__ = [
+    "Barrier", "Oscillator", "Springpot", "WhiteNoise", "figures", "open_study", "run", "simulate", "study", "theory",
+]  # fmt: skip
 _LATER = {
     "figures": "springpot.figures",
+    "open_study": "springpot.studies",
     "run": "springpot.simulation",
     "simulate": "springpot.simulation",
+    "study": "springpot.studies",
     "theory": "springpot.theory",
 }
 

@@ -9,21 +9,16 @@ stderr says why.  Stdout then stays empty, except that ``doctor`` prints its fin
 
 from __future__ import annotations
 
-import contextlib
 import difflib
-import json
 import math
 import os
 import re
 import sys
-import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from decimal import Decimal
 from inspect import signature
-from itertools import zip_longest
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from cyclopts import (
@@ -42,15 +37,13 @@ from cyclopts import (
 
 from springpot.interrupt import leave_at_once
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from springpot.comparison import Gap
 
 __all__ = ["main"]
 
-_QUIET_SECONDS = 2.0
 _TIMES = "two times, START and END"
 _DEFAULT = Oscillator()
 _WALL = Barrier()
@@ -71,17 +64,6 @@ app = App(
     version=_version,
     suppress_keyboard_interrupt=False,  # main() turns it into one sentence and 130
 )
-
-
-def _whole(type_: object, tokens: Sequence[Token]) -> int:
-    """Cyclopts' own conversion rounds 2.5 to 2; a number of paths or a seed must be refused instead."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise CoercionError(token=tokens[0], target_type=int) from None
-
-
-_Whole = Annotated[int, Parameter(converter=_whole)]
 
 
 @Parameter(name="*", group=_OSCILLATOR)
@@ -118,13 +100,14 @@ class _OscillatorFlags:
         )
 
 
+app.command("springpot.studies.commands:app", name="study")
+
 _Flags = Annotated[_OscillatorFlags, Parameter(name="*")]
-_Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
-_Threads = Annotated[_Whole | None, Parameter(help="Threads; all that this process may use if not given.")]
+_Threads = Annotated[Whole | None, Parameter(help="Threads; all that this process may use if not given.")]
 
 
 @app.command
-def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
+def theory(*, flags: _Flags = _OscillatorFlags(), json_: Json = False) -> int:
     """Answers without dice: every method side by side, their warnings, and the one to trust here."""
     oscillator = flags.oscillator()
     with leave_at_once():
@@ -133,7 +116,7 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
 
     found = all_methods(oscillator)
     if json_:
-        _print_json({"oscillator": asdict(oscillator), **found})
+        print_json({"oscillator": asdict(oscillator), **found})
         return 0
     best = found.pop("recommended")
     answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
@@ -144,13 +127,13 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: _Json = False) -> int:
         [name, *(f"{answer[name]:.5g}" if _is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
     ]
-    _print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
+    print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for name, statement in silent.items():
         print(f"{name}: {statement}")
     print(f"* recommended here: {best}" if best else "no method has an answer here.")
     # of the others --json tells
     for sentence in _sentences(answers.get(str(best), {}), "warnings"):
-        _say(f"warning: {best}: {sentence}")
+        say(f"warning: {best}: {sentence}")
     return 0
 
 
@@ -159,13 +142,13 @@ def compare(
     *,
     flags: _Flags = _OscillatorFlags(),
     rtol: Annotated[float, Parameter(group=_MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
-    seed: Annotated[_Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
+    seed: Annotated[Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
     threads: Annotated[_Threads, Parameter(group=_MONTE_CARLO)] = None,
     plot: Annotated[
         str | None,
         Parameter(metavar="FILE", help="PNG to draw densities and spectra of theory and Monte Carlo into."),
     ] = None,
-    json_: _Json = False,
+    json_: Json = False,
 ) -> int:
     """Theory beside Monte Carlo: the gap of each method in per cent and in standard errors."""
     oscillator = flags.oscillator()
@@ -176,22 +159,22 @@ def compare(
         from springpot.units import UNITS
 
     if plot is not None:
-        _check_writable(plot)
-    with _Bar("simulating", first="finding the stationary start") as bar:
+        check_picture(plot, "plot")
+    with Bar("simulating", first="finding the stationary start") as bar:
         found = set_side_by_side(oscillator, rtol=rtol, seed=seed, threads=threads, progress=bar)
         observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in found.simulation.warnings:
-        _say(f"warning: {sentence}")
+        say(f"warning: {sentence}")
     if found.recommended:
         for sentence in found.answers[found.recommended].warnings:
-            _say(f"warning: {found.recommended}: {sentence}")
+            say(f"warning: {found.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
 
         save(draw_comparison(observed, found.answers), Path(plot))
     if json_:
-        _print_json(found.to_dict())
+        print_json(found.to_dict())
         return 0
     gaps = {name: found.gaps(name) for name in found.answers}
     table = [["", "Monte Carlo", *(f"{name} *" if name == found.recommended else name for name in gaps)]]
@@ -201,7 +184,7 @@ def compare(
             continue
         cells = [_gap(gaps[method].get(name)) for method in gaps]
         table.append([name, _with_error(value, error, UNITS[name]), *cells])
-    _print_table(table)
+    print_table(table)
     for name, statement in found.statements.items():
         print(f"{name}: {statement}")
     print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
@@ -233,7 +216,7 @@ def simulate(
         ),
     ] = None,
     paths: Annotated[
-        _Whole | None, Parameter(group=_MONTE_CARLO, help="Number of independent paths; 5000 if not given.")
+        Whole | None, Parameter(group=_MONTE_CARLO, help="Number of independent paths; 5000 if not given.")
     ] = None,
     duration: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="End of the run, in s.")] = None,
     step: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="Time step, in s.")] = None,
@@ -244,7 +227,7 @@ def simulate(
         ),
     ] = None,
     seed: Annotated[
-        _Whole | None,
+        Whole | None,
         Parameter(group=_MONTE_CARLO, help="Seed: the same seed gives the same paths; 1 if not given."),
     ] = None,
     threads: Annotated[_Threads, Parameter(group=_MONTE_CARLO)] = None,
@@ -283,7 +266,7 @@ def simulate(
             help="Quantiles of x, v, amplitude and impact speed, and of the extremes of each path, as well.",
         ),
     ] = False,
-    json_: _Json = False,
+    json_: Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
     oscillator = flags.oscillator()
@@ -312,12 +295,12 @@ def simulate(
         from springpot.simulation import run
 
     adapted = start == "stationary" or rtol is not None
-    with _Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
+    with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         answer = run(oscillator, **given, progress=bar).to_dict()
     for warning in _sentences(answer, "warnings"):
-        _say(f"warning: {warning}")
+        say(f"warning: {warning}")
     if json_:
-        _print_json(answer)
+        print_json(answer)
         return 0
     print(f"oscillator: {_plain(answer['oscillator'])}")
     print(f"settings: {_plain(answer['settings'])}")
@@ -326,7 +309,7 @@ def simulate(
 
 
 @app.command
-def doctor(*, json_: _Json = False) -> int:
+def doctor(*, json_: Json = False) -> int:
     """What this machine gives: versions, processor, threads, cache, and a check of about a second."""
     with leave_at_once():
         from springpot import simulation  # noqa: F401  (what takes long to load)
@@ -334,13 +317,13 @@ def doctor(*, json_: _Json = False) -> int:
 
     findings = diagnose()
     if json_:
-        _print_json(findings)
+        print_json(findings)
     else:
-        _print_table([[name, _plain(value)] for name, value in findings.items() if name != "self_check"])
+        print_table([[name, _plain(value)] for name, value in findings.items() if name != "self_check"])
         print(findings["self_check"]["statement"])
     if findings["self_check"]["passed"]:
         return 0
-    _say("the self-check failed: do not trust results from this installation.")
+    say("the self-check failed: do not trust results from this installation.")
     return 1
 
 
@@ -356,7 +339,7 @@ def reproduce(
         from springpot import simulation  # noqa: F401  (what takes long to load)
         from springpot.paper import reproduce as make
 
-    with _Bar(f"reproducing {what}") as bar:
+    with Bar(f"reproducing {what}") as bar:
         written = make(what, out, progress=bar, threads=threads)
     for path in written:
         print(path)
@@ -384,7 +367,7 @@ def validity(
     if simulate_again:
         from springpot.validity import make_map
 
-        with _Bar("simulating the validity map") as bar:
+        with Bar("simulating the validity map") as bar:
             source = make_map(path=folder / MAP_FILE.name, threads=threads, progress=bar)
     else:
         (folder / MAP_FILE.name).write_bytes(MAP_FILE.read_bytes())
@@ -398,7 +381,7 @@ def validity(
 @app.command
 def explore(
     *,
-    port: Annotated[_Whole, Parameter(help="Port to listen on; 0 takes any that is free.")] = 8765,
+    port: Annotated[Whole, Parameter(help="Port to listen on; 0 takes any that is free.")] = 8765,
     host: Annotated[str, Parameter(help="Numerical address to listen on; by default only this computer's own.")] = (
         "127.0.0.1"
     ),
@@ -411,53 +394,6 @@ def explore(
     return 0
 
 
-class _Bar:
-    """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
-
-    It pulses, and says ``first``, until the work tells for the first time how far it is.
-    """
-
-    def __init__(self, text: str, first: str = "") -> None:
-        self._text, self._said = text, first or text
-        self._done: float | None = None
-        self._bar: Progress | None = None
-        self._lock = threading.Lock()
-        self._timer = threading.Timer(_QUIET_SECONDS, self._show)
-        self._timer.daemon = True
-
-    def __enter__(self) -> _Bar:
-        if sys.stderr is not None and sys.stderr.isatty():
-            self._timer.start()
-        return self
-
-    def __call__(self, fraction: float, text: str = "") -> None:
-        with self._lock:
-            self._done, self._said = fraction, text or self._text
-            if self._bar is not None:
-                self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
-
-    def _show(self) -> None:
-        from rich.console import Console
-        from rich.progress import Progress
-
-        with self._lock:
-            if self._timer.finished.is_set():  # the work ended while the lines above were loading
-                return
-            bar = Progress(console=Console(stderr=True), transient=True)
-            task = bar.add_task(self._said, total=None if self._done is None else 1.0)
-            bar.update(task, completed=self._done)
-            bar.start()
-            self._bar = bar
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._timer.cancel()
-        with self._lock:
-            if self._bar is not None:
-                self._bar.stop()
-
-
 def _gap(gap: Gap | None) -> str:
     if gap is None:
         return ""
@@ -468,14 +404,6 @@ def _gap(gap: Gap | None) -> str:
 def _names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
     """Names of all numbers that any of the answers has."""
     return {name for answer in answers.values() for name, value in answer.items() if _is_number(value)}
-
-
-def _check_writable(path: str) -> None:
-    """Fail before any work if a picture could not be written there."""
-    if not path.endswith(".png"):
-        raise ValueError(f"plot must end in .png, but it is {path!r}.")
-    if not Path(path).resolve().parent.is_dir():
-        raise ValueError(f"plot must lie in a folder that exists, but {str(Path(path).parent)!r} does not.")
 
 
 def _sentences(answer: Mapping[str, object], name: str) -> list[str]:
@@ -533,9 +461,9 @@ def _print_estimates(answer: Mapping[str, Any]) -> None:
             + [_plain_short(answer[f"{name}_{column}"]) for column in columns]
             for name in controlled
         ]
-        _print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
+        print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
     rows = [[name, _with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
-    _print_table([["", "value +- standard error"], *rows] if controlled else rows)
+    print_table([["", "value +- standard error"], *rows] if controlled else rows)
     if "probability" in answer:
         _print_quantiles(answer)
 
@@ -547,7 +475,7 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
     units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()
-    _print_table(
+    print_table(
         [["quantile +- standard error", *(f"{100.0 * answer['probability'][i]:g} %" for i in shown)]]
         + [
             [name, *(_with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
@@ -558,31 +486,6 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
 
 def _plain_short(value: float | None) -> str:
     return "none" if value is None else f"{value:.2g}"
-
-
-def _print_table(rows: Sequence[Sequence[str]]) -> None:
-    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
-    for row in rows:
-        print("".join(f"  {cell:<{width}}" for cell, width in zip(row, widths, strict=False)).rstrip())
-
-
-def _without_nan(value: Any) -> Any:
-    """JSON has no NaN and no infinity; null says that there is no number."""
-    if isinstance(value, Mapping):
-        return {name: _without_nan(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _print_json(answer: Mapping[str, Any]) -> None:
-    print(json.dumps(_without_nan(answer), indent=2, allow_nan=False))
-
-
-def _say(sentence: str) -> None:
-    if sys.stderr is not None:
-        with contextlib.suppress(OSError):
-            print(f"springpot: {sentence}", file=sys.stderr)
 
 
 def _one_sentence(error: BaseException) -> str:
@@ -712,25 +615,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         _flush()
     except CycloptsError as error:
-        _say(_usage(error))
+        say(_usage(error))
         return 2
     except (TypeError, ValueError) as error:
-        _say(_in_flags(_one_sentence(error)))
+        say(_in_flags(_one_sentence(error)))
         return 2
     except KeyboardInterrupt:
-        _say("interrupted.")
+        say("interrupted.")
         return 130
     except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
         _drop_output()
         return 1
     except OSError as error:
         _drop_output()
-        _say(_of_the_system(error))
+        say(_of_the_system(error))
         return 1
     except MemoryError:
-        _say("there is not enough memory for this; fewer --paths need less.")
+        say("there is not enough memory for this; fewer --paths need less.")
         return 1
     except Exception as error:
-        _say(f"{type(error).__name__}: {_one_sentence(error)}")
+        say(f"{type(error).__name__}: {_one_sentence(error)}")
         return 1
     return int(code or 0)

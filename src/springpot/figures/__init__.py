@@ -12,12 +12,14 @@ from springpot.figures.memory import memory_error, memory_terms, terms_against_t
 from springpot.figures.motion import path, phase_portrait
 from springpot.figures.series import fourier_error, fourier_series
 from springpot.figures.stationary import correlation, density, spectrum
+from springpot.figures.studies import draw_study
 from springpot.figures.style import COLOURS, METHOD_LINES, bars, new_figure, new_grid, save
 from springpot.figures.sweeps import against
 from springpot.figures.validity import draw_gaps, gaps
 
 __all__ = [
     "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "draw_comparison",
-    "draw_gaps", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms", "new_figure", "new_grid",
-    "path", "phase_portrait", "save", "spectrum", "survival", "terms_against_tolerance", "transient",
+    "draw_gaps", "draw_study", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms",
+    "new_figure", "new_grid", "path", "phase_portrait", "save", "spectrum", "survival", "terms_against_tolerance",
+    "transient",
 ]  # fmt: skip

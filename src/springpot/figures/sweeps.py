@@ -18,7 +18,7 @@ from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Resul
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["MOMENTS", "against"]
+__all__ = ["MOMENTS", "PARAMETER_LABELS", "against"]
 
 MOMENTS = {
     "amplitude_mean_square": r"mean square amplitude $\langle A^2\rangle$ (m$^2$)",
@@ -73,6 +73,9 @@ _PARAMETERS: dict[str, tuple[str, Callable[[Oscillator], float], Callable[[Oscil
         lambda o, value: replace(o, excitation=WhiteNoise(value)),
     ),
 }
+
+PARAMETER_LABELS = {name: label for name, (label, _, _) in _PARAMETERS.items()}
+"""Labels of the problem's numbers, with units."""
 
 
 def against(

@@ -210,7 +210,7 @@ class Study(_Strict):
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and runs along an axis: leave out one of the two")
         for title, columns in self.zipped.items():
-            if title in {*PARAMETERS, *UNITS, "method"} or not title.isidentifier():
+            if title in {*PARAMETERS, *UNITS, "theory"} or not title.isidentifier():
                 raise ValueError(f"zipped axis {title!r} needs a name of its own, such as case")
             if len({len(column) for column in columns.values()}) != 1:
                 raise ValueError(f"zipped axis {title} needs at least one column, and columns of equal length")

@@ -1,0 +1,119 @@
+"""A study in one call, from its file or its content to a labelled data set."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from springpot.studies.dataset import open_tree
+from springpot.studies.question import Study, read_study
+from springpot.studies.running import run_study
+from springpot.studies.store import open_store
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["open_study", "study"]
+
+
+def open_study(store: str | Path) -> xarray.DataTree:
+    """Open a store: every number that a study has so far, labelled, read from disk when it is looked at.
+
+    Parameters
+    ----------
+    store : str or Path
+        The folder that `study` or ``springpot study run`` made.
+
+    Returns
+    -------
+    xarray.DataTree
+        ``/theory`` has the dimension ``theory`` (the method) and the study's axes, ``/simulation`` the axes alone.
+        Both hold every number under its name, with its unit, NaN where there is none; ``done`` says whether there is an
+        answer, ``said`` holds its warnings or the reason why there is none.  Monte Carlo's numbers have a twin ``_se``
+        (standard error) and, where ``rtol`` controls them, ``_error`` (half-width of the total 95 % interval).
+
+    Raises
+    ------
+    ValueError
+        If it is not a store, or was written by a newer version.
+
+    Examples
+    --------
+    >>> try:
+    ...     open_study("nowhere.zarr")
+    ... except ValueError as error:
+    ...     print(str(error).partition(":")[0])
+    there is no store 'nowhere.zarr'
+    """
+    return open_tree(open_store(store))
+
+
+def study(
+    source: str | Path | Mapping[str, Any] | Study,
+    store: str | Path | None = None,
+    *,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xarray.DataTree:
+    """Answer a grid of oscillators, and keep what is answered.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Study
+        A study file (``springpot study new`` writes an example), or its content: ``name``, ``methods``, ``axes``
+        and, as needed, ``fixed``, ``zipped``, ``monte_carlo``, ``quantities``, ``seed``.
+    store : str or Path, optional
+        Folder of the store: made if missing, resumed if it holds a part; what it holds is not computed again.  Without
+        one everything is kept in memory only.
+    threads, workers, scheduler
+        Where the tasks run: threads of this process (all processors if left out), that many worker processes of a Dask
+        cluster, or the Dask scheduler at that address.  The numbers are the same, to the bit.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.DataTree
+        As from `open_study`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the study or an argument is wrong, or the store is another study's.
+    OSError
+        If the store cannot be written; what was written stays.
+
+    Warns
+    -----
+    UserWarning
+        If tasks failed; their numbers are NaN.
+
+    Examples
+    --------
+    >>> tree = study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5, 1.0], "restitution": [1.0]}})
+    >>> tree["theory"]["amplitude_mean_square"].sel(theory="averaging", restitution=1.0).values.round(3).tolist()
+    [2.296, 1.0]
+    """
+    asked = read_study(source)
+    if store is None:
+        with tempfile.TemporaryDirectory(prefix="springpot-") as folder:
+            return _answered(
+                asked, Path(folder) / "study.zarr", threads=threads, workers=workers, scheduler=scheduler,
+                progress=progress,
+            ).load()  # fmt: skip
+    return _answered(asked, store, threads=threads, workers=workers, scheduler=scheduler, progress=progress)
+
+
+def _answered(asked: Study, store: str | Path, **how: Any) -> xarray.DataTree:
+    found = run_study(asked, store, **how)
+    if found.failures:
+        task, reason = found.failures[0]
+        warnings.warn(
+            f"{len(found.failures)} tasks failed, the first of them {task.method}: {reason}", UserWarning, stacklevel=3
+        )
+    return open_study(store)

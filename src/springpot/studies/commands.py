@@ -1,0 +1,189 @@
+"""The ``springpot study`` commands: parse, call, print."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from springpot.interrupt import leave_at_once
+from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+
+__all__ = ["app"]
+
+app = App(
+    name="study",
+    help="Many questions: a grid of oscillators in a file, answered into a store that loses nothing.",
+    help_format="plaintext",
+)
+
+_File = Annotated[str, Parameter(help="The study file (TOML).")]
+_Store = Annotated[str, Parameter(help="The store: a folder, made by study run.")]
+
+
+@app.command
+def new(file: Annotated[str, Parameter(help="Where to write it; it must not exist.")]) -> int:
+    """Write a commented example of a study file: ten seconds of work."""
+    from springpot.studies.template import TEMPLATE
+
+    place = Path(file)
+    if place.suffix != ".toml":
+        raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
+    text = TEMPLATE.format(
+        name=place.stem, file=file, **{n: str(place.with_suffix(f".{e}"))
+                                       for n, e in (("store", "zarr"), ("picture", "png"), ("table", "csv"))}
+    )  # fmt: skip
+    try:
+        with place.open("x", encoding="utf-8") as out:
+            out.write(text)
+    except FileExistsError:
+        raise ValueError(f"{file!r} exists already: give another name, or remove it first.") from None
+    print(file)
+    return 0
+
+
+@app.command
+def schema() -> int:
+    """Print the JSON schema of study files, for editors that check them while you type."""
+    from springpot.studies.question import Study
+
+    print(json.dumps(Study.model_json_schema(), indent=2))
+    return 0
+
+
+@app.command
+def check(file: _File, *, json_: Json = False) -> int:
+    """Check a study file, and say how many tasks it has, and about how long and how much disk they take."""
+    with leave_at_once():
+        from springpot.processors import threads_available
+        from springpot.studies.estimate import estimate
+        from springpot.studies.question import read_study
+
+    study = read_study(file)
+    with Bar("trying some tasks"):
+        found = estimate(study)
+    threads = threads_available()
+    total = sum(found.seconds.values()) / threads
+    if json_:
+        print_json(
+            {"name": study.name, "shape": study.shape, "tasks": found.tasks, "processor_seconds": found.seconds,
+             "threads": threads, "seconds": total, "bytes": found.bytes}
+        )  # fmt: skip
+        return 0
+    grid = " x ".join(f"{count} {name}" for name, count in study.shape.items())
+    print(f"{study.name}: {grid}")
+    print_table(
+        [["", "tasks", "processor time"]]
+        + [[method, str(count), _time(found.seconds[method])] for method, count in found.tasks.items()]
+    )
+    print(
+        f"{sum(found.tasks.values())} tasks, about {_time(total)} on {threads} threads, {_size(found.bytes)} at most."
+    )
+    return 0
+
+
+@app.command
+def run(
+    file: _File,
+    *,
+    store: Annotated[str, Parameter(help="The store: made if missing, resumed if it holds a part.")],
+    threads: Annotated[Whole | None, Parameter(help="Tasks at a time; all processors if not given.")] = None,
+    workers: Annotated[Whole | None, Parameter(help="Start so many Dask worker processes instead.")] = None,
+    scheduler: Annotated[str | None, Parameter(help="Use the Dask scheduler at this address instead.")] = None,
+    shard: Annotated[str, Parameter(help="Only every N-th task, from the i-th: i/N, for job arrays.")] = "1/1",
+    json_: Json = False,
+) -> int:
+    """Compute what a store does not hold yet.  Stop it whenever you like: run it again and it goes on."""
+    with leave_at_once():
+        from springpot.studies.question import read_study
+        from springpot.studies.running import run_study
+
+    study = read_study(file)
+    part = _shard(shard)
+    with Bar(study.name) as bar:
+        found = run_study(study, store, threads=threads, workers=workers, scheduler=scheduler, shard=part, progress=bar)
+    if json_:
+        print_json({"store": store, "tasks": found.tasks, "found": found.found, "computed": found.computed,
+                    "failed": len(found.failures)})  # fmt: skip
+    else:
+        print(f"{store}: {found.tasks} tasks, {found.found} found, {found.computed} computed.")
+    if found.failures:
+        task, reason = found.failures[0]
+        where = ", ".join(f"{name} {task.point[name]:g}" for name in study.columns)
+        say(f"{len(found.failures)} tasks failed, the first of them {task.method} at {where}: {reason}")
+        return 1
+    return 0
+
+
+@app.command
+def status(store: _Store, *, json_: Json = False) -> int:
+    """What a store holds: every answer is read and its checksum compared."""
+    from springpot.studies.estimate import status as look
+    from springpot.studies.store import open_store
+
+    opened = open_store(store)
+    found = look(opened)
+    if json_:
+        print_json({"name": opened.study.name, "shape": opened.study.shape, "done": found.done,
+                    "damaged": found.damaged, "missing": found.missing})  # fmt: skip
+        return 0
+    print(f"{opened.study.name}: {' x '.join(f'{count} {name}' for name, count in opened.study.shape.items())}")
+    print_table(
+        [["", "done", "damaged", "missing"]]
+        + [[m, str(found.done[m]), str(found.damaged[m]), str(found.missing[m])] for m in opened.study.methods]
+    )
+    return 0
+
+
+@app.command
+def export(store: _Store, out: Annotated[str, Parameter(help="A file that ends in .nc or .csv.")]) -> int:
+    """Write all numbers to one file: netCDF with units and labels, or a table."""
+    with leave_at_once():
+        from springpot.studies.dataset import export as write
+        from springpot.studies.store import open_store
+
+    print(write(open_store(store), out))
+    return 0
+
+
+@app.command
+def plot(
+    store: _Store,
+    *,
+    out: Annotated[str, Parameter(help="The picture: a file that ends in .png.")],
+    quantity: Annotated[
+        list[str] | None, Parameter(negative="", help="What to draw; the study's quantities if not given.")
+    ] = None,
+    kind: Annotated[Literal["curves", "map"] | None, Parameter(help="Curves, or a map of the best method.")] = None,
+    along: Annotated[str | None, Parameter(help="The axis of the curves; the longest if not given.")] = None,
+) -> int:
+    """Draw a store: curves of theory and Monte Carlo, or maps; a panel for each quantity and place."""
+    with leave_at_once():
+        from springpot.figures.studies import draw_study
+        from springpot.figures.style import save
+        from springpot.studies.ask import open_study
+
+    check_picture(out, "out")
+    print(save(draw_study(open_study(store), quantities=quantity, kind=kind, along=along), Path(out)))
+    return 0
+
+
+def _shard(text: str) -> tuple[int, int]:
+    first, slash, last = text.partition("/")
+    if not (slash and first.isdigit() and last.isdigit()):
+        raise ValueError(f"--shard must be i/N, such as 1/4, not {text!r}.")
+    return int(first), int(last)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{max(seconds, 0.1):.2g} s"
+    return f"{seconds / 60.0:.2g} min" if seconds < 5400.0 else f"{seconds / 3600.0:.2g} h"
+
+
+def _size(size: int) -> str:
+    power = 0 if size <= 0 else min(int(math.log(size, 1000)), 4)
+    return f"{size / 1000**power:.2g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"

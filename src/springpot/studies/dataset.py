@@ -1,0 +1,228 @@
+"""A store as a labelled data set: an xarray DataTree with `/theory` and `/simulation`, read when it is looked at."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.studies.question import Study
+from springpot.studies.store import Damaged, Store
+from springpot.studies.tasks import Answer, columns_of, tasks
+from springpot.theory.result import MOMENTS
+from springpot.units import UNITS
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["export", "open_tree"]
+
+_PARAMETER_UNITS = {
+    "order": "1", "coefficient": "s^(alpha-2)", "natural_frequency": "rad s-1", "intensity": "m2 s-3", "position": "m",
+    "restitution": "1",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """Every answer of one method on the grid; the files are read when the first number is asked for."""
+
+    store: Store
+    method: str
+
+    @cached_property
+    def all(self) -> list[Answer | None]:
+        found = []
+        only = self.store.study.model_copy(update={"methods": (self.method,)})
+        for task in tasks(only):
+            try:
+                found.append(self.store.read(task))
+            except Damaged:  # running the study again computes it anew
+                found.append(None)
+        return found
+
+    def numbers(self, column: str) -> npt.NDArray[np.float64]:
+        place = columns_of(self.method).index(column)
+        return np.array([math.nan if answer is None else answer.numbers[place] for answer in self.all])
+
+    def done(self) -> npt.NDArray[np.bool_]:
+        return np.array([answer is not None for answer in self.all])
+
+    def sentences(self) -> npt.NDArray[np.object_]:
+        return np.array(
+            ["" if answer is None else answer.statement or " ".join(answer.warnings) for answer in self.all], object
+        )
+
+
+def open_tree(store: Store) -> xarray.DataTree:
+    """The grid with every number that the store holds, as `springpot.open_study` describes it."""
+    import xarray
+
+    study = store.study
+    theories = [method for method in study.methods if method != "monte_carlo"]
+    shape = tuple(study.shape.values())
+    parts = {}
+    attributes = {
+        "Conventions": "CF-1.11",
+        "title": study.name,
+        "study": json.dumps(study.model_dump(mode="json", exclude_none=True, exclude_unset=True)),
+        "fixed": json.dumps({n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}),
+        "seed": study.seed,
+        "versions": json.dumps(store.attributes["versions"]),
+    }
+    if theories:
+        answers = [_Answers(store, method) for method in theories]
+        coordinates = {"theory": ("theory", theories), **_coordinates(study)}
+        parts["/theory"] = xarray.Dataset(
+            _variables(answers, ("theory", *study.shape), (len(theories), *shape), "", study), coordinates
+        )
+    if "monte_carlo" in study.methods:
+        answers = [_Answers(store, "monte_carlo")]
+        parts["/simulation"] = xarray.Dataset(
+            _variables(answers, tuple(study.shape), shape, "Monte Carlo: ", study), _coordinates(study)
+        )
+    tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
+    tree.attrs = attributes
+    return tree
+
+
+def _coordinates(study: Study) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        name: (axis, list(values), {"units": _PARAMETER_UNITS[name]}) for name, (axis, values) in study.columns.items()
+    }
+    return found | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in found}
+
+
+def _known(study: Study, method: str) -> tuple[str, ...]:
+    """The columns that can hold a number, as Monte Carlo was asked."""
+    given = {} if study.monte_carlo is None else study.monte_carlo.given()
+
+    def known(column: str) -> bool:
+        if column.endswith("_error"):
+            return "rtol" in given and column.removesuffix("_error") in MOMENTS
+        return "path_times" not in given or column.removesuffix("_se") in MOMENTS
+
+    return tuple(column for column in columns_of(method) if method != "monte_carlo" or known(column))
+
+
+def _variables(
+    answers: list[_Answers], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
+) -> dict[str, Any]:
+    def lazily(read: Callable[[_Answers], npt.NDArray[Any]], kind: Any) -> Any:
+        return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(shape), shape, np.dtype(kind))
+
+    found = {}
+    for column in _known(study, answers[0].method):
+        name = column.removesuffix("_se").removesuffix("_error")
+        text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
+        long_name = prefix + text[column] + name.replace("_", " ")
+        attributes = {"units": UNITS[name], "long_name": long_name}
+        if column == name and prefix:
+            attributes["ancillary_variables"] = f"{name}_se"
+        found[column] = (dimensions, lazily(lambda part, column=column: part.numbers(column), "f8"), attributes)  # type: ignore[misc]
+    found["done"] = (dimensions, lazily(_Answers.done, "?"), {"long_name": "whether there is an answer"})
+    found["said"] = (dimensions, lazily(_Answers.sentences, "O"), {"long_name": "warnings, or why there is no answer"})
+    return found
+
+
+@dataclass(frozen=True)
+class _Once:
+    """An array made when it is first wanted."""
+
+    make: Callable[[], npt.NDArray[Any]]
+    made: list[npt.NDArray[Any]] = field(default_factory=list)
+
+    def __call__(self) -> npt.NDArray[Any]:
+        if not self.made:
+            self.made.append(self.make())
+        return self.made[0]
+
+
+def _lazy(make: Callable[[], npt.NDArray[Any]], shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
+    from xarray.backends import BackendArray
+    from xarray.core import indexing
+
+    class _Array(BackendArray):
+        def __init__(self) -> None:
+            self.shape, self.dtype, self.once = shape, dtype, _Once(make)
+
+        def __getitem__(self, key: Any) -> Any:
+            return indexing.explicit_indexing_adapter(
+                key, self.shape, indexing.IndexingSupport.OUTER, lambda place: _outer(self.once(), place)
+            )
+
+    return indexing.LazilyIndexedArray(_Array())
+
+
+def _outer(array: npt.NDArray[Any], place: tuple[Any, ...]) -> Any:
+    """Each axis is indexed on its own."""
+    for axis in reversed(range(len(place))):
+        array = array[(slice(None),) * axis + (place[axis],)]
+    return array
+
+
+def export(store: Store, path: str | Path) -> Path:
+    """Write everything a store holds to one file.
+
+    Parameters
+    ----------
+    store : Store
+    path : str or Path
+        Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``) or ``.csv`` (a row for each point and method).
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If it ends otherwise.
+    OSError
+        If it cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in (".nc", ".csv"):
+        raise ValueError(f"the file to export to must end in .nc (netCDF) or .csv, not {path.name!r}.")
+    if not path.resolve().parent.is_dir():
+        raise ValueError(f"the file to export to must lie in a folder that exists, and {str(path.parent)!r} does not.")
+    partial = path.with_name(f".{path.name}.part")
+    try:
+        if path.suffix == ".nc":
+            open_tree(store).to_netcdf(partial, engine="h5netcdf")
+        else:
+            _write_table(store, partial)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def _write_table(store: Store, path: Path) -> None:
+    """One row for each point and method: numbers at full precision, empty where there is none."""
+    import csv
+
+    study = store.study
+    names = [column for method in study.methods for column in _known(study, method)]
+    columns = list(dict.fromkeys(names))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["method", *study.columns, *columns, "done", "said"])
+        for method in study.methods:
+            answers = _Answers(store, method)
+            for point, answer in zip(study.points(), answers.all, strict=True):
+                numbers = dict(zip(columns_of(method), answer.numbers, strict=True)) if answer else {}
+                cells = [numbers.get(name, math.nan) for name in columns]
+                said = "" if answer is None else answer.statement or " ".join(answer.warnings)
+                writer.writerow(
+                    [method, *(point[name] for name in study.columns)]
+                    + ["" if math.isnan(cell) else repr(cell) for cell in cells]
+                    + [int(answer is not None), said]
+                )

@@ -1,0 +1,115 @@
+"""What all commands share at the terminal: a progress bar, tables, JSON, and flags."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import CoercionError, Parameter, Token
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+__all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table", "say"]
+
+QUIET_SECONDS = 2.0
+
+
+def _whole(type_: object, tokens: Sequence[Token]) -> int:
+    """Cyclopts' own conversion rounds 2.5 to 2; a number of paths or a seed must be refused instead."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise CoercionError(token=tokens[0], target_type=int) from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
+
+
+class Bar:
+    """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
+
+    It pulses, and says ``first``, until the work tells for the first time how far it is.
+    """
+
+    def __init__(self, text: str, first: str = "") -> None:
+        self._text, self._said = text, first or text
+        self._done: float | None = None
+        self._bar: Progress | None = None
+        self._lock = threading.Lock()
+        self._timer = threading.Timer(QUIET_SECONDS, self._show)
+        self._timer.daemon = True
+
+    def __enter__(self) -> Bar:
+        if sys.stderr is not None and sys.stderr.isatty():
+            self._timer.start()
+        return self
+
+    def __call__(self, fraction: float, text: str = "") -> None:
+        with self._lock:
+            self._done, self._said = fraction, text or self._text
+            if self._bar is not None:
+                self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
+
+    def _show(self) -> None:
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with self._lock:
+            if self._timer.finished.is_set():  # the work ended while the lines above were loading
+                return
+            bar = Progress(console=Console(stderr=True), transient=True)
+            task = bar.add_task(self._said, total=None if self._done is None else 1.0)
+            bar.update(task, completed=self._done)
+            bar.start()
+            self._bar = bar
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._timer.cancel()
+        with self._lock:
+            if self._bar is not None:
+                self._bar.stop()
+
+
+def check_picture(path: str, name: str) -> None:
+    """Fail before any work if a picture could not be written there."""
+    if not path.endswith(".png"):
+        raise ValueError(f"{name} must end in .png, but it is {path!r}.")
+    if not Path(path).resolve().parent.is_dir():
+        raise ValueError(f"{name} must lie in a folder that exists, but {str(Path(path).parent)!r} does not.")
+
+
+def print_table(rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
+    for row in rows:
+        print("".join(f"  {cell:<{width}}" for cell, width in zip(row, widths, strict=False)).rstrip())
+
+
+def _without_nan(value: Any) -> Any:
+    """JSON has no NaN and no infinity; null says that there is no number."""
+    if isinstance(value, Mapping):
+        return {name: _without_nan(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_json(answer: Mapping[str, Any]) -> None:
+    print(json.dumps(_without_nan(answer), indent=2, allow_nan=False))
+
+
+def say(sentence: str) -> None:
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError):
+            print(f"springpot: {sentence}", file=sys.stderr)
