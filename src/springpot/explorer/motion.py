@@ -110,7 +110,7 @@ class Player:
         self._stride = max(1, int(1.0 / (POINTS_PER_RADIAN * natural_frequency * motion.step)))
         self._shown = 0  # first sample that has not been shown
         self._now = 0.0  # in steps
-        self._impacts = 0
+        self._marked = 0  # impacts that have been shown
 
     @property
     def ended(self) -> bool:
@@ -133,8 +133,9 @@ class Player:
         # after a long wait, or at great speed, only the newest points are worth drawing
         begin = max(self._shown, end - 1 - (MOST_POINTS - 1) * stride)
         taken = slice(begin, end, stride)
-        struck = motion.impacts[np.searchsorted(motion.impacts, begin) : np.searchsorted(motion.impacts, end)]
-        struck = struck[-MOST_POINTS:]
+        marked = int(np.searchsorted(motion.impacts, end - 1))
+        struck = motion.impacts[self._marked : marked][-MOST_POINTS:]
+        self._marked = marked
         self._shown = begin + ((end - 1 - begin) // stride + 1) * stride
         return [
             [begin * motion.step, stride * motion.step, motion.path, motion.steps * motion.step],

@@ -10,7 +10,7 @@ import { State, lengthScale } from "./state.js";
 import { Table, gapOf, gapText } from "./table.js";
 import { Track } from "./track.js";
 import { copy, csv, png, save } from "./share.js";
-import { grouped, short, withErrorHtml } from "./numbers.js";
+import { grouped, short, typeset, withErrorHtml } from "./numbers.js";
 import { onTheme, palette, startTheme } from "./theme.js";
 
 const element = (id) => document.getElementById(id);
@@ -24,7 +24,8 @@ const view = {
   track, state,
   drawn: new Set(["averaging_printed"]),
   low: 0, high: 3, fastest: 3, peak: {},
-  theory: null, measured: null, densities: null, growth: null, grown: null, curve: null, copies: null,
+  theory: null, stale: true, // the theory shown is that of the question before
+  measured: null, densities: null, growth: null, grown: null, curve: null, copies: null,
   get values() { return state.values; },
   get si() { return state.units === "si"; },
   timeWindow() {
@@ -57,16 +58,16 @@ on("status", ({ theory, kernel }) => {
 });
 on("asked", () => {
   track.restart();
-  Object.assign(view, { measured: null, densities: null, grown: null });
-  table.show(view.theory, null, view.si);
-  element("progress").value = 0;
+  Object.assign(view, { measured: null, densities: null, grown: null, stale: true });
+  dirty.add("numbers");
 });
 on("accepted", (message) => { view.copies = message; banner(""); });
 on("refused", ({ sentence }) => banner(`Not possible: ${sentence}`));
-on("trouble", ({ sentence }) => banner(sentence));
+on("trouble", ({ sentence }) => banner(`Not possible: ${typeset(sentence)}`));
 on("searching", () => { element("tile-paths-note").textContent = "finding the stationary start…"; });
 on("theory", (message) => {
   view.theory = message;
+  view.stale = false;
   if (!chosenByHand) {
     view.drawn.clear();
     const best = message.recommended;
@@ -145,12 +146,13 @@ function drawMotion() {
 function drawNumbers() {
   const measured = view.measured, si = view.si;
   const unit = (text) => (si ? ` <small>${text}</small>` : "");
-  table.show(view.theory, measured, si);
+  table.show(view.theory, measured, si, view.stale);
+  element("tile-theory").classList.toggle("stale", view.stale);
   const best = view.theory?.recommended, answer = best && view.theory.methods[best];
   element("tile-theory-name").textContent = best ? METHODS[best].label : "";
   element("tile-theory").innerHTML = answer ? short(answer.moments.amplitude_mean_square) + unit("m²") : "–";
   const value = measured?.values.amplitude_mean_square, error = measured?.errors.amplitude_mean_square;
-  const gap = answer && measured ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
+  const gap = answer && measured && !view.stale ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
   element("tile-theory-note").textContent = gap ? `gap ${gap}` : view.theory && !best ? "no stationary state" : "\u00a0";
   element("tile-measured").innerHTML = measured ? withErrorHtml(value, error) + unit("m²") : "–";
   element("tile-measured-note").textContent = measured ? `± one standard error, t > ${short(measured.settings.window[0], 3)}${si ? " s" : ""}` : "\u00a0";
@@ -162,7 +164,7 @@ function drawNumbers() {
     const steps = measured.paths * Math.round(measured.settings.duration / measured.settings.step);
     element("tile-paths-note").textContent = measured.complete ? `done: ${short(steps, 2)} steps in ${short(measured.seconds, 2)} s` : `of ${grouped(measured.of)}`;
   }
-  element("results").dataset.complete = String(Boolean(measured?.complete));
+  element("results").dataset.complete = String(Boolean(measured?.complete) && !view.stale);
   element("results").dataset.generation = String(connection.generation);
 }
 

@@ -34,7 +34,8 @@ export class Table {
     this.changed = changed;
   }
 
-  show(theory, measured, si) {
+  show(theory, measured, si, stale) {
+    this.element.classList.toggle("stale", stale);
     const head = ["<th scope=col>method</th>"];
     for (const [, symbol, unit] of QUANTITIES) {
       head.push(`<th scope=col>${symbol}${si ? ` <small>${unit}</small>` : ""}</th>`);
@@ -42,7 +43,7 @@ export class Table {
     const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${this.measured(measured)}</tr>`];
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, theory.recommended === name, measured));
+      if (answer) rows.push(this.row(name, answer, theory.recommended === name, stale ? null : measured));
     }
     for (const name of theory ? NAMES : []) {
       const statement = theory.statements[name];

@@ -1,0 +1,58 @@
+"""A tab without a browser: asks over the WebSocket as the page does."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+from springpot.explorer.frames import unpack
+from tests.explorer.conftest import Server
+
+
+class Tab:
+    """One connection."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+
+    def say(self, **message: Any) -> None:
+        self.socket.send(json.dumps(message))
+
+    def hear(self, timeout: float = 30.0) -> tuple[str, Any]:
+        """The next message: its kind and content; a binary frame's kind is its number."""
+        message = self.socket.recv(timeout)
+        if isinstance(message, bytes):
+            kind, generation, arrays = unpack(message)
+            return str(kind), (generation, arrays)
+        content = json.loads(message)
+        return content["kind"], content
+
+    def until(self, kind: str, seconds: float = 60.0, **wanted: Any) -> Any:
+        """The next message of a kind that holds what is wanted."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            found, content = self.hear(max(end - time.monotonic(), 0.01))
+            if found == kind and all(content[name] == value for name, value in wanted.items()):
+                return content
+        raise AssertionError(f"no {kind} with {wanted} within {seconds} s")
+
+    def count(self, seconds: float) -> int:
+        """Binary frames that come within a time."""
+        end, counted = time.monotonic() + seconds, 0
+        while (left := end - time.monotonic()) > 0.0:
+            try:
+                counted += self.hear(left)[0].isdigit()
+            except TimeoutError:
+                break
+        return counted
+
+
+@contextmanager
+def tab(server: Server, *, origin: str | None = None) -> Iterator[Tab]:
+    with connect(server.live, origin=origin or server.origin, max_size=None, open_timeout=30) as socket:  # type: ignore[arg-type]
+        yield Tab(socket)

@@ -1,0 +1,105 @@
+"""The page's numbers are those of the library."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.explorer.gathering import BINS, Gathering, growth_times
+from springpot.explorer.motion import Player, blocks, impacts, record
+from springpot.simulation.adapted import adapt
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.settings import resolve
+
+LOSSY = sp.Oscillator(
+    natural_frequency=2.0, springpot=sp.Springpot(0.6, 0.4), barrier=sp.Barrier(-0.1, 0.8), excitation=sp.WhiteNoise(0.5)
+)
+
+
+def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
+    settings = resolve(oscillator, **given)  # type: ignore[arg-type]
+    adapted = adapt(oscillator, settings) if settings.start == "stationary" else None
+    if adapted is not None:
+        settings = replace(settings, initial_position=adapted.position)
+    gathering = Gathering(oscillator, settings, adapted)
+    while not gathering.complete:
+        gathering.grow()
+    return gathering
+
+
+@pytest.mark.parametrize("start", ["rest", "stationary"])
+@pytest.mark.parametrize("oscillator", [LOSSY, sp.Oscillator(barrier=None)])
+def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) -> None:
+    """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
+    given = {"paths": 300, "seed": 11, "start": start}
+    ours = gathered(oscillator, **given)
+    run = sp.run(oscillator, distributions=True, **given)  # type: ignore[arg-type]
+    values, errors = ours.estimates()
+    np.testing.assert_equal(values, run.values)
+    np.testing.assert_equal(errors, run.errors)
+    assert ours.warnings() == run.warnings
+    for name, found in ours.distributions().items():
+        np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
+        np.testing.assert_array_equal(found.edges, run.distributions[name].edges)
+
+
+def test_a_shown_path_is_a_path_of_the_run() -> None:
+    settings = resolve(LOSSY, paths=129, seed=5)
+    gathering = Gathering(LOSSY, settings)
+    run = sp.run(LOSSY, paths=129, seed=5, record=129)
+    assert blocks(settings) == 3
+    for number in range(3):
+        shown = record(LOSSY, settings, gathering.made, number)
+        assert shown.path == 64 * number
+        np.testing.assert_array_equal(shown.x, run.record[shown.path, :, 0])
+        np.testing.assert_array_equal(shown.v, run.record[shown.path, :, 1])
+
+
+def test_marked_impacts_are_those_the_kernel_counts() -> None:
+    """Within two in a hundred: the kernel also counts those between the ends of a step."""
+    from springpot.simulation.ensemble import advance, tables
+
+    for oscillator in (sp.Oscillator(), LOSSY):
+        settings = resolve(oscillator, paths=64, record=64, seed=2, window=(0.0, 100.0 / oscillator.natural_frequency))
+        found = advance(oscillator, settings, tables(oscillator, settings))
+        counted = found.rows[:, COLUMNS.index("impacts")].sum()
+        marked = sum(impacts(oscillator, settings.step, *path.T).size for path in found.record)
+        assert counted > 1000
+        assert abs(marked / counted - 1.0) < 0.02
+
+
+def test_growth_is_the_mean_over_recorded_paths() -> None:
+    gathering = gathered(LOSSY, paths=256, seed=3)
+    mean, error = gathering.growth()
+    times = growth_times(LOSSY, gathering.settings)
+    run = sp.run(LOSSY, paths=256, seed=3, record=256)
+    square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / LOSSY.natural_frequency) ** 2).mean(axis=0)
+    assert mean.shape == error.shape == times.shape == (BINS,)
+    width = times[1] - times[0]
+    for at in (0, 3, 40, BINS - 1):
+        begin, end = np.searchsorted(run.time[1:], [times[at] - 0.5 * width, times[at] + 0.5 * width])
+        assert mean[at] == pytest.approx(square[begin:end].mean(), rel=0.05)
+    assert 0.02 < np.median(error / mean) < 0.2
+
+
+def test_a_path_is_shown_once_and_whole() -> None:
+    settings = resolve(LOSSY, paths=64)
+    shown = record(LOSSY, settings, Gathering(LOSSY, settings).made, 0)
+    player = Player(shown, natural_frequency=LOSSY.natural_frequency)
+    times, x, struck = [], [], []
+    while not player.ended:
+        player.forward(0.37)
+        if part := player.due():
+            (begin, spacing, path, end), here, _, hits, _ = part
+            assert path == 0
+            assert end == settings.duration
+            times.append(begin + spacing * np.arange(len(here)))
+            x.append(here)
+            struck.append(hits)
+    time = np.concatenate(times)
+    np.testing.assert_allclose(np.diff(time), np.diff(time)[0])
+    np.testing.assert_array_equal(np.concatenate(x), shown.x[:: round(np.diff(time)[0] / settings.step)])
+    np.testing.assert_allclose(np.concatenate(struck), (shown.impacts + 0.5) * settings.step)

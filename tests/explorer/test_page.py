@@ -1,0 +1,371 @@
+"""The page in a real Chromium: what it shows, and what a person can do with it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import springpot as sp
+from tests.explorer.conftest import COMMAND, Server, running
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, Page
+
+QUICK = "paths=640"  # enough to be exact about, few enough to be quick
+COMPLETE = "window.springpotExplorer?.generation > {after} && results.dataset.complete === 'true' && \
+results.dataset.generation === String(springpotExplorer.generation)"
+CELL = "#table [data-method={row}] [data-quantity={quantity}]"
+
+
+@dataclass
+class Tab:
+    """A page with what it has complained about and whom it has asked."""
+
+    page: Page
+    complaints: list[str] = field(default_factory=list)
+    hosts: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.page.on("console", lambda m: m.type in ("error", "warning") and self.complaints.append(m.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.hosts.add(request.url.split("/")[2]))
+        self.page.on("websocket", lambda socket: self.hosts.add(socket.url.split("/")[2]))
+
+    def generation(self) -> int:
+        return int(self.page.evaluate("window.springpotExplorer?.generation ?? 0"))
+
+    def wait(self, expression: str, seconds: float = 60.0) -> None:
+        """Until an expression holds; Playwright's own way would evaluate strings in the page, which it forbids."""
+        end = time.monotonic() + seconds
+        while not self.page.evaluate(expression):
+            assert time.monotonic() < end, f"not within {seconds} s: {expression}"
+            self.page.wait_for_timeout(20)
+
+    def complete(self, after: int = 0) -> None:
+        self.wait(COMPLETE.format(after=after))
+
+    def changed(self, act: Callable[[], object]) -> None:
+        """Do something that asks anew, and wait for the answer."""
+        before = self.generation()
+        act()
+        self.complete(before)
+
+    def number(self, quantity: str = "amplitude_mean_square", *, name: str = "value") -> float:
+        cell = self.page.locator(f"#table tr.measured [data-quantity={quantity}]")
+        return float(cell.get_attribute(f"data-{name}") or "nan")
+
+    def theory(self, method: str, quantity: str = "amplitude_mean_square") -> float:
+        cell = self.page.locator(f"#table [data-method={method}] [data-quantity={quantity}]")
+        return float(cell.get_attribute("data-value") or "nan")
+
+    def time(self) -> float:
+        return float(self.page.evaluate("springpotExplorer.time"))
+
+    def frames(self) -> int:
+        return int(self.page.evaluate("springpotExplorer.frames"))
+
+
+@contextmanager
+def opened(context: BrowserContext, server: Server, fragment: str = QUICK, *, wait: bool = True) -> Iterator[Tab]:
+    tab = Tab(context.new_page())
+    tab.page.goto(f"{server.address}#{fragment}")
+    if wait:
+        tab.complete()
+    yield tab
+    assert tab.complaints == []
+    assert tab.hosts == {f"127.0.0.1:{server.port}"}
+    tab.page.close()
+
+
+@pytest.fixture(scope="module")
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    made = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    made.grant_permissions(["clipboard-read", "clipboard-write"])
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
+    """One page for what leaves it as it was."""
+    with opened(context, server) as made:
+        yield made
+
+
+def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
+    """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
+    with running() as fresh, opened(context, fresh, wait=False) as early:
+        early.page.get_by_role("slider", name="order").wait_for(timeout=10_000)
+        assert early.page.locator("#status").inner_text() != "live"
+        shown = time.monotonic() - fresh.answered
+        early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
+        assert early.page.locator("#status").inner_text() == "live"
+        assert early.number() == sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0)), paths=640).values[
+            "amplitude_mean_square"
+        ]
+    assert shown < 5.0  # 0.3 s on a quiet machine
+
+
+def test_the_numbers_are_those_of_simulate(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "a=0.7&C=0.3&W=2&q=1.5&b=-0.2&r=0.8&seed=9&paths=1000") as page:
+        oscillator = sp.Oscillator(2.0, sp.Springpot(0.7, 0.3), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.5))
+        run = sp.run(oscillator, paths=1000, seed=9)
+        for name in ("amplitude_mean_square", "x_mean", "v_mean_square", "impact_rate"):
+            assert page.number(name) == run.values[name]
+            assert page.number(name, name="error") == run.errors[name]
+        other = sp.run(oscillator, paths=1000, seed=10)
+        apart = page.number() - other.values["amplitude_mean_square"]
+        assert abs(apart) < 4.0 * 2.0**0.5 * page.number(name="error")
+        answers, _ = sp.theory.solve_all(oscillator)
+        for method, answer in answers.items():
+            assert page.theory(method) == pytest.approx(answer.amplitude_mean_square, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["order", "coefficient", "natural_frequency", "intensity", "position", "restitution"])
+def test_each_slider_changes_the_numbers(tab: Tab, name: str) -> None:
+    """By the keyboard, for whoever has no mouse."""
+    tab.changed(lambda: tab.page.locator("#preset").select_option("pounding"))
+    measured, theory, shown = tab.number(), tab.theory("envelope"), tab.page.locator(f"#field-{name}").input_value()
+    slider = tab.page.locator(f"#slider-{name}")
+    slider.focus()
+    tab.changed(lambda: [slider.press("ArrowRight") for _ in range(8)])
+    assert tab.page.locator(f"#field-{name}").input_value() != shown
+    assert tab.number() != measured
+    assert abs(tab.theory("envelope") / theory - 1.0) > 0.005
+
+
+def test_fields_take_numbers_and_refuse_others(tab: Tab) -> None:
+    field = tab.page.locator("#field-order")
+    tab.changed(lambda: field.fill("0.33"))
+    assert tab.page.locator("#slider-order").input_value() == "33"
+    before = tab.generation()
+    field.fill("7")
+    assert field.get_attribute("aria-invalid") == "true"
+    time.sleep(0.2)
+    assert tab.generation() == before
+    tab.page.locator("#field-coefficient").focus()
+    assert field.input_value() == "0.33"
+    assert field.get_attribute("aria-invalid") == "false"
+
+
+def test_thirty_updates_a_second(tab: Tab) -> None:
+    """60 on a quiet machine; here the best of several seconds counts, for others may be computing."""
+    best = 0
+    for _ in range(8):
+        before = tab.frames()
+        tab.page.wait_for_timeout(1000)
+        best = max(best, tab.frames() - before)
+        if best >= 30:
+            break
+    assert best >= 30
+    assert int(tab.page.evaluate("springpotExplorer.drawn")) > 30
+
+
+def test_pause_step_and_play(tab: Tab) -> None:
+    page = tab.page
+    page.locator("#play").click()
+    page.wait_for_timeout(300)
+    at, frames = tab.time(), tab.frames()
+    page.wait_for_timeout(500)
+    assert (tab.time(), tab.frames()) == (at, frames)
+    page.locator("#step").click()
+    tab.wait(f"springpotExplorer.time > {at}")
+    assert 0.05 < tab.time() - at < 0.15
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("Space")
+    tab.wait(f"springpotExplorer.time > {at + 0.5}")
+
+
+def test_reset_repeats_and_a_seed_does_not(tab: Tab) -> None:
+    before = tab.number()
+    tab.changed(lambda: tab.page.locator("#reset").click())
+    assert tab.number() == before
+    tab.changed(lambda: tab.page.locator("#seed").fill("123"))
+    other = tab.number()
+    assert other != before
+    tab.changed(lambda: tab.page.locator("#dice").click())
+    assert tab.number() not in (before, other)
+
+
+def test_another_path_is_shown(tab: Tab) -> None:
+    tab.changed(lambda: tab.page.locator("#reset").click())
+    tab.wait("document.querySelector('#clock').textContent.startsWith('path 0 ')")
+    tab.page.locator("#next").click()
+    tab.wait("document.querySelector('#clock').textContent.startsWith('path 64 ')")
+
+
+def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, tab: Tab) -> None:
+    tab.changed(lambda: tab.page.locator("#preset").select_option("preload"))
+    tab.changed(lambda: tab.page.locator("#seed").fill("77"))
+    tab.page.locator("#copy-link").click()
+    link = tab.page.evaluate("navigator.clipboard.readText()")
+    with opened(context, server, link.partition("#")[2]) as second:
+        assert second.number() == tab.number()
+        assert second.theory("envelope") == tab.theory("envelope")
+        for name in ("order", "coefficient", "position", "restitution"):
+            place = f"#field-{name}"
+            assert second.page.locator(place).input_value() == tab.page.locator(place).input_value()
+        # and a link pasted into an open page
+        second.changed(lambda: second.page.evaluate("location.hash = '#a=1&C=1&paths=640'"))
+        assert second.theory("exact") == 1.0
+
+
+def test_an_unsound_link_is_said_and_harmless(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "a=5&C=<script>&seed=1e999&paths=640&b=1e30") as page:
+        said = page.page.locator("#banner").inner_text()
+        assert page.page.locator("#field-order").input_value() == "0.5"
+        assert "a, C, seed" in said or said == ""
+
+
+def test_two_tabs_are_independent(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, f"a=0.8&{QUICK}") as one, opened(context, server, f"a=0.2&{QUICK}") as two:
+        assert one.number() != two.number()
+        held = one.number()
+        one.page.locator("#play").click()
+        one.page.wait_for_timeout(300)
+        at, frames = one.time(), two.frames()
+        two.page.wait_for_timeout(700)
+        assert one.time() == at
+        assert two.frames() > frames + 5
+        two.changed(lambda: two.page.locator("#field-order").fill("0.9"))
+        assert one.number() == held
+
+
+def test_what_is_copied_runs(tab: Tab) -> None:
+    """The command and the program give the page's numbers."""
+    tab.changed(lambda: tab.page.locator("#preset").select_option("pounding"))
+    shown = tab.number()
+    tab.page.locator("#copy-command").click()
+    command = shlex.split(tab.page.evaluate("navigator.clipboard.readText()"))
+    assert command[0] == "springpot"
+    done = subprocess.run([*COMMAND, *command[1:], "--json"], capture_output=True, text=True, timeout=120)
+    assert json.loads(done.stdout)["amplitude_mean_square"] == shown
+    tab.page.locator("#copy-python").click()
+    program = tab.page.evaluate("navigator.clipboard.readText()")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert f"Monte Carlo: <A^2> = {shown:.5g} +-" in done.stdout
+    assert f"envelope: <A^2> = {tab.theory('envelope'):.5g} m2" in done.stdout
+
+
+def test_downloads(tab: Tab) -> None:
+    def saved(button: Any) -> bytes:
+        with tab.page.expect_download() as download:
+            button.click()
+        return bytes(download.value.path().read_bytes())
+
+    rows = list(csv.reader(saved(tab.page.locator("#save-csv")).decode().splitlines()[1:]))
+    assert rows[0] == ["method", "quantity", "value", "standard_error"]
+    found = {(method, name): value for method, name, value, _ in rows[1:]}
+    assert float(found["monte_carlo", "amplitude_mean_square"]) == tab.number()
+    assert float(found["envelope", "impact_rate"]) == tab.theory("envelope", "impact_rate")
+    for card in tab.page.locator("[data-chart]").all():
+        assert saved(card.get_by_role("button", name="PNG")).startswith(b"\x89PNG")
+        if card.get_attribute("data-chart") != "phase":
+            table = saved(card.get_by_role("button", name="CSV")).decode().splitlines()
+            assert table[0].startswith("# alpha = 0.6")
+            assert len(table) > 30
+            assert sum(map(str.isdigit, table[5])) > 5
+
+
+def test_dimensionless_numbers_are_the_same_problem(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "a=0.5&C=0.8&W=2&q=3&b=-0.3&r=0.9&paths=640") as page:
+        in_metres, length = page.number(), (3.0 / 8.0) ** 0.5
+        page.changed(lambda: page.page.get_by_text("dimensionless", exact=True).click())
+        assert page.page.locator("#field-natural_frequency").is_hidden()
+        assert float(page.page.locator("#field-coefficient").input_value()) == pytest.approx(0.8 * 2.0**-1.5, rel=1e-5)
+        assert page.number() * length**2 == pytest.approx(in_metres, rel=1e-4)
+        page.changed(lambda: page.page.get_by_text("SI units", exact=True).click())
+        assert page.number() == pytest.approx(in_metres, rel=1e-9)
+        assert page.page.locator("#field-position").input_value() == "-0.3"
+
+
+def test_what_has_no_answer_is_said(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, f"a=0&{QUICK}") as page:
+        assert "no method has a stationary answer" in page.page.locator("#warnings").inner_text()
+        assert "growing response" in page.page.locator("#warnings").inner_text()
+        page.page.locator("#start").select_option("stationary")
+        page.page.locator("#banner").filter(has_text="stationary").wait_for()
+        page.changed(lambda: page.page.locator("#preset").select_option("free"))
+        assert page.theory("exact") > 0.0
+        assert page.page.locator("#slider-restitution").is_disabled()
+
+
+def test_a_click_on_the_curve_moves_the_order(tab: Tab) -> None:
+    over = tab.page.locator("#curve .u-over")
+    box = over.bounding_box()
+    assert box is not None
+    tab.changed(lambda: over.click(position={"x": 0.75 * box["width"], "y": 0.5 * box["height"]}))
+    assert tab.page.locator("#field-order").input_value() == "0.75"
+
+
+def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
+    page = tab.page
+    wanted = set(page.evaluate(
+        "[...document.querySelectorAll('button, input, select, summary, [tabindex=\"0\"]')]"
+        ".filter((e) => e.checkVisibility() && !e.disabled && !(e.type === 'radio' && !e.checked)).length"
+        " ? [...document.querySelectorAll('button[id], input[id], select[id]')]"
+        ".filter((e) => e.checkVisibility() && !e.disabled).map((e) => e.id) : []"
+    ))  # fmt: skip
+    assert len(wanted) > 20
+    page.locator("body").focus()
+    page.evaluate("document.activeElement.blur(); window.getSelection().removeAllRanges()")
+    reached = set()
+    for _ in range(90):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("document.activeElement.id"))
+    assert wanted - reached == set()
+    nameless = page.evaluate(
+        "[...document.querySelectorAll('button, input, select')].filter((e) => !(e.getAttribute('aria-label') || "
+        "e.labels?.[0]?.textContent.trim() || e.textContent.trim())).map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+
+
+@pytest.mark.parametrize("width", [390, 768, 1024, 1440])
+def test_nothing_is_cut_or_overlaps(browser: Browser, server: Server, width: int) -> None:
+    """At each width: no scrolling sideways, no text wider than its box, no card over another."""
+    context = browser.new_context(viewport={"width": width, "height": 850})
+    with opened(context, server, "a=0.35&C=0.123&W=2.34&q=12.3&b=-1.23&r=0.87&paths=640") as page:
+        page.page.evaluate("controls.open = true")
+        assert page.page.evaluate("document.documentElement.scrollWidth") <= width
+        cut = page.page.evaluate(
+            "[...document.querySelectorAll('.card, .tile, .button, .tool, .parameter, .card-head, .transport, .top, "
+            ".controls form, .note, .caption, label, h1, h2, h3, select')].filter((e) => e.checkVisibility() && "
+            "e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline' && "
+            "!e.querySelector('.scroll') && !e.closest('.switch')).map((e) => e.className + ' ' + e.textContent.slice(0, 60))"
+        )
+        assert cut == []
+        over = page.page.evaluate(
+            "(() => { const boxes = [...document.querySelectorAll('.card, .tile, .controls, .group-head')]"
+            ".map((e) => [e, e.getBoundingClientRect()]); const found = []; for (const [a, p] of boxes) "
+            "for (const [b, q] of boxes) if (a !== b && !a.contains(b) && !b.contains(a) && p.left < q.right - 1 && "
+            "q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) found.push([a.className, b.className]);"
+            " return found; })()"
+        )
+        assert over == []
+    context.close()
+
+
+def test_dark_and_light(browser: Browser, server: Server) -> None:
+    context = browser.new_context(color_scheme="dark")
+    with opened(context, server) as page:
+        background = "getComputedStyle(document.body).backgroundColor"
+        dark = page.page.evaluate(background)
+        page.page.locator("#theme").click()
+        light = page.page.evaluate(background)
+        assert sum(map(int, dark[4:-1].split(","))) < 120 < 600 < sum(map(int, light[4:-1].split(",")))
+        page.page.reload()
+        page.complete()
+        assert page.page.evaluate(background) == light
+    context.close()
