@@ -1,8 +1,30 @@
-"""Many questions: a study file, its grid, pure tasks, and a store that loses no answer."""
+"""Many questions: a study file, its grid, pure tasks, and a store that loses no answer.
 
-from springpot.studies.ask import open_study, study
-from springpot.studies.question import Study, read_study
-from springpot.studies.running import Outcome, run_study
-from springpot.studies.store import Store, StoreError, open_store
+The names below are loaded when they are first used: what a command does not need, it does not wait for.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from springpot.studies.ask import open_study, study
+    from springpot.studies.question import Study, read_study
+    from springpot.studies.running import Outcome, run_study
+    from springpot.studies.store import Store, StoreError, open_store
 
 __all__ = ["Outcome", "Store", "StoreError", "Study", "open_store", "open_study", "read_study", "run_study", "study"]
+_PLACES = {
+    "ask": ("open_study", "study"),
+    "question": ("Study", "read_study"),
+    "running": ("Outcome", "run_study"),
+    "store": ("Store", "StoreError", "open_store"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _PLACES.items():
+        if name in names:
+            return getattr(importlib.import_module(f"springpot.studies.{module}"), name)
+    raise AttributeError(f"module 'springpot.studies' has no attribute {name!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -32,10 +32,9 @@ def new(file: Annotated[str, Parameter(help="Where to write it; it must not exis
     place = Path(file)
     if place.suffix != ".toml":
         raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
-    text = TEMPLATE.format(
-        name=place.stem, file=file, **{n: str(place.with_suffix(f".{e}"))
-                                       for n, e in (("store", "zarr"), ("picture", "png"), ("table", "csv"))}
-    )  # fmt: skip
+    endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
+    places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
+    text = TEMPLATE.format(name=json.dumps(place.stem, ensure_ascii=False), **places)
     try:
         with place.open("x", encoding="utf-8") as out:
             out.write(text)
@@ -70,14 +69,17 @@ def check(file: _File, *, json_: Json = False) -> int:
     if json_:
         print_json(
             {"name": study.name, "shape": study.shape, "tasks": found.tasks, "processor_seconds": found.seconds,
-             "threads": threads, "seconds": total, "bytes": found.bytes}
+             "threads": threads, "seconds": total, "bytes": found.bytes, "without_answer": found.silent}
         )  # fmt: skip
         return 0
     grid = " x ".join(f"{count} {name}" for name, count in study.shape.items())
     print(f"{study.name}: {grid}")
     print_table(
-        [["", "tasks", "processor time"]]
-        + [[method, str(count), _time(found.seconds[method])] for method, count in found.tasks.items()]
+        [["", "tasks", "processor time", "without an answer"]]
+        + [
+            [method, str(count), _time(found.seconds[method]), f"{found.silent[method]:.0%}"]
+            for method, count in found.tasks.items()
+        ]
     )
     print(
         f"{sum(found.tasks.values())} tasks, about {_time(total)} on {threads} threads, {_size(found.bytes)} at most."
@@ -103,8 +105,14 @@ def run(
 
     study = read_study(file)
     part = _shard(shard)
-    with Bar(study.name) as bar:
-        found = run_study(study, store, threads=threads, workers=workers, scheduler=scheduler, shard=part, progress=bar)
+    try:
+        with Bar(study.name) as bar:
+            found = run_study(
+                study, store, threads=threads, workers=workers, scheduler=scheduler, shard=part, progress=bar
+            )
+    except KeyboardInterrupt:
+        say("interrupted; what is answered is kept, and the same command goes on from there.")
+        return 130
     if json_:
         print_json({"store": store, "tasks": found.tasks, "found": found.found, "computed": found.computed,
                     "failed": len(found.failures)})  # fmt: skip
@@ -128,13 +136,18 @@ def status(store: _Store, *, json_: Json = False) -> int:
     found = look(opened)
     if json_:
         print_json({"name": opened.study.name, "shape": opened.study.shape, "done": found.done,
-                    "damaged": found.damaged, "missing": found.missing})  # fmt: skip
+                    "damaged": found.damaged, "missing": found.missing,
+                    "damaged_metadata": opened.damaged_metadata()})  # fmt: skip
         return 0
     print(f"{opened.study.name}: {' x '.join(f'{count} {name}' for name, count in opened.study.shape.items())}")
     print_table(
         [["", "done", "damaged", "missing"]]
         + [[m, str(found.done[m]), str(found.damaged[m]), str(found.missing[m])] for m in opened.study.methods]
     )
+    if descriptions := opened.damaged_metadata():
+        print(f"damaged descriptions: {', '.join(descriptions)}")
+    if any((*found.damaged.values(), *found.missing.values(), *descriptions)):
+        print(f"springpot study run FILE --store {store} computes what is missing and mends what is damaged.")
     return 0
 
 
@@ -179,11 +192,20 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _time(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{max(seconds, 0.1):.2g} s"
-    return f"{seconds / 60.0:.2g} min" if seconds < 5400.0 else f"{seconds / 3600.0:.2g} h"
+    for unit, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return f"{_short(seconds / size)} {unit}"
+    return f"{_short(max(seconds, 0.1))} s"
 
 
-def _size(size: int) -> str:
-    power = 0 if size <= 0 else min(int(math.log(size, 1000)), 4)
-    return f"{size / 1000**power:.2g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
+def _size(size: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if size < 999.5:
+            return f"{_short(size)} {unit}"
+        size /= 1000.0
+    return f"{_short(size)} TB"
+
+
+def _short(number: float) -> str:
+    """Two digits, and no power of ten."""
+    return f"{number:.0f}" if number >= 9.95 else f"{number:.1f}"

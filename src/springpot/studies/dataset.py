@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.studies.question import Study
-from springpot.studies.store import Damaged, Store
+from springpot.studies.question import QUANTITIES, Study
+from springpot.studies.store import Damaged, Store, document
 from springpot.studies.tasks import Answer, columns_of, tasks
-from springpot.theory.result import MOMENTS
 from springpot.units import UNITS
 
 if TYPE_CHECKING:
@@ -72,10 +71,10 @@ def open_tree(store: Store) -> xarray.DataTree:
     attributes = {
         "Conventions": "CF-1.11",
         "title": study.name,
-        "study": json.dumps(study.model_dump(mode="json", exclude_none=True, exclude_unset=True)),
+        "study": json.dumps(document(study)),
         "fixed": json.dumps({n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}),
         "seed": study.seed,
-        "versions": json.dumps(store.attributes["versions"]),
+        "versions": json.dumps(store.versions),
     }
     if theories:
         answers = [_Answers(store, method) for method in theories]
@@ -106,8 +105,8 @@ def _known(study: Study, method: str) -> tuple[str, ...]:
 
     def known(column: str) -> bool:
         if column.endswith("_error"):
-            return "rtol" in given and column.removesuffix("_error") in MOMENTS
-        return "path_times" not in given or column.removesuffix("_se") in MOMENTS
+            return "rtol" in given and column.removesuffix("_error") in QUANTITIES
+        return "path_times" not in given or column.removesuffix("_se") in QUANTITIES
 
     return tuple(column for column in columns_of(method) if method != "monte_carlo" or known(column))
 

@@ -7,8 +7,9 @@ import math
 import time
 from dataclasses import dataclass
 
+from springpot.studies.layout import SENTENCES
 from springpot.studies.question import Study
-from springpot.studies.store import SENTENCES, Damaged, Store
+from springpot.studies.store import Damaged, Store
 from springpot.studies.tasks import Answer, Task, check_tasks, columns_of, compute, tasks
 
 __all__ = ["Estimate", "Status", "estimate", "status"]
@@ -31,14 +32,14 @@ class Estimate:
         Time of all its tasks on one processor, from a sample of them; good to a factor of two.
     bytes : int
         Room that the store will take, at most.
-    statements : int
-        How many of the tried tasks have no answer, by themselves (not covered, no stationary state).
+    silent : dict
+        Share of the tried tasks of each method that have no answer: not covered, or no stationary state.
     """
 
     tasks: dict[str, int]
     seconds: dict[str, float]
     bytes: int
-    statements: int
+    silent: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -67,28 +68,36 @@ def estimate(study: Study) -> Estimate:
     check_tasks(study)
     counts: dict[str, int] = {}
     seconds: dict[str, float] = {}
-    room, silent = 0, 0
+    silent: dict[str, float] = {}
+    room = 0
     for method in study.methods:
         mine = list(tasks(study.model_copy(update={"methods": (method,)})))
         counts[method] = len(mine)
         room += len(mine) * math.ceil((8 * (2 + len(columns_of(method))) + 4) / BLOCK) * BLOCK
         room += len(mine) * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
         tried = _spread(mine)
-        compute(_roughly(tried[0])[0])  # kernels are compiled and loaded
-        spent, used = 0.0, 0
+        _try(_roughly(tried[0])[0])  # kernels are compiled and loaded
+        spent, mute, used = 0.0, 0, 0
+        begun = time.perf_counter()
         for task in tried:
             rough, factor = _roughly(task)
-            begun = time.perf_counter()
-            with contextlib.suppress(ValueError, ArithmeticError):  # running it will tell
-                answer = compute(rough)
-                silent += bool(answer.statement)
-            taken = time.perf_counter() - begun
+            taken, statement = _try(rough)
             spent += factor * taken
+            mute += bool(statement)
             used += 1
-            if time.perf_counter() - begun > LARGEST_SAMPLE / 2:
+            if time.perf_counter() - begun > LARGEST_SAMPLE:
                 break
-        seconds[method] = spent / used * len(mine)
+        seconds[method], silent[method] = spent / used * len(mine), mute / used
     return Estimate(counts, seconds, room, silent)
+
+
+def _try(task: Task) -> tuple[float, str]:
+    """Time that a task takes, and why it has no answer, if it has none."""
+    begun = time.perf_counter()
+    statement = ""
+    with contextlib.suppress(Exception):  # running it will tell
+        statement = compute(task).statement
+    return time.perf_counter() - begun, statement
 
 
 def _spread(mine: list[Task]) -> list[Task]:

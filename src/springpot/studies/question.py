@@ -10,7 +10,7 @@ import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
@@ -18,13 +18,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, finite_number
 from springpot.units import UNITS
 
-__all__ = ["PARAMETERS", "THEORIES", "Axis", "MonteCarlo", "Study", "read_study"]
+__all__ = ["PARAMETERS", "QUANTITIES", "Axis", "MonteCarlo", "Study", "read_study"]
 
-THEORIES = (
-    "averaging_printed", "averaging", "averaging_shifted", "envelope", "closure", "fokker_planck", "exact",
-)  # fmt: skip
-PARAMETERS = ("order", "coefficient", "natural_frequency", "intensity", "position", "restitution")
-"""Numbers of the oscillator that an axis can run over."""
 MOST_TASKS = 10_000_000
 
 Method = Literal[
@@ -42,6 +37,13 @@ Quantity = Literal[
     "amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean",
     "impact_speed_mean_square",
 ]  # fmt: skip
+PARAMETERS: tuple[str, ...] = get_args(Parameter)
+"""Numbers of the oscillator that an axis can run over."""
+QUANTITIES: tuple[str, ...] = get_args(Quantity)
+"""The stationary numbers that every method answers with."""
+_TAKEN = {name + part for name in UNITS for part in ("", "_se", "_error")} | {
+    *PARAMETERS, "theory", "method", "done", "said",
+}  # fmt: skip
 Point = dict[str, float | str | bool]
 
 
@@ -50,7 +52,9 @@ class _Strict(BaseModel):
 
 
 def _axis(value: object) -> tuple[float, ...]:
-    """The values of an axis, from a list or from one of the two short forms."""
+    """The values of an axis, from a list (from Python, an array as well) or from one of the two short forms."""
+    if isinstance(value, np.ndarray) and value.ndim == 1:
+        value = value.tolist()
     if isinstance(value, list | tuple):
         if not value:
             raise ValueError("an axis must have at least one value")
@@ -78,7 +82,7 @@ def _spaced(form: str, numbers: object) -> tuple[float, ...]:
     start, end = (_number(number, f"{form}'s start and end") for number in numbers[:2])
     count = numbers[2]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_TASKS:
-        raise ValueError(f"{form}'s count must be a whole number of at least 1, not {count!r}")
+        raise ValueError(f"{form}'s count must be a whole number from 1 to {MOST_TASKS:,}, not {count!r}")
     if form == "geomspace" and not min(start, end) > 0.0:
         raise ValueError("geomspace's start and end must be positive")
     values = np.linspace(start, end, count) if form == "linspace" else np.geomspace(start, end, count)
@@ -210,7 +214,7 @@ class Study(_Strict):
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and runs along an axis: leave out one of the two")
         for title, columns in self.zipped.items():
-            if title in {*PARAMETERS, *UNITS, "theory"} or not title.isidentifier():
+            if title in _TAKEN or not title.isidentifier():
                 raise ValueError(f"zipped axis {title!r} needs a name of its own, such as case")
             if len({len(column) for column in columns.values()}) != 1:
                 raise ValueError(f"zipped axis {title} needs at least one column, and columns of equal length")
@@ -322,6 +326,22 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         raise ValueError(f"{title} is not right: {_sentence(error)}") from None
 
 
+_WORDS = (
+    ("Input should be ", "must be "),
+    ("a valid dictionary or instance of Fixed", "a table"),
+    ("a valid dictionary or instance of MonteCarlo", "a table"),
+    ("a valid dictionary", "a table"),
+    ("a valid integer", "a whole number"),
+    ("a valid number", "a number"),
+    ("a valid string", "a text in quotes"),
+    ("a valid tuple", "a list"),
+    ("String should have at least 1 character", "must not be empty"),
+    ("Tuple should have at least 1 item after validation, not 0", "must not be empty"),
+    ("String should have", "must have"),
+)
+"""What pydantic says, and what the reader of a TOML file understands."""
+
+
 def _sentence(error: ValidationError) -> str:
     """The first fault, told in the words of the file."""
     fault = error.errors(include_url=False)[0]
@@ -330,7 +350,12 @@ def _sentence(error: ValidationError) -> str:
         return f"{place} is not known there."
     if fault["type"] == "missing":
         return f"{place} is missing."
-    text = str(fault.get("ctx", {}).get("error", "")) or fault["msg"][:1].lower() + fault["msg"][1:]
-    text = text.replace("valid tuple", "list")
+    text = str(fault.get("ctx", {}).get("error", ""))
+    if not text:
+        text = fault["msg"]
+        for theirs, ours in _WORDS:
+            text = text.replace(theirs, ours)
+        if isinstance(fault["input"], str | int | float) and text.startswith("must be"):
+            text += f", not {fault['input']!r}"
     text = text if text.endswith(".") else f"{text}."
     return f"{place}: {text}" if place else text

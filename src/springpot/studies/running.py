@@ -13,7 +13,7 @@ import random
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -21,14 +21,14 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from springpot.simulation.settings import checked_threads
 from springpot.studies.question import Study
-from springpot.studies.store import Store, open_store
+from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Task, check_tasks, compute, tasks
 
 __all__ = ["Outcome", "Terminated", "run_study"]
 
 Progress = Callable[[float], None]
+TELL = 0.2  # s
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
 
 
@@ -76,8 +76,10 @@ class _Count:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def tell(self) -> None:
+        """Called by the thread that began the run, only."""
         if self.progress is not None and self.total:
-            done = self.computed + self.others + len(self.failures) + sum(self.under_way.values())
+            with self.lock:
+                done = self.computed + self.others + len(self.failures) + sum(self.under_way.values())
             self.progress(min(1.0, done / self.total))
 
 
@@ -107,7 +109,7 @@ def run_study(
     shard : (int, int)
         (i, N) does only every N-th task, from the i-th: N jobs with i = 1 ... N do them all.
     progress : callable
-        Called with the fraction done.
+        Called with the fraction done, some times a second, by the thread that called this.
 
     Returns
     -------
@@ -122,27 +124,32 @@ def run_study(
     KeyboardInterrupt
         On Ctrl-C, and on SIGTERM (`Terminated`).  What was written stays.
     """
-    check_tasks(study)
+    from springpot.simulation.settings import checked_threads
+
     if (workers is not None) + (scheduler is not None) + (threads is not None) > 1:
         raise ValueError("threads, workers and scheduler exclude each other: give one of them.")
     number, of = shard
     if not 1 <= number <= of:
         raise ValueError(f"shard must be i/N with i from 1 to N, not {number}/{of}.")
+    threads = checked_threads(threads)
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
+        raise ValueError(f"workers must be a whole number from 1 to 4096, not {workers!r}.")
     path = Path(path).resolve()
-    store = open_store(path, study)
-    store.remove_orphans()
-    mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]
-    missing = [task for task in mine if not store.has(task)]
-    # an order of its own for each process: two on one store seldom meet, and the time left is estimated without bias
-    random.Random(f"{os.getpid()} {os.urandom(8).hex()}").shuffle(missing)
-    count = _Count(len(missing), progress)
     with _obeying_sigterm():
+        check_tasks(study)
+        store = open_store(path, study)
+        store.remove_orphans()
+        mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]
+        missing = [task for task in mine if not store.has(task)]
+        # an order of its own for each process: two on one store seldom meet, and the time left is told without bias
+        random.SystemRandom().shuffle(missing)
+        count = _Count(len(missing), progress)
         if not missing:
             pass
         elif workers is not None or scheduler is not None:
             _on_a_cluster(store, missing, count, workers, scheduler)
         else:
-            _on_threads(store, missing, count, checked_threads(threads))
+            _on_threads(store, missing, count, threads)
     found = len(mine) - len(missing) + count.others
     return Outcome(path, len(mine), found, count.computed, tuple(count.failures))
 
@@ -160,7 +167,7 @@ def _obeying_sigterm() -> Iterator[None]:
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL if before is None else before)
 
 
 def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
@@ -176,57 +183,46 @@ def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: i
             _one(store, task, inner, count)
 
     with ThreadPoolExecutor(min(threads, len(missing))) as pool:
-        futures = [pool.submit(work) for _ in range(min(threads, len(missing)))]
         try:
-            while not all(future.done() for future in futures):
-                for future in futures:
-                    if future.done():
-                        future.result()  # a full disk ends the run
-                _wait(futures)
+            at_work = {pool.submit(work) for _ in range(min(threads, len(missing)))}
+            while at_work:
+                done, at_work = wait(at_work, timeout=TELL, return_when=FIRST_COMPLETED)
+                for future in done:
+                    future.result()  # a full disk ends the run
+                count.tell()
         except BaseException:
-            count.stopping = True
+            count.stopping = True  # threads end at their task's next report, or with it
             raise
-    for future in futures:
-        future.result()
-
-
-def _wait(futures: Sequence[Any]) -> None:
-    from concurrent.futures import FIRST_COMPLETED, wait
-
-    wait([future for future in futures if not future.done()], timeout=0.2, return_when=FIRST_COMPLETED)
 
 
 def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
     """Compute one task and keep its answer, unless another process has."""
-    if store.has(task):
-        with count.lock:
-            count.others += 1
-        return count.tell()
 
     def alive(fraction: float) -> None:
         if count.stopping:
             raise _Stopped
         with count.lock:
             count.under_way[task.slot] = fraction
-            count.tell()
 
+    failure, mine = None, False
     try:
-        answer = compute(task, threads=threads, progress=alive)
-        store.write(task, answer)
+        if not store.has(task):
+            store.write(task, compute(task, threads=threads, progress=alive))
+            mine = True
     except _Stopped:
-        return None
+        return
     except (OSError, MemoryError):
         raise
     except Exception as error:
-        with count.lock:
-            count.failures.append((task, f"{type(error).__name__}: {error}"))
-    else:
-        with count.lock:
+        failure = (task, f"{type(error).__name__}: {error}")
+    with count.lock:
+        count.under_way.pop(task.slot, None)
+        if failure is not None:
+            count.failures.append(failure)
+        elif mine:
             count.computed += 1
-    finally:
-        with count.lock:
-            count.under_way.pop(task.slot, None)
-    return count.tell()
+        else:
+            count.others += 1
 
 
 @lru_cache(maxsize=8)
@@ -234,11 +230,13 @@ def _store_at(path: str) -> Store:
     return open_store(path)
 
 
-def _remote(path: str, task: Task) -> None:
-    """What a worker of a cluster does with a task."""
+def _remote(path: str, task: Task) -> bool:
+    """What a worker of a cluster does with a task, unless it finds the answer there."""
     store = _store_at(path)
-    if not store.has(task):
-        store.write(task, compute(task))
+    if store.has(task):
+        return False
+    store.write(task, compute(task))
+    return True
 
 
 def _on_a_cluster(
@@ -257,16 +255,18 @@ def _on_a_cluster(
             of_key[future.key] = task
             return future
 
-        running = as_completed([submit(task) for task in itertools.islice(waiting, room)])
-        for future in running:
+        first = [submit(task) for task in itertools.islice(waiting, room)]
+        running = as_completed(first, with_results=True, raise_errors=False)
+        for future, found in running:
             task = of_key.pop(future.key)
-            error = future.exception()
-            if isinstance(error, OSError | MemoryError):
-                raise error
-            if error is not None:
-                count.failures.append((task, f"{type(error).__name__}: {error}"))
+            if future.status == "finished":
+                count.computed += found
+                count.others += not found
             else:
-                count.computed += 1
+                error = future.exception()
+                if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
+                    raise error
+                count.failures.append((task, f"{type(error).__name__}: {error}"))
             future.release()
             count.tell()
             for following in itertools.islice(waiting, 1):
@@ -291,7 +291,6 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         with client:
             yield client
         return
-    workers = checked_threads(workers)
     quiet = {"distributed.worker.daemon": True, "distributed.scheduler.allowed-failures": 10}
     with (
         dask.config.set(quiet),

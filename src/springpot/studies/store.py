@@ -15,42 +15,30 @@ An answer is there if its file has the right length, checksum and task, never be
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import json
-import math
 import os
-import socket
-import tempfile
-import threading
-import time
-from collections.abc import Iterator
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import google_crc32c
 import numpy as np
 
-from springpot.studies.question import THEORIES, Study, read_study
-from springpot.studies.tasks import SLOTS, Answer, Task, columns_of
-from springpot.units import UNITS
+from springpot.studies.files import Damaged, checksum, partial_name, read_chunk, remove_orphans, write, write_chunk
+from springpot.studies.layout import ARRAYS, SENTENCES, group, metadata, place_of
+from springpot.studies.question import Study, read_study
+from springpot.studies.tasks import Answer, Task, columns_of, tasks
 
 __all__ = ["Damaged", "Store", "StoreError", "open_store"]
 
 FORMAT = 1
-SENTENCES = 4096  # bytes
-CHECK = "task"  # first column: the task's check
-KEPT_BY_OTHERS = 3600.0  # s after which another machine's half-written file is an orphan
 ATTRIBUTE = "springpot_study"
+CHECKSUM = "crc32c"  # of the root's metadata without it
 
 
 class StoreError(ValueError):
     """The store cannot be used; the message says why."""
-
-
-class Damaged(ValueError):
-    """A chunk is there and does not hold its task's answer."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +50,13 @@ class Store:
     path : Path
     study : Study
         The grid as it was last run.
-    attributes : dict
-        Of the root group.
+    versions : list of dict
+        Versions of springpot, numba and numpy that worked on it.
     """
 
     path: Path
     study: Study
-    attributes: dict[str, Any]
+    versions: list[dict[str, str]]
 
     def read(self, task: Task) -> Answer | None:
         """A task's answer, or None if there is none.
@@ -79,7 +67,7 @@ class Store:
             If its chunk is not what was written.
         """
         columns = columns_of(task.method)
-        body = _read_chunk(self._chunk(task, "numbers"), 8 * (2 + len(columns)))
+        body = read_chunk(self._chunk(task, "numbers"), 8 * (2 + len(columns)))
         if body is None:
             return None
         row = np.frombuffer(body, "<f8")
@@ -87,11 +75,16 @@ class Store:
             raise Damaged("it holds the answer to another task")
         statement, warnings = "", ()
         if row[1] > 0.0:
-            text = _read_chunk(self._chunk(task, "sentences"), SENTENCES)
+            text = read_chunk(self._chunk(task, "sentences"), SENTENCES)
             if text is None:
                 raise Damaged("its sentences are missing")
-            said = json.loads(text[: int(row[1])])
-            statement, warnings = said["statement"], tuple(said["warnings"])
+            try:
+                said = json.loads(text[: int(row[1])])
+                owner, statement, warnings = said["task"], said["statement"], tuple(said["warnings"])
+            except (ValueError, KeyError, TypeError):
+                owner = None
+            if owner != task.check:
+                raise Damaged("it holds the sentences of another task")
         return Answer(tuple(row[2:].tolist()), statement, warnings)
 
     def has(self, task: Task) -> bool:
@@ -109,93 +102,49 @@ class Store:
         OSError
             If it cannot be written; what was there before is still there.
         """
-        said = _sentences(answer)
-        if said:
-            _write_chunk(self._chunk(task, "sentences"), said.ljust(SENTENCES, b"\0"))
+        said = _sentences(task, answer)
         row = np.array([float(task.check), float(len(said)), *answer.numbers], "<f8")
-        _write_chunk(self._chunk(task, "numbers"), row.tobytes())
+        try:
+            if said:
+                write_chunk(self._chunk(task, "sentences"), said.ljust(SENTENCES, b"\0"))
+            write_chunk(self._chunk(task, "numbers"), row.tobytes())
+        except OSError as error:
+            raise _cannot_write(self.path, error) from error
 
     def remove_orphans(self) -> int:
         """Remove what killed processes left half-written; files of processes at work are left alone."""
-        removed = 0
-        for method in self.study.methods:
-            for array in ("numbers", "sentences"):
-                for entry in os.scandir(self.path / _place(method) / array):
-                    if entry.name.startswith(".") and _is_orphan(entry):
-                        with contextlib.suppress(FileNotFoundError):
-                            os.unlink(entry.path)
-                            removed += 1
-        return removed
+        places = [f"{place_of(method)}/{array}" for method in self.study.methods for array in ARRAYS]
+        folders = {"", *places, *metadata(self.study.methods)}
+        beside = remove_orphans(str(self.path.parent), self.path.name)
+        return beside + sum(remove_orphans(f"{self.path}/{folder}") for folder in folders)
+
+    def damaged_metadata(self) -> list[str]:
+        """Metadata of groups and arrays that other Zarr readers would stumble over; running the study mends them."""
+        expected = metadata(self.study.methods)
+        return [f"{place}/zarr.json" for place in expected if _json(self.path / place / "zarr.json") != expected[place]]
 
     def _chunk(self, task: Task, array: str) -> str:
-        return f"{self.path}/{_place(task.method)}/{array}/{task.slot}.0"
+        return f"{self.path}/{place_of(task.method)}/{array}/{task.slot}.0"
 
 
-def _place(method: str) -> str:
-    return f"theory/{method}" if method in THEORIES else f"simulation/{method}"
+def _cannot_write(path: Path, error: OSError) -> OSError:
+    return OSError(
+        f"store {str(path)!r} cannot be written ({error.strerror or error}): everything answered so far is kept, and "
+        "running the study again goes on from there."
+    )
 
 
-def _sentences(answer: Answer) -> bytes:
+def _sentences(task: Task, answer: Answer) -> bytes:
     """Statement and warnings as JSON, at most SENTENCES bytes: of more warnings than fit, the first ones."""
     if not answer.statement and not answer.warnings:
         return b""
+    statement = answer.statement if len(json.dumps(answer.statement)) < SENTENCES - 100 else answer.statement[:600]
     for kept in range(len(answer.warnings), -1, -1):
-        text = json.dumps({"statement": answer.statement, "warnings": answer.warnings[:kept]}).encode()
+        content = {"task": task.check, "statement": statement, "warnings": answer.warnings[:kept]}
+        text = json.dumps(content).encode()
         if len(text) <= SENTENCES:
-            return text
-    return json.dumps({"statement": answer.statement[:500], "warnings": ()}).encode()
-
-
-def _write_chunk(path: str, body: bytes) -> None:
-    _write(path, body + google_crc32c.value(body).to_bytes(4, "little"))
-
-
-def _write(path: str, content: bytes) -> None:
-    """Write a file beside its place and move it there."""
-    folder, name = os.path.split(path)
-    # the name tells whose it is, in case its writer is killed
-    partial = f"{folder}/.{name}.{socket.gethostname()}.{os.getpid()}.{threading.get_native_id()}"
-    try:
-        with open(partial, "wb") as file:
-            file.write(content)
-        os.replace(partial, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(partial)
-        raise
-
-
-def _read_chunk(path: str, size: int) -> bytes | None:
-    try:
-        with open(path, "rb") as file:
-            found = file.read(size + 5)
-    except FileNotFoundError:
-        return None
-    if len(found) != size + 4:
-        raise Damaged("its length is wrong")
-    body = found[:-4]
-    if google_crc32c.value(body) != int.from_bytes(found[-4:], "little"):
-        raise Damaged("its checksum is wrong")
-    return body
-
-
-def _is_orphan(entry: os.DirEntry[str]) -> bool:
-    with contextlib.suppress(ValueError, FileNotFoundError):
-        _, host, process = entry.name.rsplit(".", 2)[0].rpartition(f".{socket.gethostname()}.")
-        if host and not _is_alive(int(process)):
-            return True
-        return time.time() - entry.stat().st_mtime > KEPT_BY_OTHERS
-    return False
-
-
-def _is_alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+            break
+    return text
 
 
 def open_store(path: str | Path, study: Study | None = None) -> Store:
@@ -223,39 +172,58 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
         if study is None:
             raise StoreError(f"there is no store {str(path)!r}: springpot study run FILE --store {path} makes one.")
         _make(path, study)
-    attributes = _attributes(path)
-    kept = read_study(attributes["study"])
-    if study is None or _document(study) == _document(kept):
-        return Store(path, kept, attributes)
-    _check_same(path, kept, study)
-    for method in set(study.methods) - set(kept.methods):
-        _make_arrays(path, method)
-    attributes = _write_attributes(path, {**attributes, "study": _document(study)})
-    return Store(path, study, attributes)
+    ours = _ours(path)
+    if study is None:
+        if ours is None:
+            raise StoreError(
+                f"the description of store {str(path)!r} (its zarr.json) is damaged: springpot study run FILE --store "
+                f"{path}, with the study's file, writes it anew and keeps every answer."
+            )
+        return Store(path, read_study(ours["study"]), ours["versions"])
+    if ours is None:
+        _check_answers(Store(path, study, []))
+    else:
+        _check_same(path, read_study(ours["study"]), study)
+    try:
+        return _describe(path, study, ours)
+    except OSError as error:
+        raise _cannot_write(path, error) from error
 
 
-def _attributes(path: Path) -> dict[str, Any]:
+def _json(place: Path) -> Any:
+    """Content of a JSON file, or None if it is missing or damaged."""
+    try:
+        return json.loads(place.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        return None
+
+
+def _ours(path: Path) -> dict[str, Any] | None:
+    """What the root's attributes say of the study, or None if they are damaged."""
     from importlib.metadata import version
 
+    content = _json(path / "zarr.json")
     try:
-        content = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
-        attributes = content["attributes"]
-        ours = attributes[ATTRIBUTE]
-        kept, made_by = ours["format"], ours["versions"][-1]["springpot"]
-    except (FileNotFoundError, NotADirectoryError, ValueError, TypeError, KeyError, IndexError):
+        ours = dict(content["attributes"][ATTRIBUTE])
+        kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
+    except (TypeError, KeyError, IndexError, ValueError):
+        if any(path.glob("*/*/numbers")):
+            return None
         raise StoreError(
             f"{str(path)!r} is not a store of a springpot study: give the place of one, or a new place."
         ) from None
+    if kept <= FORMAT and CHECKSUM in ours and content != _root(ours):
+        return None
     if kept > FORMAT or _release(made_by) > _release(version("springpot")):
         raise StoreError(
             f"store {str(path)!r} was written by springpot {made_by} (store format {kept}), newer than this one "
             f"({version('springpot')}, format {FORMAT}): install that version, or use a new store."
         )
-    return dict(ours)
+    return ours
 
 
 def _release(version: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in version.split("+")[0].split(".") if part.isdigit())
+    return tuple(int(part) for part in str(version).split("+")[0].split(".") if part.isdigit())
 
 
 def _check_same(path: Path, kept: Study, given: Study) -> None:
@@ -269,93 +237,70 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
         apart.append("names of axes")
     if apart:
         raise StoreError(
-            f"store {str(path)!r} is of another study ({kept.name!r}; {' and '.join(apart)} differ): only the "
+            f"store {str(path)!r} is of another study ({kept.name!r}; not the same: {', '.join(apart)}): only the "
             "values on the axes, methods and quantities may change in a store, so use another store for "
             f"{given.name!r}."
         )
 
 
-def _make(path: Path, study: Study) -> None:
-    """Make the store beside its place and move it there, so that no half-made store is ever seen."""
-    import zarr
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
-        made = Path(folder) / "store"
-        zarr.create_group(made, zarr_format=3)
-        for method in study.methods:
-            _make_arrays(made, method)
-        _write_attributes(made, {"format": FORMAT, "study": _document(study), "versions": []})
-        try:
-            os.rename(made, path)
-        except OSError as error:
-            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
-                raise  # otherwise another process was quicker
-
-
-def _make_arrays(path: Path, method: str) -> None:
-    import zarr
-    from zarr.codecs import BytesCodec, Crc32cCodec
-
-    columns = columns_of(method)
-    group = zarr.open_group(path, mode="r+")
-    shapes: dict[str, tuple[int, Any, float, dict[str, Any]]] = {
-        "numbers": (2 + len(columns), "float64", math.nan, {"columns": [CHECK, "sentences_length", *columns],
-                                                            "units": ["1", "1", *map(_unit, columns)]}),
-        "sentences": (SENTENCES, "uint8", 0, {"encoding": "JSON in UTF-8, padded with zero bytes"}),
-    }  # fmt: skip
-    for name, (width, kind, empty, attributes) in shapes.items():
-        place = f"{_place(method)}/{name}"
-        if place in group:
-            continue
-        group.create_array(
-            place,
-            shape=(SLOTS, width),
-            chunks=(1, width),
-            dtype=kind,
-            fill_value=empty,
-            filters=(),
-            serializer=BytesCodec(endian="little"),
-            compressors=(Crc32cCodec(),),
-            chunk_key_encoding={"name": "v2", "separator": "."},
-            attributes=attributes,
+def _check_answers(store: Store) -> None:
+    """A store whose description is lost may only be described anew by the study that its answers belong to."""
+    empty = all(not entry.name.endswith(".0") for entry in store.path.glob("*/*/numbers/*"))
+    if not empty and not any(store.has(task) for task in tasks(store.study)):
+        raise StoreError(
+            f"the description of store {str(store.path)!r} (its zarr.json) is damaged, and none of its answers belong "
+            f"to {store.study.name!r}: give the study file that it was made from."
         )
 
 
-def _unit(column: str) -> str:
-    for part in ("_se", "_error"):
-        column = column.removesuffix(part)
-    return UNITS[column]
+def _make(path: Path, study: Study) -> None:
+    """Make the store beside its place and move it there, so that no half-made store is ever seen."""
+    made = path.with_name(partial_name(path.name))
+    try:
+        made.mkdir(parents=True)
+        _describe(made, study, None)
+        os.rename(made, path)
+    except OSError as error:
+        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
+            raise OSError(f"store {str(path)!r} cannot be made ({error.strerror}).") from error
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
 
 
-def _document(study: Study) -> dict[str, Any]:
+def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
+    """Bring all metadata up to the study: make what is missing, mend what is damaged, leave what is right."""
+    from importlib.metadata import version
+
+    versions = [] if ours is None else ours["versions"]
+    at_work = {name: version(name) for name in ("springpot", "numba", "numpy")}
+    store = Store(path, study, versions if at_work in versions else [*versions, at_work])
+    for place, content in metadata(study.methods).items():
+        if _json(path / place / "zarr.json") != content:
+            (path / place).mkdir(parents=True, exist_ok=True)
+            write(f"{path}/{place}/zarr.json", _text(content), durable=True)
+    now = {"format": FORMAT, "study": document(study), "versions": store.versions}
+    if ours is None or {name: ours.get(name) for name in now} != now:
+        try:
+            write(f"{path}/zarr.json", _text(_root(now)), durable=True)
+        except OSError:
+            # where only the versions are new, a store that can only be read is as good as it was
+            if ours is None or ours["study"] != now["study"]:
+                raise
+    return store
+
+
+def document(study: Study) -> dict[str, Any]:
     """The study as its file says it, axes written out."""
     return study.model_dump(mode="json", exclude_none=True, exclude_unset=True)
 
 
-def _write_attributes(path: Path, ours: dict[str, Any]) -> dict[str, Any]:
-    """Put the attributes into the root's metadata, in one step, with the versions at work."""
-    from importlib.metadata import version
-
-    import numba
-
-    versions = {"springpot": version("springpot"), "numba": numba.__version__, "numpy": np.__version__}
-    if versions not in ours["versions"]:
-        ours = {**ours, "versions": [*ours["versions"], versions]}
-    place = path / "zarr.json"
-    content = json.loads(place.read_text(encoding="utf-8"))
-    content["attributes"] = {
-        **content["attributes"],
-        "Conventions": "CF-1.11",
-        "title": ours["study"]["name"],
-        ATTRIBUTE: ours,
-    }
-    _write(str(place), json.dumps(content, indent=1).encode())
-    return ours
+def _root(ours: dict[str, Any]) -> dict[str, Any]:
+    """The root's metadata, with their checksum."""
+    attributes = {"Conventions": "CF-1.11", "title": ours["study"]["name"]}
+    said = {name: part for name, part in ours.items() if name != CHECKSUM}
+    text = json.dumps({**attributes, ATTRIBUTE: said}, sort_keys=True)
+    return group({**attributes, ATTRIBUTE: {**said, CHECKSUM: checksum(text.encode())}})
 
 
-def chunks(store: Store, method: str) -> Iterator[str]:
-    """Names of the number chunks that a method has in the store, whether of the present grid or not."""
-    for entry in os.scandir(store.path / _place(method) / "numbers"):
-        if entry.name.endswith(".0") and not entry.name.startswith("."):
-            yield entry.name
+def _text(content: dict[str, Any]) -> bytes:
+    return json.dumps(content, indent=1).encode()

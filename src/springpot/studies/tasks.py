@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.studies.question import Point, Study, oscillator_of
-from springpot.theory.result import MOMENTS
+from springpot.studies.question import QUANTITIES, Point, Study, oscillator_of
 from springpot.units import UNITS
 
 __all__ = [
@@ -33,7 +32,7 @@ SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with an answer take room."""
 ANSWERS_FORMAT = 1  # part of every key: raised when what a method answers with changes its meaning
 
-THEORY_COLUMNS = MOMENTS
+THEORY_COLUMNS = QUANTITIES
 MONTE_CARLO_COLUMNS = tuple(name + part for name in UNITS for part in ("", "_se", "_error"))
 
 

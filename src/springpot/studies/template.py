@@ -8,7 +8,7 @@ TEMPLATE = """\
 #     springpot study run {file} --store {store}
 #     springpot study plot {store} --out {picture}
 #     springpot study export {store} {table}
-name = "{name}"
+name = {name}
 seed = 1             # every point's own seed is made from this and the point's numbers
 methods = [          # of the theory: averaging_printed, averaging, averaging_shifted, envelope, closure,
     "averaging",     # fokker_planck, exact; and monte_carlo

@@ -1,0 +1,117 @@
+"""Files that are there whole or not at all: written beside their place and moved there in one step, with a checksum."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import socket
+import threading
+import time
+
+import google_crc32c
+
+__all__ = ["Damaged", "checksum", "partial_name", "read_chunk", "remove_orphans", "write", "write_chunk"]
+
+KEPT_BY_OTHERS = 3600.0  # s after which a half-written file of another machine is an orphan
+ATTEMPTS = 3
+
+
+class Damaged(ValueError):
+    """A file is there and does not hold what was written."""
+
+
+def checksum(body: bytes) -> int:
+    """CRC-32C."""
+    return int(google_crc32c.value(body))
+
+
+def write_chunk(path: str, body: bytes) -> None:
+    """Write a chunk as Zarr's codecs ``bytes`` and ``crc32c`` do."""
+    write(path, body + checksum(body).to_bytes(4, "little"))
+
+
+def read_chunk(path: str, size: int) -> bytes | None:
+    """A chunk's body, or None if there is no such file.
+
+    Raises
+    ------
+    Damaged
+        If its length or its checksum is wrong.
+    """
+    try:
+        with open(path, "rb") as file:
+            found = file.read(size + 5)
+    except FileNotFoundError:
+        return None
+    if len(found) != size + 4:
+        raise Damaged("its length is wrong")
+    body = found[:-4]
+    if checksum(body) != int.from_bytes(found[-4:], "little"):
+        raise Damaged("its checksum is wrong")
+    return body
+
+
+def partial_name(name: str) -> str:
+    """Name of a file while it is written; it tells whose it is, in case its writer is killed."""
+    return f".{name}.{socket.gethostname()}.{os.getpid()}.{threading.get_native_id()}"
+
+
+def write(path: str, content: bytes, *, durable: bool = False) -> None:
+    """Write a file beside its place and move it there.
+
+    ``durable`` waits until the disk has it, so that even a power failure leaves the old file or the new one: for files
+    that could not be computed anew.
+    """
+    folder, name = os.path.split(path)
+    partial = os.path.join(folder, partial_name(name))
+    for attempt in range(ATTEMPTS):
+        try:
+            with open(partial, "wb") as file:
+                file.write(content)
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
+            os.replace(partial, path)
+        except BaseException as error:
+            with contextlib.suppress(OSError):
+                os.unlink(partial)
+            # a container of the same name that does not see this process took the file for an orphan
+            if isinstance(error, FileNotFoundError) and os.path.isdir(folder) and attempt < ATTEMPTS - 1:
+                continue
+            raise
+        return
+
+
+def remove_orphans(folder: str, name: str = "") -> int:
+    """Remove what killed processes left half-written in a folder (of one name); whoever is at work keeps its own."""
+    removed = 0
+    with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(f".{name}." if name else ".") and _is_orphan(entry):
+                with contextlib.suppress(OSError):  # another process was quicker, or the store can only be read
+                    shutil.rmtree(entry.path) if entry.is_dir() else os.unlink(entry.path)
+                    removed += 1
+    return removed
+
+
+def _is_orphan(entry: os.DirEntry[str]) -> bool:
+    rest, *numbers = entry.name.rsplit(".", 2)
+    if len(numbers) < 2 or not all(number.isdigit() for number in numbers):
+        return False  # not ours
+    if rest.endswith(f".{socket.gethostname()}") and not _is_alive(int(numbers[0])):
+        return True
+    try:
+        return time.time() - entry.stat().st_mtime > KEPT_BY_OTHERS
+    except FileNotFoundError:
+        return False
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True

@@ -1,0 +1,67 @@
+"""What a Zarr reader has to know of a store: the metadata (Zarr version 3) of its groups and arrays.
+
+They are small, fixed documents, written here rather than through the library: half a second less at every start, and
+what is damaged can be told from what is right.  The tests compare them with what the library writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from springpot.studies.tasks import SLOTS, columns_of
+from springpot.units import UNITS
+
+__all__ = ["ARRAYS", "CHECK", "SENTENCES", "group", "metadata", "place_of"]
+
+ARRAYS = ("numbers", "sentences")
+SENTENCES = 4096  # bytes
+CHECK = "task"  # first column: the task's check
+
+
+def place_of(method: str) -> str:
+    """The group of a method."""
+    return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
+
+
+def metadata(methods: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Place of each ``zarr.json`` below the root's, and its content."""
+    found: dict[str, dict[str, Any]] = {}
+    for method in methods:
+        columns = columns_of(method)
+        place = place_of(method)
+        found |= {place.partition("/")[0]: group({}), place: group({})}
+        found[f"{place}/numbers"] = _array(
+            2 + len(columns), "float64", "NaN", {"name": "bytes", "configuration": {"endian": "little"}},
+            {"columns": [CHECK, "sentences_length", *columns], "units": ["1", "1", *map(_unit, columns)]},
+        )  # fmt: skip
+        found[f"{place}/sentences"] = _array(
+            SENTENCES, "uint8", 0, {"name": "bytes"}, {"encoding": "JSON in UTF-8, padded with zero bytes"}
+        )
+    return found
+
+
+def group(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Metadata of a group."""
+    return {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
+
+
+def _array(
+    width: int, kind: str, empty: float | str, serializer: dict[str, Any], attributes: dict[str, Any]
+) -> dict[str, Any]:
+    return {
+        "shape": [SLOTS, width],
+        "data_type": kind,
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [1, width]}},
+        "chunk_key_encoding": {"name": "v2", "configuration": {"separator": "."}},
+        "fill_value": empty,
+        "codecs": [serializer, {"name": "crc32c"}],
+        "attributes": attributes,
+        "zarr_format": 3,
+        "node_type": "array",
+        "storage_transformers": [],
+    }
+
+
+def _unit(column: str) -> str:
+    return UNITS[column.removesuffix("_se").removesuffix("_error")]
