@@ -64,7 +64,25 @@ class Comparison:
     simulation: Run
 
     def gaps(self, method: str) -> dict[str, Gap]:
-        """Gap of each moment that both know, by name."""
+        """Gap of each moment that both know.
+
+        Parameters
+        ----------
+        method : str
+            One of the keys of ``answers``.
+
+        Returns
+        -------
+        dict
+            Name of a moment to its `Gap`.
+
+        Examples
+        --------
+        >>> from springpot import Springpot
+        >>> found = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
+        >>> sorted(found.gaps("exact"))[:2]
+        ['amplitude_mean_square', 'impact_rate']
+        """
         moments = asdict(self.answers[method].moments)
         found = {}
         for name in MOMENTS:
@@ -75,7 +93,14 @@ class Comparison:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, words, lists and dicts, ready for JSON."""
+        """Everything as plain numbers, words, lists and dicts, ready for JSON.
+
+        Returns
+        -------
+        dict
+            ``oscillator``, ``recommended``, ``simulation``, ``methods`` (with their gaps) and ``statements``; what is
+            not a number is None.
+        """
         return {
             "oscillator": asdict(self.oscillator),
             "recommended": self.recommended,
@@ -153,6 +178,17 @@ def observe(
     oscillator: Oscillator, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None
 ) -> Run:
     """An adapted run for pictures: distributions, and a spectrum over a window long enough for its peaks.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        With a stationary state.
+    seed, threads, progress
+        As in `springpot.simulate`.
+
+    Returns
+    -------
+    Run
 
     Examples
     --------

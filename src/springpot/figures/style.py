@@ -181,6 +181,15 @@ def _plain(axes: list[Axes]) -> None:
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG at 160 dots per inch and return where it is.
 
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : Path
+
+    Returns
+    -------
+    Path
+
     Raises
     ------
     OSError

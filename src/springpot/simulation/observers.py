@@ -283,6 +283,11 @@ class Distribution:
     def density(self, bins: int = 80) -> tuple[Floats, Floats, Floats]:
         """Density over about so many bins, from the 0.01 % to the 99.99 % quantile.
 
+        Parameters
+        ----------
+        bins : int
+            About how many.
+
         Returns
         -------
         edges : ndarray, shape (n + 1,)
@@ -310,6 +315,21 @@ class Distribution:
 
     def quantile(self, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Quantiles and their standard errors, in the unit; NaN where nothing was counted.
+
+        Parameters
+        ----------
+        probability : array_like
+            In [0, 1], any shape.
+
+        Returns
+        -------
+        quantile, standard_error : ndarray
+            Of that shape.
+
+        Raises
+        ------
+        ValueError
+            If a probability is outside [0, 1].
 
         Examples
         --------

@@ -94,7 +94,17 @@ class Run:
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
 
-        Distributions and extremes are there as their quantiles at PROBABILITIES.
+        Returns
+        -------
+        dict
+            Every estimate and its ``_se`` by name, then ``oscillator``, ``settings``, ``diagnostics`` and ``warnings``.
+            Distributions and extremes are there as their quantiles at PROBABILITIES.
+
+        Examples
+        --------
+        >>> found = run(Oscillator(), paths=1, duration=1.0).to_dict()
+        >>> found["x_mean_se"] is None, found["settings"]["paths"]
+        (True, 1)
         """
         quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
         return {
@@ -135,7 +145,18 @@ class Run:
         return found
 
     def to_dataset(self) -> xarray.Dataset:
-        """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes."""
+        """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `springpot.simulate` returns it.
+
+        Examples
+        --------
+        >>> run(Oscillator(), paths=8, duration=1.0).to_dataset()["impact_rate"].units
+        's-1'
+        """
         import json
 
         import xarray
@@ -187,6 +208,17 @@ def run(
     **given: Unpack[Options],
 ) -> Run:
     """Simulate, and return a plain `Run`.  See `simulate` for the arguments, which are the same.
+
+    It raises no Python warnings: they are in the result's ``warnings``.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `simulate`.
 
     Examples
     --------
