@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import sys
 from importlib.metadata import version as version_of
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -24,7 +24,9 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "**.ipynb_checkpoints", "gallery/**", "auto_gallery/**.ipynb", "auto_gallery/**.py"]
+exclude_patterns = [
+    "_build", "_jupyter", "gallery/**", "auto_gallery/**.ipynb", "auto_gallery/**.py", "**.ipynb_checkpoints",
+]  # fmt: skip
 templates_path = ["_templates"]
 nitpicky = True
 # prose of numpydoc's type lines and of single backticks is looked up, and left as it is where nothing has that name
@@ -56,7 +58,7 @@ mathjax_path = "mathjax/tex-chtml.js"  # a copy that comes along: the pages read
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 myst_dmath_double_inline = True
-nb_execution_mode = "cache"
+nb_execution_mode = "force"  # a cache would not notice a change of the library
 nb_execution_timeout = 180
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
@@ -94,6 +96,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
     "filename_pattern": r"/plot_",
+    "run_stale_examples": True,
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", plain_figures),
     "matplotlib_animations": False,
@@ -107,5 +110,5 @@ sphinx_gallery_conf: dict[str, Any] = {
     "inspect_global_variables": False,
 }
 
-os.environ.setdefault("MPLBACKEND", "agg")
-sys.setrecursionlimit(max(sys.getrecursionlimit(), 3000))
+# the kernel that runs the pages, without its word of warning about the loopback network
+os.environ["JUPYTER_PATH"] = str(Path(__file__).parent / "_jupyter")

@@ -6,6 +6,8 @@ Eq. 20 as printed loses a factor :math:`\Omega` in Eq. 14. At :math:`\Omega = 1`
 notices; elsewhere the printed formula is too large by the factor :math:`\Omega`. Monte Carlo decides.
 """
 
+import textwrap
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -44,6 +46,6 @@ for slip in ERRATA:
     print(f"{slip.number}. {slip.equation}: {slip.title}.")
     for finding in slip.check()[:2]:
         print(
-            f"     {finding.what[:60]:60s} computed {finding.computed:8.4f}, "
+            f"     {textwrap.shorten(finding.what, 60):60s} computed {finding.computed:8.4f}, "
             f"printed {finding.printed:8.4f}, right {finding.corrected:8.4f}"
         )
