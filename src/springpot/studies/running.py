@@ -7,6 +7,7 @@ through the missing tasks in an order of its own and leaves out what another has
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import os
 import random
@@ -243,34 +244,46 @@ def _on_a_cluster(
     store: Store, missing: Sequence[Task], count: _Count, workers: int | None, scheduler: str | None
 ) -> None:
     with _client(workers, scheduler) as client:
-        from distributed import as_completed
+        try:
+            _submit_all(client, store, missing, count)
+        except Exception as error:
+            if client.status != "running":
+                raise OSError(
+                    "the Dask scheduler is gone: everything answered so far is kept, and running the study again goes "
+                    "on from there."
+                ) from error
+            raise
 
-        room = IN_FLIGHT * max(1, sum(client.nthreads().values()))
-        waiting = iter(missing)
-        of_key: dict[str, Task] = {}
 
-        def submit(task: Task) -> Any:
-            # the key is new each time: a cluster may remember what a store has lost
-            future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
-            of_key[future.key] = task
-            return future
+def _submit_all(client: Any, store: Store, missing: Sequence[Task], count: _Count) -> None:
+    from distributed import as_completed
 
-        first = [submit(task) for task in itertools.islice(waiting, room)]
-        running = as_completed(first, with_results=True, raise_errors=False)
-        for future, found in running:
-            task = of_key.pop(future.key)
-            if future.status == "finished":
-                count.computed += found
-                count.others += not found
-            else:
-                error = future.exception()
-                if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
-                    raise error
-                count.failures.append((task, f"{type(error).__name__}: {error}"))
-            future.release()
-            count.tell()
-            for following in itertools.islice(waiting, 1):
-                running.add(submit(following))
+    room = IN_FLIGHT * max(1, sum(client.nthreads().values()))
+    waiting = iter(missing)
+    of_key: dict[str, Task] = {}
+
+    def submit(task: Task) -> Any:
+        # the key is new each time: a cluster may remember what a store has lost
+        future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
+        of_key[future.key] = task
+        return future
+
+    first = [submit(task) for task in itertools.islice(waiting, room)]
+    running = as_completed(first, with_results=True, raise_errors=False)
+    for future, found in running:
+        task = of_key.pop(future.key)
+        if future.status == "finished":
+            count.computed += found
+            count.others += not found
+        else:
+            error = future.exception()
+            if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
+                raise error
+            count.failures.append((task, f"{type(error).__name__}: {error}"))
+        future.release()
+        count.tell()
+        for following in itertools.islice(waiting, 1):
+            running.add(submit(following))
 
 
 @contextmanager
@@ -292,11 +305,32 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             yield client
         return
     quiet = {"distributed.worker.daemon": True, "distributed.scheduler.allowed-failures": 10}
-    with (
-        dask.config.set(quiet),
-        distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, host="127.0.0.1"
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
+    with dask.config.set(quiet):
+        with _ctrl_c_is_ours():
+            cluster = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, host="127.0.0.1"
+            )
+        with cluster, distributed.Client(cluster) as client:
+            try:
+                yield client
+            except BaseException:
+                # what is under way is given up: closing the cluster would wait for it
+                cluster.sync(_end_workers, list(cluster.workers.values()))
+                raise
+
+
+async def _end_workers(nannies: Sequence[Any]) -> None:
+    await asyncio.gather(*(nanny.close(timeout=0.5) for nanny in nannies), return_exceptions=True)
+
+
+@contextmanager
+def _ctrl_c_is_ours() -> Iterator[None]:
+    """Threads and processes begun here are not told of Ctrl-C, which a terminal sends to all: we shall end them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
