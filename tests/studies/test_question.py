@@ -1,0 +1,260 @@
+"""The study file: what it may say, what it means, and one clear sentence for what is wrong in it."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import tomllib
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.studies.layout import place_of
+from springpot.studies.question import PARAMETERS, QUANTITIES, Method, Study, read_study
+from springpot.studies.tasks import check_tasks, tasks
+from springpot.studies.template import TEMPLATE
+from springpot.theory import all_methods
+from springpot.theory.result import MOMENTS
+from tests.studies.samples import RUNS, THEORY, write_toml
+
+SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "study.schema.json"
+GIVEN: dict[str, Any] = {"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5]}}
+FORMS = "an axis must be a list of numbers, {linspace = [start, end, count]} or {geomspace = [start, end, count]}"
+MONTE_CARLO = {"methods": ["monte_carlo"]}
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"name": ""}, "name: must not be empty."),
+    ({"name": 3}, "name: must be a text in quotes, not 3."),
+    ({"sed": 1}, "sed is not known there."),
+    ({"methods": []}, "methods: must not be empty."),
+    ({"methods": "averaging"}, "methods: must be a list, not 'averaging'."),
+    ({"methods": ["averaging", "averaging"]}, "methods names averaging twice."),
+    ({"seed": -1}, "seed: must be greater than or equal to 0, not -1."),
+    ({"seed": 1.5}, "seed: must be a whole number, not 1.5."),
+    ({"seed": True}, "seed: must be a whole number, not True."),
+    ({"quantities": []}, "quantities: must not be empty."),
+    ({"quantities": ["x_mean", "x_mean"]}, "quantities names x_mean twice."),
+    ({"fixed": 3}, "fixed: must be a table, not 3."),
+    ({"fixed": {"wall": 1.0}}, "fixed.wall is not known there."),
+    ({"fixed": {"restitution": 1.5}}, "restitution must be in (0, 1], not 1.5. An elastic wall has 1."),
+    ({"fixed": {"restitution": "1"}}, "fixed.restitution: must be a number, not '1'."),
+    ({"fixed": {"intensity": math.inf}}, "fixed.intensity: must be a finite number, not inf."),
+    ({"fixed": {"side": "left"}}, "fixed.side: must be 'above' or 'below', not 'left'."),
+    ({"fixed": {"order": 0.5}}, "order is fixed and runs along an axis: leave out one of the two."),
+    (
+        {"fixed": {"barrier": False, "position": 0.5}},
+        "barrier = false leaves no wall for position, restitution or side to describe.",
+    ),
+    ({"axes": {}}, "there must be an axis, such as [axes] order = [0.25, 0.5]."),
+    ({"axes": [0.5]}, "axes: must be a table."),
+    ({"axes": {"order": []}}, "axes.order: an axis must have at least one value."),
+    ({"axes": {"order": 0.5}}, f"axes.order: {FORMS}, not 0.5."),
+    ({"axes": {"order": {"logspace": [0, 1, 5]}}}, f"axes.order: {FORMS}, not {{'logspace': [0, 1, 5]}}."),
+    ({"axes": {"order": ["a"]}}, "axes.order: every value must be a real number, not 'a' (str)."),
+    ({"axes": {"order": [math.nan]}}, "axes.order: every value must be a finite number, not nan."),
+    ({"axes": {"order": [0.5, 0.5]}}, "axis order holds 0.5 twice."),
+    (
+        {"axes": {"order": [1.5]}},
+        "order must be in [0, 1], not 1.5. It runs from 0 (a spring) to 1 (a dashpot).",
+    ),
+    ({"axes": {"order": {"linspace": [0, 1]}}}, "axes.order: linspace must be [start, end, count], not [0, 1]."),
+    (
+        {"axes": {"order": {"linspace": [0, 1, 2.5]}}},
+        "axes.order: linspace's count must be a whole number from 1 to 10,000,000, not 2.5.",
+    ),
+    (
+        {"axes": {"order": {"linspace": [0, 1, 10**9]}}},
+        "axes.order: linspace's count must be a whole number from 1 to 10,000,000, not 1000000000.",
+    ),
+    ({"axes": {"order": {"geomspace": [0, 1, 5]}}}, "axes.order: geomspace's start and end must be positive."),
+    ({"zipped": {"case": {"order": [0.5]}}}, "order runs along two axes."),
+    (
+        {"zipped": {"case": {"coefficient": [1.0], "intensity": [1.0, 2.0]}}},
+        "zipped axis case needs at least one column, and columns of equal length.",
+    ),
+    ({"zipped": {"order": {"coefficient": [1.0]}}}, "zipped axis 'order' needs a name of its own, such as case."),
+    ({"zipped": {"said": {"coefficient": [1.0]}}}, "zipped axis 'said' needs a name of its own, such as case."),
+    ({"zipped": {"my case": {"coefficient": [1.0]}}}, "zipped axis 'my case' needs a name of its own, such as case."),
+    (
+        {"zipped": {"case": {"coefficient": [1.0, 1.0], "intensity": [2.0, 2.0]}}},
+        "axis case holds (1.0, 2.0) twice.",
+    ),
+    (MONTE_CARLO, 'methods must name "monte_carlo" if, and only if, there is a table [monte_carlo].'),
+    (
+        {"monte_carlo": {"rtol": 0.1}},
+        'methods must name "monte_carlo" if, and only if, there is a table [monte_carlo].',
+    ),
+    (
+        MONTE_CARLO | {"monte_carlo": {}},
+        "monte_carlo: say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration.",
+    ),
+    (
+        MONTE_CARLO | {"monte_carlo": {"rtol": 0.1, "paths": 5}},
+        "monte_carlo: rtol decides on everything, so paths cannot be given with it.",
+    ),
+    (MONTE_CARLO | {"monte_carlo": {"rtol": 2}}, "monte_carlo.rtol: must be less than or equal to 0.5, not 2."),
+    (MONTE_CARLO | {"monte_carlo": {"paths": 5.5}}, "monte_carlo.paths: must be a whole number, not 5.5."),
+    (MONTE_CARLO | {"monte_carlo": {"path": 5}}, "monte_carlo.path is not known there."),
+    (
+        {"axes": {"order": {"linspace": [0, 1, 5000]}, "coefficient": {"linspace": [0, 1, 5000]}}},
+        "there are more than 10,000,000 tasks: make the axes shorter.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), BAD, ids=[sentence[:40] for _, sentence in BAD])
+def test_what_is_wrong_is_told_in_one_sentence(change: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ValueError, match=r"^the study is not right: ") as told:
+        read_study({**GIVEN, **change})
+    assert str(told.value) == f"the study is not right: {sentence}"
+
+
+@pytest.mark.parametrize("name", ["methods", "quantities"])
+def test_an_unknown_word_is_answered_with_those_there_are(name: str) -> None:
+    with pytest.raises(ValueError, match="not 'avering'") as told:
+        read_study({**GIVEN, name: ["avering"]})
+    words = get_args(Method) if name == "methods" else QUANTITIES
+    assert all(repr(word) in str(told.value) for word in words)
+
+
+def test_a_name_that_is_missing() -> None:
+    with pytest.raises(ValueError, match=r"^the study is not right: name is missing\.$"):
+        read_study({"methods": ["averaging"], "axes": {"order": [0.5]}})
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (b"name = 'x\n", "is not TOML: "),
+        (b"\xff\xfe", "is not text in UTF-8."),
+        (
+            b"name = 'x'\nmethods = ['averaging']\n[axes]\norder = [2.0]\n",
+            "is not right: order must be in [0, 1], not 2.",
+        ),
+    ],
+)
+def test_a_file_that_is_wrong_is_named(text: bytes, sentence: str, tmp_path: Path) -> None:
+    place = tmp_path / "bad.toml"
+    place.write_bytes(text)
+    with pytest.raises(ValueError, match=r"^study file ") as told:
+        read_study(place)
+    assert f"study file {str(place)!r} {sentence}" in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_a_setting_that_fits_nowhere_is_told_before_work() -> None:
+    study = read_study({**GIVEN, **MONTE_CARLO, "monte_carlo": {"paths": 10, "duration": 5.0, "window": [3.0, 9.0]}})
+    with pytest.raises(ValueError, match=r"^at order = 0\.5: window "):
+        check_tasks(study)
+
+
+def test_ranges() -> None:
+    study = read_study(
+        {**GIVEN, "axes": {"order": {"linspace": [0.1, 0.9, 9]}, "coefficient": {"geomspace": [0.01, 10, 4]}}}
+    )
+    assert study.axes["order"] == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+    assert study.axes["coefficient"] == (0.01, 0.1, 1.0, 10.0)
+    points = list(study.points())
+    assert len(points) == 36
+    assert [(point["order"], point["coefficient"]) for point in points[:5]] == [
+        (0.1, 0.01),
+        (0.1, 0.1),
+        (0.1, 1.0),
+        (0.1, 10.0),
+        (0.2, 0.01),
+    ]
+
+
+def test_a_finer_range_meets_the_points_of_the_coarser_one() -> None:
+    def orders(count: int) -> set[int]:
+        study = read_study({**GIVEN, "axes": {"order": {"linspace": [0.1, 0.9, count]}}})
+        return {task.slot for task in tasks(study)}
+
+    assert orders(5) < orders(9) < orders(17)
+
+
+def test_an_array_is_an_axis_too() -> None:
+    assert read_study({**GIVEN, "axes": {"order": np.linspace(0.25, 1.0, 4)}}).axes["order"] == (0.25, 0.5, 0.75, 1.0)
+
+
+def test_zipped_columns_run_together() -> None:
+    study = read_study({**GIVEN, "zipped": {"case": {"coefficient": [0.1, 0.5], "natural_frequency": [1.0, 2.0]}}})
+    assert study.shape == {"order": 1, "case": 2}
+    assert [(point["coefficient"], point["natural_frequency"]) for point in study.points()] == [(0.1, 1.0), (0.5, 2.0)]
+
+
+def test_keys_come_from_content() -> None:
+    """Neither the place in the grid nor the way a number is written changes a task; everything in its answer does."""
+
+    def only(**changes: Any) -> Any:
+        (task,) = tasks(read_study({**RUNS, **MONTE_CARLO, "axes": {"order": [0.5]}, **changes}))
+        return task
+
+    def runs(**settings: Any) -> Any:
+        return only(monte_carlo={**RUNS["monte_carlo"], **settings})
+
+    base = only()
+    for same in (
+        only(axes={"order": [0.5]}, fixed={"coefficient": 1}),
+        only(name="otherwise"),
+        only(quantities=["x_mean"]),
+        runs(duration=20),
+        list(tasks(read_study({**RUNS, **MONTE_CARLO, "axes": {"order": [0.1, 0.5]}})))[1],
+    ):
+        assert (same.slot, same.check, same.seed) == (base.slot, base.check, base.seed)
+    others = [base, only(seed=8), runs(paths=129), only(fixed={"side": "below"}), only(axes={"order": [0.5000001]})]
+    assert len({task.slot for task in others}) == len({task.seed for task in others}) == len(others)
+
+
+def test_names_are_those_of_the_library() -> None:
+    assert QUANTITIES == MOMENTS
+    assert {*get_args(Method)} == {*all_methods(sp.Oscillator()), "monte_carlo"} - {"recommended"}
+    assert set(PARAMETERS) < set(Study.model_fields["fixed"].annotation.model_fields)  # type: ignore[union-attr]
+    assert {place_of(method).partition("/")[0] for method in get_args(Method)} == {"theory", "simulation"}
+
+
+def test_a_study_survives_its_document(tmp_path: Path) -> None:
+    for content in (RUNS, THEORY):
+        assert read_study(write_toml(tmp_path / "study.toml", content)) == read_study(content)
+
+
+def example() -> dict[str, Any]:
+    return tomllib.loads(TEMPLATE.format(name='"example"', file="f", store="s", picture="p", table="t"))
+
+
+def test_the_example_is_a_study() -> None:
+    study = read_study(example())
+    assert study.shape == {"order": 9, "restitution": 3}
+    check_tasks(study)
+
+
+def test_the_published_schema_is_current() -> None:
+    """Made by ``springpot study schema > docs/study.schema.json``."""
+    assert json.loads(SCHEMA.read_text(encoding="utf-8")) == Study.model_json_schema()
+
+
+def test_the_schema_tells_right_from_wrong() -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
+    validator = jsonschema.Draft202012Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
+    for right in (example(), RUNS, THEORY):
+        assert list(validator.iter_errors(right)) == []
+    for place, wrong in (
+        (("axes", "order"), 0.5),
+        (("axes", "order"), {"linspace": [0, 1]}),
+        (("axes", "ordr"), [0.5]),
+        (("methods",), ["avering"]),
+        (("seed",), -1),
+        (("sed",), 1),
+        (("monte_carlo", "rtol"), 2.0),
+        (("fixed", "side"), "left"),
+    ):
+        content = copy.deepcopy(example())
+        table = content
+        for name in place[:-1]:
+            table = table[name]
+        table[place[-1]] = wrong
+        assert list(validator.iter_errors(content)), place
