@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import urllib.request
 import zipfile
 from pathlib import Path
 
@@ -68,6 +69,21 @@ def test_the_lock_names_the_public_index_only() -> None:
         assert all(address.startswith(allowed) for address in addresses), package["name"]
 
 
+def first_files_of_the_page(command: Path, folder: Path) -> tuple[str, str]:
+    """The page and its first script, from a server that is started for it."""
+    words = [str(command), "explore", "--no-browser", "--port", "0"]
+    with subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, text=True) as serving:
+        try:
+            assert serving.stdout is not None
+            address = next(word for word in serving.stdout.readline().split() if word.startswith("http://"))
+            with urllib.request.urlopen(address, timeout=60) as page:
+                text = page.read().decode()
+            with urllib.request.urlopen(address + "static/js/main.js", timeout=60) as script:
+                return text, script.read().decode()
+        finally:
+            serving.kill()
+
+
 def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
     """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
     locked = tmp_path / "locked.txt"
@@ -96,6 +112,10 @@ def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: P
     words = ["simulate", "--order", "1", "--paths", "2000", "--duration", "50", "--step", "0.01", "--json"]
     native = json.loads(springpot(*words))
     assert abs(native["amplitude_mean_square"] - 1.0) < 5.0 * native["amplitude_mean_square_se"] + 0.005
+
+    page, script = first_files_of_the_page(environment / "bin" / "springpot", empty)
+    assert "springpot" in page
+    assert "import" in script
 
     if platform.machine() == "x86_64":
         # The name alone leaves the host's extensions switched on; the empty list of features takes them away.

@@ -15,7 +15,10 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import resolve
 
 LOSSY = sp.Oscillator(
-    natural_frequency=2.0, springpot=sp.Springpot(0.6, 0.4), barrier=sp.Barrier(-0.1, 0.8), excitation=sp.WhiteNoise(0.5)
+    natural_frequency=2.0,
+    springpot=sp.Springpot(0.6, 0.4),
+    barrier=sp.Barrier(-0.1, 0.8),
+    excitation=sp.WhiteNoise(0.5),
 )
 
 

@@ -110,9 +110,8 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
         shown = time.monotonic() - fresh.answered
         early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
-        assert early.number() == sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0)), paths=640).values[
-            "amplitude_mean_square"
-        ]
+        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0)), paths=640)
+        assert early.number() == run.values["amplitude_mean_square"]
     assert shown < 5.0  # 0.3 s on a quiet machine
 
 
@@ -332,6 +331,22 @@ def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
     assert nameless == []
 
 
+CUT = """
+    [...document.querySelectorAll(".card, .tile, .button, .tool, .parameter, .card-head, .transport, .top, " +
+        ".controls form, .note, .caption, label, h1, h2, h3, select")]
+    .filter((e) => e.checkVisibility() && getComputedStyle(e).display !== "inline" && !e.querySelector(".scroll") &&
+        !e.closest(".switch") && e.scrollWidth > e.clientWidth + 1)
+    .map((e) => `${e.className} ${e.textContent.slice(0, 60)}`)
+"""
+OVERLAPPING = """(() => {
+    const boxes = [...document.querySelectorAll(".card, .tile, .controls, .group-head")]
+        .map((e) => [e, e.getBoundingClientRect()]);
+    const over = (p, q) => p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1;
+    return boxes.flatMap(([a, p]) => boxes.filter(([b, q]) => a !== b && !a.contains(b) && !b.contains(a) && over(p, q))
+        .map(([b]) => [a.className, b.className]));
+})()"""
+
+
 @pytest.mark.parametrize("width", [390, 768, 1024, 1440])
 def test_nothing_is_cut_or_overlaps(browser: Browser, server: Server, width: int) -> None:
     """At each width: no scrolling sideways, no text wider than its box, no card over another."""
@@ -339,21 +354,8 @@ def test_nothing_is_cut_or_overlaps(browser: Browser, server: Server, width: int
     with opened(context, server, "a=0.35&C=0.123&W=2.34&q=12.3&b=-1.23&r=0.87&paths=640") as page:
         page.page.evaluate("controls.open = true")
         assert page.page.evaluate("document.documentElement.scrollWidth") <= width
-        cut = page.page.evaluate(
-            "[...document.querySelectorAll('.card, .tile, .button, .tool, .parameter, .card-head, .transport, .top, "
-            ".controls form, .note, .caption, label, h1, h2, h3, select')].filter((e) => e.checkVisibility() && "
-            "e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline' && "
-            "!e.querySelector('.scroll') && !e.closest('.switch')).map((e) => e.className + ' ' + e.textContent.slice(0, 60))"
-        )
-        assert cut == []
-        over = page.page.evaluate(
-            "(() => { const boxes = [...document.querySelectorAll('.card, .tile, .controls, .group-head')]"
-            ".map((e) => [e, e.getBoundingClientRect()]); const found = []; for (const [a, p] of boxes) "
-            "for (const [b, q] of boxes) if (a !== b && !a.contains(b) && !b.contains(a) && p.left < q.right - 1 && "
-            "q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) found.push([a.className, b.className]);"
-            " return found; })()"
-        )
-        assert over == []
+        assert page.page.evaluate(CUT) == []
+        assert page.page.evaluate(OVERLAPPING) == []
     context.close()
 
 

@@ -21,7 +21,7 @@ from websockets.sync.client import connect
 from springpot.explorer.protocol import LONGEST_MESSAGE
 from springpot.explorer.server import MOST_SESSIONS, allowed_hosts
 from tests.explorer.conftest import COMMAND, Server, running
-from tests.explorer.talk import tab
+from tests.explorer.talk import Tab, tab
 
 SMALL = {"kind": "problem", "paths": 256}
 LONG = {"kind": "problem", "paths": 100_000, "coefficient": 0.1}
@@ -71,7 +71,9 @@ def test_vendored_code_has_its_licence() -> None:
     assert "MIT" in (vendor / "uPlot.LICENSE").read_text()
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1:1", "localhost.evil.example:{port}", ""])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1:1", "localhost.evil.example:{port}", ""]
+)
 def test_another_host_is_turned_away(server: Server, host: str) -> None:
     """As a page does whose name was made to point here (DNS rebinding)."""
     sent = f"GET / HTTP/1.1\r\nHost: {host.format(port=server.port)}\r\nConnection: close\r\n\r\n"
@@ -147,7 +149,7 @@ def test_a_thousand_hostile_messages_hurt_nobody(server: Server) -> None:
         before_them = witness.until("estimates", complete=True)["values"]
 
         def throw(messages: list[str | bytes]) -> int:
-            """In handfuls, for the server shows a tab out that does not stop; returns how many were refused at least."""
+            """In handfuls, for the server shows a tab out that does not stop; returns how many handfuls were."""
             refused = 0
             for begin in range(0, len(messages), 20):
                 with tab(server) as attacker, suppress(ConnectionClosed):
@@ -173,6 +175,12 @@ def test_a_thousand_hostile_messages_hurt_nobody(server: Server) -> None:
         assert witness.until("estimates", complete=True, generation=43)["values"] == before_them
 
 
+def flood(attacker: Tab) -> None:
+    for generation in range(5000):
+        attacker.say(**{**LONG, "generation": generation})
+    attacker.count(10.0)
+
+
 @needs_proc
 def test_a_flood_is_shown_out(server: Server) -> None:
     before = server.memory()
@@ -180,9 +188,7 @@ def test_a_flood_is_shown_out(server: Server) -> None:
         witness.say(**SMALL)
         witness.until("estimates", complete=True)
         with tab(server) as attacker, pytest.raises(ConnectionClosed) as closed:
-            for generation in range(5000):
-                attacker.say(**{**LONG, "generation": generation})
-            attacker.count(10.0)
+            flood(attacker)
         assert closed.value.rcvd is not None
         assert closed.value.rcvd.code == 1008
         assert witness.count(1.0) > 10

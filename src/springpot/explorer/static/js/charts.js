@@ -20,6 +20,13 @@ export const methodSeries = (name, width = 2) => ({
   label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
 });
 
+// labels of a logarithmic axis: 1, 2, 5, and all of them where there is less than a decade
+function ofLogarithm(u, splits) {
+  const few = u.scales.y.max / u.scales.y.min < 12;
+  const round = (v) => Math.abs(Number(v.toPrecision(1)) / v - 1) < 1e-9; // the axis may begin in between
+  return splits.map((v) => (round(v) && (few || /^[125]/.test(v.toExponential())) ? v : null));
+}
+
 export class Chart {
   // draw: called with (plot, context) under the lines; over: above them
   constructor(host, { height, xLabel, yLabel, series, draw, over, yLog = false, xRange, yRange, bands, cursor, ySize = 52 }) {
@@ -34,7 +41,7 @@ export class Chart {
         x: { time: false, range: xRange },
         y: { distr: yLog ? 3 : 1, range: yRange },
       },
-      axes: [axis(xLabel, 30), { ...axis(yLabel, ySize), ...(yLog ? { filter: (_, splits) => splits.map((v) => (/^[125]e/.test(v.toExponential()) ? v : null)) } : {}) }],
+      axes: [axis(xLabel, 30), { ...axis(yLabel, ySize), ...(yLog ? { filter: ofLogarithm } : {}) }],
       series: [{}, ...series],
       bands,
       hooks: {
@@ -71,7 +78,17 @@ export class Chart {
     this.plot.redraw(false, true);
   }
 
-  get canvas() { return this.plot.ctx.canvas; }
+  // a copy at a size fit for a report, whatever the size on the page; nobody sees the change between two frames
+  async snapshot(width, height) {
+    this.plot.setSize({ width, height });
+    await Promise.resolve();
+    const { canvas } = this.plot.ctx, copy = document.createElement("canvas");
+    copy.width = canvas.width;
+    copy.height = canvas.height;
+    copy.getContext("2d").drawImage(canvas, 0, 0);
+    this.plot.setSize({ width: Math.max(this.host.clientWidth, 120), height: this.height() });
+    return copy;
+  }
 }
 
 function clipped(u, draw) {

@@ -8,7 +8,7 @@ const LABELS = {
   coefficient: { symbol: "C", name: "springpot", si: "s^(α−2)", dimensionless: "c = C Ω^(α−2)" },
   natural_frequency: { symbol: "Ω", name: "natural frequency", si: "rad/s" },
   intensity: { symbol: "q", name: "noise intensity", si: "m²/s³" },
-  position: { symbol: "b", name: "wall position", si: "m", dimensionless: "√(q/Ω³)", hint: "gap – preload" },
+  position: { symbol: "b", name: "wall at", si: "m", dimensionless: "√(q/Ω³)", hint: "− gap, + preload" },
   restitution: { symbol: "r", name: "restitution", si: "", hint: "lossy – elastic" },
 };
 

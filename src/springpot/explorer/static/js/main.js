@@ -3,7 +3,7 @@
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { METHODS, NAMES } from "./methods.js";
-import { DENSITIES, CURVES, legend, makePanels } from "./panels.js";
+import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
 import { Scene } from "./scene.js";
 import { State, lengthScale } from "./state.js";
@@ -42,7 +42,7 @@ const controls = new Controls(state, element("form"));
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set({ order }) });
-const table = new Table(element("table"), element("warnings"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
+const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -77,7 +77,11 @@ on("theory", (message) => {
   drawnChanged();
 });
 on("growth", (message) => { view.growth = message; dirty.add("growth"); });
-on("curve", (message) => { view.curve = message; dirty.add("curve"); });
+on("curve", (message) => {
+  view.curve = message;
+  element("curve-legend").innerHTML = legend(curvesShown(view));
+  dirty.add("curve");
+});
 on("estimates", (message) => {
   view.measured = message;
   for (const name of ["numbers", "curve"]) dirty.add(name);
@@ -171,7 +175,6 @@ function drawNumbers() {
 function drawnChanged() {
   const drawn = NAMES.filter((name) => view.drawn.has(name) && view.theory?.methods[name]);
   element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn);
-  element("curve-legend").innerHTML = legend(CURVES);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
   scene.density = height ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
@@ -262,16 +265,28 @@ element("save-csv").addEventListener("click", () => {
 const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
 for (const card of document.querySelectorAll("[data-chart]")) {
   const name = card.dataset.chart, title = card.querySelector("h2, h3").textContent;
+  const heading = DENSITIES[name] ? `Density of the ${title.toLowerCase()}` : title;
   const tools = document.createElement("span");
   tools.className = "tools";
   if (CHARTS[name]) {
     tools.append(tool("CSV", `${title} as CSV`, () => save(fileName(name, "csv"), csv(described(), panels[CHARTS[name][0]].columns()))));
   }
   tools.append(tool("PNG", `${title} as PNG`, async () => {
-    const canvases = CHARTS[name] ? CHARTS[name].map((key) => panels[key].canvas) : [phase.canvas.element];
-    save(fileName(name, "png"), await png(canvases, title, described(), { page: palette.panel, text: palette.text, muted: palette.muted }));
+    const canvases = [];
+    for (const key of CHARTS[name] ?? []) canvases.push(await panels[key].snapshot(720, CHARTS[name].length > 1 ? 230 : 400));
+    const colours = { page: palette.panel, text: palette.text, muted: palette.muted };
+    save(fileName(name, "png"), png(canvases.length ? canvases : [phase.canvas.element], heading, described(), lines(name), colours));
   }));
   card.querySelector(".card-head").append(tools);
+}
+
+function lines(name) {
+  if (!DENSITIES[name] && name !== "growth" && name !== "curve") return [];
+  const shown = name === "curve" ? curvesShown(view) : NAMES.filter((method) => view.drawn.has(method) && view.theory?.methods[method]);
+  return [
+    { label: "Monte Carlo", color: palette.measured, dash: [], box: true },
+    ...shown.map((method) => ({ label: METHODS[method].label, color: palette[method], dash: METHODS[method].dash })),
+  ];
 }
 
 function tool(text, label, act) {

@@ -19,8 +19,8 @@ const per = (unit) => ({ m: "1/m", "m/s": "s/m" }[unit]);
 export function makePanels(view, element, { onOrder }) {
   const small = () => (matchMedia("(max-width: 700px)").matches ? 170 : 190);
   const panels = { x: null };
-  panels.traceX = trace(view, element("trace-x"), "x", () => (small() === 170 ? 150 : 168));
-  panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 168));
+  panels.traceX = trace(view, element("trace-x"), "x", () => (small() === 170 ? 150 : 182));
+  panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 182));
   for (const name of Object.keys(DENSITIES)) panels[name] = density(view, element(`density-${name}`), name, small);
   panels.growth = growth(view, element("growth"), () => 250);
   panels.curve = curve(view, element("curve"), () => 250, onOrder);
@@ -165,10 +165,10 @@ function curve(view, host, height, onOrder) {
     height, xLabel: "α", yLabel: "μ", yLog: true,
     series: CURVES.map((method) => methodSeries(method)),
     xRange: () => [0, 1],
-    yRange: (u, low, high) => {
-      const value = view.measured?.values.amplitude_mean_square;
-      const all = [low, high, value].filter((v) => v > 0);
-      return all.length ? [Math.min(...all) / 1.3, Math.max(...all) * 1.3] : [0.1, 10];
+    yRange: () => {
+      const curves = CURVES.flatMap((method) => view.curve?.methods[method] ?? []);
+      const all = [...curves, view.measured?.values.amplitude_mean_square].filter((v) => v > 0);
+      return all.length ? [Math.min(...all) / 1.25, Math.max(...all) * 1.25] : [0.1, 10];
     },
     over: (u, g, ratio) => {
       const at = u.valToPos(view.values.order, "x", true);
@@ -211,9 +211,11 @@ function curve(view, host, height, onOrder) {
   return chart;
 }
 
+// those that have an answer here
+export const curvesShown = (view) => CURVES.filter((method) => view.curve?.methods[method]?.some((v) => v !== null));
+
 export function legend(methods) {
   const measured = '<span class="swatch box"></span>Monte Carlo';
   return [measured, ...methods.map((m) => `<span class="swatch" data-method="${m}"></span>${METHODS[m].label}`)]
     .map((item) => `<span class="item">${item}</span>`).join("");
 }
-export { CURVES };

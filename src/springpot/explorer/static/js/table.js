@@ -27,9 +27,10 @@ export function gapText(gap) {
 }
 
 export class Table {
-  constructor(element, warnings, drawn, changed) {
+  constructor(element, warnings, silent, drawn, changed) {
     this.element = element;
     this.warnings = warnings;
+    this.silent = silent;
     this.drawn = drawn; // Set of names
     this.changed = changed;
   }
@@ -44,12 +45,6 @@ export class Table {
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
       if (answer) rows.push(this.row(name, answer, theory.recommended === name, stale ? null : measured));
-    }
-    for (const name of theory ? NAMES : []) {
-      const statement = theory.statements[name];
-      if (statement) {
-        rows.push(`<tr class="silent"><th scope=row>${METHODS[name].label}</th><td colspan="${QUANTITIES.length}">${escaped(typeset(statement))}</td></tr>`);
-      }
     }
     const focused = document.activeElement?.dataset?.draw;
     this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${head.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
@@ -83,6 +78,8 @@ export class Table {
   }
 
   showWarnings(theory, measured) {
+    const silent = theory ? NAMES.filter((name) => theory.statements[name]) : [];
+    this.silent.innerHTML = silent.map((name) => `<p><b>${METHODS[name].label}</b> has no answer here: ${escaped(typeset(theory.statements[name]))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) said.push(["theory", "no method has a stationary answer here."]);
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);

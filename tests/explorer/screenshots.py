@@ -1,0 +1,59 @@
+"""Pictures of the page for the documentation, at the widths of a desk, a tablet and a phone, dark and light.
+
+`make screenshots` runs it: ``python -m tests.explorer.screenshots FOLDER``.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PIL import Image
+
+from tests.explorer.conftest import Server, launched_browser, running
+from tests.explorer.test_page import Tab
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+WIDTHS = (1440, 768, 390)
+SHOWN = "a=0.5&C=0.3&b=-0.3&r=0.8&paths=10000"
+SECONDS = 18.0  # of motion, until there is something to see
+
+
+def take(browser: Browser, server: Server, width: int, scheme: str, path: Path, *, whole: bool = True) -> None:
+    """One picture: the whole page, or what is seen of it at first."""
+    ratio = 2 if width == 390 else 1
+    context = browser.new_context(
+        viewport={"width": width, "height": 900},
+        color_scheme="dark" if scheme == "dark" else "light",
+        device_scale_factor=ratio,
+    )
+    tab = Tab(context.new_page())
+    tab.page.goto(f"{server.address}#{SHOWN}")
+    tab.complete()
+    tab.wait(f"springpotExplorer.time > {SECONDS}")
+    tab.page.locator("#play").click()
+    tab.page.wait_for_timeout(300)
+    tab.page.screenshot(path=path, full_page=whole)
+    context.close()
+    with Image.open(path) as picture:  # a page has few colours: a third of the bytes
+        picture.convert("RGB").quantize(192, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def main(folder: Path) -> None:
+    """All of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with running() as server, launched_browser() as browser:
+        for width in WIDTHS:
+            for scheme in ("light", "dark"):
+                path = folder / f"explorer-{width}-{scheme}.png"
+                take(browser, server, width, scheme, path)
+                print(path)
+        take(browser, server, 1440, "light", folder / "explorer.png", whole=False)
+        print(folder / "explorer.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
