@@ -4,7 +4,7 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures lint test validate bench docs clean
+.PHONY: help setup figures lint test validate bench docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -45,6 +45,9 @@ docs: export UV_PROJECT_ENVIRONMENT := .tools/docs
 docs: | $(UV)  ## build the documentation into docs/_build/html, running every example; a warning is an error
 	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group docs
 	.tools/docs/bin/sphinx-build -W --keep-going -n -b html docs docs/_build/html
+
+screenshots: setup  ## pictures of the page, into docs/images (needs a Chromium)
+	$(RUN)/python -m tests.explorer.screenshots docs/images
 
 clean:  ## forget the environment and the tools
 	rm -rf .venv .tools
