@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import springpot as sp
+from springpot.processors import threads_available
 from tests.explorer.conftest import COMMAND, Server, running
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ class Tab:
     def generation(self) -> int:
         return int(self.page.evaluate("window.springpotExplorer?.generation ?? 0"))
 
-    def wait(self, expression: str, seconds: float = 60.0) -> None:
+    def wait(self, expression: str, seconds: float = 120.0) -> None:
         """Until an expression holds; Playwright's own way would evaluate strings in the page, which it forbids."""
         end = time.monotonic() + seconds
         while not self.page.evaluate(expression):
@@ -73,6 +75,13 @@ class Tab:
 
     def frames(self) -> int:
         return int(self.page.evaluate("springpotExplorer.frames"))
+
+
+def skip_where_busy(found: str) -> None:
+    """What is too slow while others use the machine says nothing."""
+    load, processors = os.getloadavg()[0], threads_available()
+    if load > processors:
+        pytest.skip(f"{found}, but the machine is busy: a load of {load:.0f} on {processors} processors")
 
 
 @contextmanager
@@ -105,14 +114,26 @@ def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
 def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
     """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
     with running() as fresh, opened(context, fresh, wait=False) as early:
-        early.page.get_by_role("slider", name="order").wait_for(timeout=10_000)
+        early.page.get_by_role("slider", name="order").wait_for()
         assert early.page.locator("#status").inner_text() != "live"
-        shown = time.monotonic() - fresh.answered
         early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
         run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0)), paths=640)
         assert early.number() == run.values["amplitude_mean_square"]
-    assert shown < 5.0  # 0.3 s on a quiet machine
+
+
+def test_usable_within_a_second(context: BrowserContext) -> None:
+    """From the moment the server says where it is to controls that can be moved."""
+    times = []
+    for _ in range(5):
+        with running() as fresh, opened(context, fresh, wait=False) as early:
+            early.page.locator("#slider-order").press("ArrowRight")
+            early.wait("springpotExplorer.generation > 0")
+            times.append(time.monotonic() - fresh.answered)
+        if times[-1] < 1.0:
+            return
+    skip_where_busy(f"the page took {min(times):.1f} s")
+    raise AssertionError(f"the page took {min(times):.1f} s at best")
 
 
 def test_the_numbers_are_those_of_simulate(context: BrowserContext, server: Server) -> None:
@@ -166,7 +187,9 @@ def test_thirty_updates_a_second(tab: Tab) -> None:
         best = max(best, tab.frames() - before)
         if best >= 30:
             break
-    assert best >= 30
+    else:
+        skip_where_busy(f"{best} updates a second")
+        raise AssertionError(f"{best} updates a second at best")
     assert int(tab.page.evaluate("springpotExplorer.drawn")) > 30
 
 
@@ -298,6 +321,18 @@ def test_what_has_no_answer_is_said(context: BrowserContext, server: Server) -> 
         page.changed(lambda: page.page.locator("#preset").select_option("free"))
         assert page.theory("exact") > 0.0
         assert page.page.locator("#slider-restitution").is_disabled()
+
+
+def test_a_chart_tells_its_numbers(tab: Tab) -> None:
+    over = tab.page.locator("#growth .u-over")
+    over.scroll_into_view_if_needed()
+    over.hover()
+    told = tab.page.locator("#growth .tip").inner_text().splitlines()
+    assert [line.split()[0] for line in told[:2]] == ["t", "Monte"]
+    assert "±" in told[1]
+    assert any(line.startswith("envelope") for line in told)
+    tab.page.mouse.move(1, 1)
+    tab.page.locator("#growth .tip").wait_for(state="hidden")
 
 
 def test_a_click_on_the_curve_moves_the_order(tab: Tab) -> None:

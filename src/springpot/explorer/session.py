@@ -46,7 +46,8 @@ class Session:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._problem: Problem | None = None
+        self._question: Problem | None = None  # the newest
+        self._problem: Problem | None = None  # the one that is being answered
         self._asked = asyncio.Event()
         self._slots: dict[str, str | bytes] = {}
         self._player: Player | None = None
@@ -63,7 +64,7 @@ class Session:
         """Take a message that `springpot.explorer.protocol.parse` has let through."""
         match message:
             case Problem():
-                self._problem = message
+                self._question = message
                 self._asked.set()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
@@ -118,7 +119,7 @@ class Session:
                 self._asked.clear()
                 if work is not None:
                     await _drop(work)
-                problem = self._problem
+                self._problem = problem = self._question
                 assert problem is not None
                 self._slots, self._player = {}, None
                 self._post("accepted", command=as_command(problem), python=as_python(problem))

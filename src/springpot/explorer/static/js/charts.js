@@ -29,14 +29,19 @@ function ofLogarithm(u, splits) {
 
 export class Chart {
   // draw: called with (plot, context) under the lines; over: above them
-  constructor(host, { height, xLabel, yLabel, series, draw, over, yLog = false, xRange, yRange, bands, cursor, ySize = 52 }) {
+  // readout: of a place on the x axis, [[name, value], ...] to show there
+  constructor(host, { height, xLabel, yLabel, series, draw, over, readout, yLog = false, xRange, yRange, bands, ySize = 52 }) {
     this.host = host;
+    this.tip = document.createElement("div");
+    this.tip.className = "tip";
+    this.tip.hidden = true;
+    host.append(this.tip);
     this.height = height;
     this.options = {
       width: 300, height: height(),
       padding: [8, 10, 0, 0],
       legend: { show: false },
-      cursor: { drag: { x: false, y: false }, points: { show: false }, ...cursor },
+      cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales: {
         x: { time: false, range: xRange },
         y: { distr: yLog ? 3 : 1, range: yRange },
@@ -47,12 +52,27 @@ export class Chart {
       hooks: {
         drawAxes: draw ? [(u) => clipped(u, draw)] : [],
         draw: over ? [(u) => clipped(u, over)] : [],
+        setCursor: readout ? [(u) => this.tell(u, readout)] : [],
       },
     };
     this.data = [[], ...series.map(() => [])];
     this.make();
     new ResizeObserver(() => this.resize()).observe(host);
     all.add(this);
+  }
+
+  tell(u, readout) {
+    const { left, top } = u.cursor, outside = left === undefined || left < 0 || top < 0;
+    const found = outside ? [] : readout(u.posToVal(left, "x"), u.cursor.idx);
+    this.tip.hidden = !found.length;
+    if (!found.length) return;
+    this.tip.replaceChildren(...found.map(([name, value]) => {
+      const line = document.createElement("div");
+      line.textContent = `${name} ${typeof value === "number" ? short(value) : value}`;
+      return line;
+    }));
+    const place = u.over.offsetLeft + left, wide = this.tip.offsetWidth;
+    this.tip.style.left = `${Math.max(place + wide + 14 > this.host.clientWidth ? place - wide - 10 : place + 10, 0)}px`;
   }
 
   make() {

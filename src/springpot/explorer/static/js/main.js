@@ -10,7 +10,7 @@ import { State, lengthScale } from "./state.js";
 import { Table, gapOf, gapText } from "./table.js";
 import { Track } from "./track.js";
 import { copy, csv, png, save } from "./share.js";
-import { grouped, short, typeset, withErrorHtml } from "./numbers.js";
+import { grouped, short, typeset, withError, withErrorHtml } from "./numbers.js";
 import { onTheme, palette, startTheme } from "./theme.js";
 
 const element = (id) => document.getElementById(id);
@@ -166,7 +166,11 @@ function drawNumbers() {
   element("progress").value = measured ? measured.paths / measured.of : 0;
   if (measured) {
     const steps = measured.paths * Math.round(measured.settings.duration / measured.settings.step);
-    element("tile-paths-note").textContent = measured.complete ? `done: ${short(steps, 2)} steps in ${short(measured.seconds, 2)} s` : `of ${grouped(measured.of)}`;
+    element("tile-paths-note").textContent = measured.complete ? `done: ${short(steps, 2)} steps in ${short(measured.seconds, 2)} s` : `of ${grouped(measured.of)}${playing ? "" : ": paused"}`;
+  } else if (!playing) element("tile-paths-note").textContent = "paused: Play or Step";
+  if (measured?.complete && !view.stale && view.spoken !== connection.generation) {
+    view.spoken = connection.generation;
+    element("spoken").textContent = `Monte Carlo ${withError(value, error)}${answer ? `, ${METHODS[best].label} ${short(answer.moments.amplitude_mean_square)}` : ""}.`;
   }
   element("results").dataset.complete = String(Boolean(measured?.complete) && !view.stale);
   element("results").dataset.generation = String(connection.generation);
@@ -224,6 +228,7 @@ function setPlaying(now) {
   playing = now;
   element("play").textContent = playing ? "Pause" : "Play";
   element("play").setAttribute("aria-pressed", String(playing));
+  dirty.add("numbers");
   setSpeed();
 }
 

@@ -2,6 +2,7 @@
 
 import { Chart, bars, methodSeries } from "./charts.js";
 import { METHODS, NAMES } from "./methods.js";
+import { withError } from "./numbers.js";
 import { palette } from "./theme.js";
 
 export const DENSITIES = {
@@ -34,6 +35,7 @@ function trace(view, host, what, height) {
     height, xLabel: "t (s)", yLabel: what,
     series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
     xRange: () => view.timeWindow(),
+    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[view.si ? "t" : "Ωt", chart.data[0][i]], [what, chart.data[1][i]]]),
     yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high] : [-view.fastest, view.fastest]),
     draw: (u, g, ratio) => {
       if (what !== "x" || !view.values.wall) return;
@@ -82,6 +84,10 @@ function density(view, host, name, height) {
     series: NAMES.map((method) => methodSeries(method)),
     xRange: (u, low, high) => (low === null ? [0, 1] : [low, high]),
     yRange: () => [0, SLACK * Math.max(view.peak[name] ?? 0, 1e-9)],
+    readout: (place, i) => {
+      const found = view.densities?.[name], bin = found ? found.edges.findIndex((edge) => edge > place) - 1 : -1;
+      return [[axis, place], ["Monte Carlo", bin >= 0 ? found.density[bin] : 0], ...methodsAt(chart, i, 1, NAMES)];
+    },
     draw: (u, g) => {
       const found = view.densities?.[name];
       if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
@@ -121,6 +127,12 @@ function density(view, host, name, height) {
   return chart;
 }
 
+// what the methods' series, from one of them on, are worth at an index
+function methodsAt(chart, index, first, methods) {
+  return methods.map((method, k) => [METHODS[method].label, chart.data[first + k]?.[index] ?? null])
+    .filter(([, value]) => value !== null);
+}
+
 function edgesOf(view, name) {
   const edges = view.densities?.[name]?.edges;
   return edges?.length > 1 ? Array.from(edges) : [0, 1];
@@ -138,6 +150,10 @@ function growth(view, host, height) {
     ],
     bands: [{ series: [1, 2], fill: () => palette["measured-soft"] }],
     xRange: (u, low, high) => [0, high ?? 1],
+    readout: (t, i) => (i === null || !view.growth ? [] : [
+      [view.si ? "t" : "Ωt", chart.data[0][i]],
+      ["Monte Carlo", view.grown ? withError(view.grown.mean[i], view.grown.error[i]) : "–"], ...methodsAt(chart, i, 4, NAMES),
+    ]),
     yRange: (u, low, high) => [0, SLACK * (high ?? 1)],
   });
   chart.update = () => {
@@ -165,6 +181,7 @@ function curve(view, host, height, onOrder) {
     height, xLabel: "α", yLabel: "μ", yLog: true,
     series: CURVES.map((method) => methodSeries(method)),
     xRange: () => [0, 1],
+    readout: (order, i) => (i === null || !view.curve ? [] : [["α", chart.data[0][i]], ...methodsAt(chart, i, 1, CURVES)]),
     yRange: () => {
       const curves = CURVES.flatMap((method) => view.curve?.methods[method] ?? []);
       const all = [...curves, view.measured?.values.amplitude_mean_square].filter((v) => v > 0);
