@@ -206,14 +206,13 @@ def _ours(path: Path) -> dict[str, Any] | None:
     try:
         ours = dict(content["attributes"][ATTRIBUTE])
         kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
+        right = kept > FORMAT or content == _root(ours)
     except (TypeError, KeyError, IndexError, ValueError):
+        right = False
+    if not right:
         if any(path.glob("*/*/numbers")):
             return None
-        raise StoreError(
-            f"{str(path)!r} is not a store of a springpot study: give the place of one, or a new place."
-        ) from None
-    if kept <= FORMAT and CHECKSUM in ours and content != _root(ours):
-        return None
+        raise StoreError(f"{str(path)!r} is not a store of a springpot study: give the place of one, or a new place.")
     if kept > FORMAT or _release(made_by) > _release(version("springpot")):
         raise StoreError(
             f"store {str(path)!r} was written by springpot {made_by} (store format {kept}), newer than this one "
