@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, FloatArray, Theory, recorded, results
-from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.figures.style import bars, method_curve, panel
 from springpot.figures.sweeps import MOMENTS
 from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
 
@@ -82,8 +82,7 @@ def transient(
             curve = moment(times)
         except (NotCovered, NoStationaryState):
             continue
-        colour, line = METHOD_LINES[result.method]
-        axes.plot(times, curve, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))
+        method_curve(axes, result.method, times, curve)
     axes.set_xlabel("time from rest $t$ (s)")
     axes.set_ylabel(MOMENTS[quantity])
     return axes
@@ -150,11 +149,8 @@ def survival(
         times = time if at is None else times
     for result in results(theory):
         first_passage = getattr(result, "first_passage", None)
-        if first_passage is None:
-            continue
-        colour, line = METHOD_LINES[result.method]
-        curve = first_passage(amplitude=level).survival(times)
-        axes.plot(times, curve, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))
+        if first_passage is not None:
+            method_curve(axes, result.method, times, first_passage(amplitude=level).survival(times))
     axes.set_xlabel("time from rest $t$ (s)")
     axes.set_ylabel(f"probability that $A$ was always below {level:g} m")
     axes.set_ylim(0.0, 1.03)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
-from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.figures.style import bars, method_curve, panel
 from springpot.theory import NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:
@@ -225,5 +225,4 @@ def _curve(axes: Axes, result: Result, curve: Callable[[FloatArray], FloatArray]
         values = curve(place)
     except (NotCovered, NoStationaryState):
         return
-    colour, line = METHOD_LINES[result.method]
-    axes.plot(place, values, linestyle=line, color=COLOURS[colour], lw=1.4, label=method_label(result.method))
+    method_curve(axes, result.method, place, values)

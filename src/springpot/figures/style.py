@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "METHOD_LINES", "bars", "method_label", "new_figure", "new_grid", "panel", "save"]
+__all__ = ["COLOURS", "METHOD_LINES", "bars", "method_curve", "method_label", "new_figure", "new_grid", "panel", "save"]
 
 # Okabe and Ito's palette: told apart with any kind of colour vision, and in grey by their lightness.
 COLOURS = {
@@ -50,6 +50,34 @@ def method_label(method: str) -> str:
     return {"fokker_planck": "Fokker-Planck", "averaging_printed": "averaging, as printed"}.get(
         method, method.replace("_", ", ")
     )
+
+
+def method_curve(
+    axes: Axes, method: str, place: ArrayLike, values: ArrayLike, *, color: str | None = None, label: str = ""
+) -> None:
+    """Draw a curve of the theory with the line of its method.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    method : str
+        A key of METHOD_LINES; another one is drawn as a black line.
+    place, values : array_like, shape (n,)
+    color, label : str, optional
+        Instead of those of the method.
+
+    Examples
+    --------
+    >>> own = panel(None)
+    >>> method_curve(own, "closure", [0.0, 1.0], [1.0, 2.0])
+    >>> own.lines[0].get_label()
+    'closure'
+    """
+    colour, line = METHOD_LINES.get(method, ("black", "-"))
+    axes.plot(
+        place, values, linestyle=line, linewidth=1.4, color=color or COLOURS[colour],
+        label=label or method_label(method),
+    )  # fmt: skip
 
 
 def panel(axes: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:

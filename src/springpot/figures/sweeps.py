@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, as_dataset, oscillator_of
-from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, panel
+from springpot.figures.style import bars, method_curve, panel
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
 
@@ -150,11 +150,8 @@ def against(
     for said, method in methods:
         asked = [change(oscillator, float(value)) for value in place]  # type: ignore[arg-type]
         curve, found = _curve(method, asked, quantity)
-        colour, line = METHOD_LINES.get(found, ("black", "-"))
-        axes.plot(
-            place, curve, linestyle=line, lw=1.4, color=color or COLOURS[colour],
-            label=said or method_label(found or getattr(method, "__name__", "theory")),
-        )  # fmt: skip
+        label_of = said or ("" if found else getattr(method, "__name__", "theory"))
+        method_curve(axes, found, place, curve, color=color, label=label_of)
     points = [(read(oscillator_of(each)), each) for each in map(as_dataset, runs)]
     if points:
         at, found_runs = zip(*points, strict=True)
