@@ -16,7 +16,7 @@ from springpot.figures.comparison import draw_comparison
 from springpot.figures.style import save
 from springpot.simulation import run
 from springpot.theory import NoStationaryState, envelope, recommended, solve_all, trust
-from springpot.theory.trust import JUDGED, METHODS, read_map, warning
+from springpot.theory.reliability import JUDGED, METHODS, read_map, warning
 from springpot.validity import CELLS, gaps_of, make_map, simulate_cell
 from tests.simulation.problems import oscillator
 

@@ -359,7 +359,7 @@ def validity(
     with leave_at_once():
         from springpot.figures.style import save
         from springpot.figures.validity import draw_gaps
-        from springpot.theory.trust import MAP_FILE
+        from springpot.theory.reliability import MAP_FILE
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)

@@ -231,7 +231,7 @@ def test_a_sweep_has_a_gap_where_there_is_no_answer() -> None:
 
 
 def test_the_gaps_are_those_of_the_map() -> None:
-    from springpot.theory.trust import read_map
+    from springpot.theory.reliability import read_map
 
     cells = read_map()
     chosen = (cells["restitution"] == 0.7) & (cells["position"] == 0.0)

@@ -11,9 +11,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from springpot.comparison import compare
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
-from springpot.theory import Averaging, NoStationaryState, NotCovered, all_methods, averaging
+from springpot.theory import (
+    Averaging,
+    NoStationaryState,
+    NotCovered,
+    all_methods,
+    averaging,
+    closure,
+    envelope,
+    fokker_planck,
+    solve_all,
+    trust,
+)
 from springpot.theory.averaging import harmonic_sum
 from springpot.theory.exact import exact
 from springpot.theory.result import MOMENTS
@@ -270,9 +282,13 @@ def test_a_strong_springpot_without_a_wall_against_the_exact_spectrum(c):
     assert error == pytest.approx({3.0: -0.08, 30.0: -0.43}[c], abs=0.005)
 
 
+def trusted(value):
+    return trust(value, "closure")
+
+
 @pytest.mark.parametrize("value", [3, None, "oscillator", Springpot(0.5, 1.0)])
 def test_what_is_not_an_oscillator(value):
-    for solve in (averaging, all_methods):
+    for solve in (averaging, envelope, closure, exact, fokker_planck, solve_all, all_methods, compare, trusted):
         with pytest.raises(TypeError, match=r"^oscillator must be an Oscillator, not "):
             solve(value)
 

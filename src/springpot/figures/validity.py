@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.figures.style import method_label, new_grid, panel
-from springpot.theory.trust import GOOD, MAP_FILE, METHODS, read_map
+from springpot.theory.reliability import GOOD, MAP_FILE, METHODS, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

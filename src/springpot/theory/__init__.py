@@ -10,8 +10,8 @@ from springpot.theory.closure_memory import NoConvergence
 from springpot.theory.envelope import Envelope, envelope
 from springpot.theory.exact import Exact, exact
 from springpot.theory.fokker_planck import FokkerPlanck, fokker_planck
+from springpot.theory.reliability import METHODS, Trust, recommended, trust, warning
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result, no_answer
-from springpot.theory.trust import METHODS, Trust, recommended, trust, warning
 
 __all__ = [
     "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
@@ -53,6 +53,8 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
     ([1.0], [])
     """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     answers: dict[str, Result] = {}
     statements: dict[str, str] = {}
     for name in _METHODS:

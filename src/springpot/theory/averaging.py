@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.theory.distributions import hoyt, normal, rayleigh, real_array
+from springpot.theory.distributions import hoyt, normal, numbers_only, rayleigh, real_array
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Averaging", "averaging", "harmonic_sum"]
@@ -158,6 +158,7 @@ class Averaging(Result):
         # exprel(z) = (e^z - 1) / z is 1 at z = 0, where the mean square grows in proportion to time.
         return np.asarray(start * np.exp(exponent) + 2.0 * self.diffusion * t * special.exprel(exponent))
 
+    @numbers_only
     def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m: Rayleigh's, or Hoyt's at a shifted frequency.
 
@@ -188,6 +189,7 @@ class Averaging(Result):
             return rayleigh(a, mu)
         return hoyt(a, mu / 2.0, mu / 2.0 * (self.frequency / self.oscillator.natural_frequency) ** 2)
 
+    @numbers_only
     def x_density(self, displacement: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of x, in 1/m: half of a normal on the mass's side of the wall, a whole one without a wall.
 
@@ -204,6 +206,7 @@ class Averaging(Result):
         fold = np.where(side * x >= 0.0, 2.0, 0.0) if side else 1.0
         return np.asarray(fold * normal(x, self._spread(time) / 2.0))
 
+    @numbers_only
     def v_density(self, velocity: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of the velocity (normal), in s/m.
 
@@ -216,6 +219,7 @@ class Averaging(Result):
         """
         return normal(real_array(velocity, "velocity"), self._spread(time) * self.frequency**2 / 2.0)
 
+    @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of (x, v), in s/m^2: with a uniform phase x and v are independent; the arguments are broadcast.
 
@@ -228,6 +232,7 @@ class Averaging(Result):
         """
         return np.asarray(self.x_density(displacement, time) * self.v_density(velocity, time))
 
+    @numbers_only
     def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2 = (Omega A)^2 / 2, in s^2/m^2.
 
@@ -317,6 +322,7 @@ class Averaging(Result):
             total += _lines(w, 2.0 * harmonic * self.frequency, 2.0 * power * self.decay_rate, weight)
         return np.asarray(2.0 / math.pi * variance * total)
 
+    @numbers_only
     def impact_speed_density(self, speed: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of the speed just before an impact (Rayleigh: it is w a), in s/m.
 

@@ -43,7 +43,7 @@ from springpot.theory.closure_steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.distributions import normal, real_array
+from springpot.theory.distributions import normal, numbers_only, real_array
 from springpot.theory.result import Moments, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
@@ -79,6 +79,7 @@ class Closure(Result):
     residual: float
     _solution: _Solved | None = field(default=None, repr=False, compare=False)
 
+    @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Stationary density of x, in 1/m.
 
@@ -113,6 +114,7 @@ class Closure(Result):
             return normal(y, 1.0) / solved.y_scale
         return np.asarray(np.where(y < 0.0, 0.0, solved.plane.y_density(np.clip(y, 0.0, _FAR))) / solved.y_scale)
 
+    @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Stationary density of the velocity, in s/m; with a wall that takes energy it is not symmetric.
 
@@ -128,6 +130,7 @@ class Closure(Result):
         density = normal(v, 1.0) if solved.plane is None else solved.plane.v_density(v)
         return np.asarray(density / solved.v_scale)
 
+    @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Stationary density of (x, v), in s/m^2; the arguments are broadcast.
 
@@ -141,6 +144,7 @@ class Closure(Result):
         solved = self._solved()
         return solved.joint(self._from_wall(displacement) / solved.y_scale, self._away(velocity) / solved.v_scale)
 
+    @numbers_only
     def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
         """Stationary density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
 
@@ -155,6 +159,7 @@ class Closure(Result):
         within = np.clip(a, 0.0, self._solved().reach(self.oscillator.natural_frequency))
         return np.asarray(self.oscillator.natural_frequency * within * self._around(a))
 
+    @numbers_only
     def energy_density(self, energy: ArrayLike) -> FloatArray:
         """Stationary density of the energy per unit mass, Omega^2 A^2 / 2, in s^2/m^2.
 
@@ -170,6 +175,7 @@ class Closure(Result):
         around = self._around(np.sqrt(2.0 * np.maximum(e, 0.0)) / omega)
         return np.asarray(np.where(e < 0.0, 0.0, around) / omega)
 
+    @numbers_only
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
         """Density of the speed just before an impact, in s/m.
 

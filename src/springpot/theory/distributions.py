@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
 from functools import wraps
@@ -83,26 +84,33 @@ def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
 def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
     """Let a density see finite arguments only: it is NaN at NaN, 0 at infinity, and nothing for no arguments.
 
+    A ``time`` among the parameters is passed on as it is.  What overflows on the way is infinite, where a density is 0.
+
     Examples
     --------
     >>> numbers_only(lambda self, x: np.exp(-x))(None, [0.0, np.nan, np.inf])
     array([ 1., nan,  0.])
     """
+    signature = inspect.signature(density)
+    places = [name for name in signature.parameters if name not in ("self", "time")]
 
     @wraps(density)
-    def everywhere(self: Any, *arguments: ArrayLike) -> FloatArray:
-        try:
-            given = np.broadcast_arrays(*(np.asarray(argument) for argument in arguments))
-        except ValueError:
-            return density(self, *arguments)  # which says what is wrong
-        if any(argument.dtype.kind not in "iuf" for argument in given):
-            return density(self, *arguments)
-        finite = np.logical_and.reduce([np.isfinite(argument) for argument in given])
-        if finite.all() and finite.size:
-            return density(self, *arguments)
-        found = np.where(np.logical_or.reduce([np.isnan(argument) for argument in given]), np.nan, 0.0)
-        if finite.any():
-            found[finite] = density(self, *(argument[finite] for argument in given))
-        return found
+    def everywhere(self: Any, *arguments: Any, **named: Any) -> FloatArray:
+        bound = signature.bind(self, *arguments, **named).arguments
+        rest = {name: value for name, value in bound.items() if name == "time"}
+        with np.errstate(over="ignore"):
+            try:
+                given = np.broadcast_arrays(*(np.asarray(bound[name]) for name in places))
+            except ValueError:
+                return density(*(bound[name] for name in ("self", *places)), **rest)  # which says what is wrong
+            if any(argument.dtype.kind not in "iuf" for argument in given):
+                return density(*(bound[name] for name in ("self", *places)), **rest)
+            finite = np.logical_and.reduce([np.isfinite(argument) for argument in given])
+            if finite.all() and finite.size:
+                return density(self, *given, **rest)
+            found = np.where(np.logical_or.reduce([np.isnan(argument) for argument in given]), np.nan, 0.0)
+            if finite.any():
+                found[finite] = density(self, *(argument[finite] for argument in given), **rest)
+            return found
 
     return everywhere

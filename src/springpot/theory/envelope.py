@@ -47,13 +47,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.theory.distributions import real_array
+from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.energy_diffusion import FirstPassage
 from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
-from springpot.theory.envelope_density import Portrait, Tabulated, portrait
+from springpot.theory.envelope_density import Portrait, portrait
 from springpot.theory.envelope_impacts import Impacts, impacts
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
+from springpot.theory.tabulated import Tabulated
 
 __all__ = ["Envelope", "envelope"]
 
@@ -146,6 +147,7 @@ class Envelope(Result):
         probability = cells.diffusion.from_rest(t.ravel() / self._scales.time)
         return (probability @ square).reshape(t.shape) * self._scales.length**2
 
+    @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Density of x, in 1/m.
 
@@ -172,6 +174,7 @@ class Envelope(Result):
         table, x = self._x_table, real_array(displacement, "displacement")
         return table.density(self._scales.side * x / self._scales.length) / self._scales.length
 
+    @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Density of the velocity, in s/m.
 
@@ -185,6 +188,7 @@ class Envelope(Result):
         """
         return self._v_table.density(real_array(velocity, "velocity") / self._scales.speed) / self._scales.speed
 
+    @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2; the arguments are broadcast.
 
@@ -198,13 +202,9 @@ class Envelope(Result):
         """
         s = self._scales
         x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
-        missing = np.isnan(x) | np.isnan(v)
-        # far out there is nothing, and infinities would make the search for the cycle NaN
-        near_x = np.clip(np.where(missing, 0.0, s.side * x / s.length), -1e6, 1e6)
-        near_v = np.clip(np.where(missing, 0.0, v / s.speed), -1e6, 1e6)
-        found = self._portrait.joint(near_x, near_v)
-        return np.where(missing, np.nan, found / (s.length * s.speed))
+        return self._portrait.joint(s.side * x / s.length, v / s.speed) / (s.length * s.speed)
 
+    @numbers_only
     def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
 
@@ -234,6 +234,7 @@ class Envelope(Result):
         table = self._energy_table if time is None else self._energy_at(time)
         return np.clip(a, 0.0, table.end) * table.density(a) / self._scales.length
 
+    @numbers_only
     def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
 
@@ -251,6 +252,7 @@ class Envelope(Result):
         a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / (omega * self._scales.length)  # H = (Omega A)^2 / 2
         return np.where(h < 0.0, 0.0, table.density(a) / (omega * self._scales.length) ** 2)
 
+    @numbers_only
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
         """Density of the speed just before an impact, in s/m.
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -33,6 +33,7 @@ from springpot.theory.distributions import normal, numbers_only, real_array
 from springpot.theory.linear import dashpot_mean_squares
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import Moments, NotCovered, Result
+from springpot.theory.tabulated import Tabulated
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
 
@@ -53,7 +54,14 @@ _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-spe
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
 _NEAREST = 0.02  # distance to the wall, over the speed unit, down to which the joint density is computed
 _NEAREST_X = 0.001  # the same for the density of x
+_PLACES = np.array(
+    [0.0, 0.02, 0.2, 0.7, 1.4, 2.2, 3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0]
+)  # ends of panels, typical ones
+_ON_PANEL, _KNOTS = 10, 40  # of a table: values computed on a panel, and knots of the cubics
 _SHARP, _PANELS = 0.16, 32  # panels of time to a factor e: needed for a path known to 1, and at most
+_FALL = np.array(
+    [0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 27.0, 51.0, 99.0, 195.0, 387.0]
+)  # of ln speed
 _GAUSS = np.polynomial.legendre.leggauss(16)
 _KEEPING_UP = 20.0  # speed up to which the longest panels of time see an impact
 _REFUSED = 1e-2  # estimated error at which an answer is none
@@ -102,11 +110,20 @@ class _Impacts:
     speed: FloatArray
     weight: FloatArray
     spacing: float
+    power: float  # with which slower ones get rarer
 
     @cached_property
     def log_weight(self) -> interpolate.CubicSpline:
         """ln weight between the nodes, a function of y."""
         return interpolate.CubicSpline(self.position, np.log(self.weight))
+
+    @cached_property
+    def mass(self) -> float:
+        """Rate, as the integral of what is interpolated and, below the nodes, continued by the power."""
+        half = self.spacing / 2.0
+        y = self.position[:-1, None] + half * (_GAUSS[0] + 1.0)
+        total = float(np.sum(np.exp(self.log_weight(y)) @ _GAUSS[1])) * half
+        return (total + float(self.weight[0]) / self.power) / self.spacing
 
     def moment(self, power: int) -> float:
         """Rate times the mean of speed^power."""
@@ -161,23 +178,15 @@ class FokkerPlanck(Result):
         """
         scale = self._scale().speed_scale
         u = real_array(speed, "speed") / scale
-        impacts, unit = self._impacts, _speed_unit(self._problem)
-        y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
-        first = impacts.position[0]
-        log_weight = impacts.log_weight(np.maximum(y, first)) + slow_impact_power(self._problem.r) * np.minimum(
-            y - first, 0.0
-        )
-        density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
-        inside = (u >= 0.0) & (u <= impacts.speed[-1])
-        return np.asarray(np.where(inside, density, 0.0) / (impacts.moment(0) * scale))
+        return np.asarray(self._flux(u) / (self._impacts.mass * scale))
 
     @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Density of x, in 1/m.
 
         Parameters and errors are those of `impact_speed_density`, with x in m.  Within 0.001 sqrt(q / Omega^3) of the
-        wall, where slow impacts may raise a sharp maximum (infinite for r at most 0.5), the value at that distance
-        stands for it.
+        wall, where slow impacts may raise a sharp maximum (infinite for r at most 0.5), it is continued by the power
+        law of that maximum.  The first call tabulates it, which takes a few tenths of a second.
 
         Examples
         --------
@@ -187,21 +196,15 @@ class FokkerPlanck(Result):
         array([0.   , 0.451])
         """
         length = self._scale().length_scale
-        problem, x = self._problem, self._mirrored(displacement, "displacement") / length
-        gap = x - problem.wall
-        inside = (gap >= 0.0) & (gap <= problem.farthest)
-        nearest = _NEAREST_X * _speed_unit(problem)
-        points, where = np.unique(np.clip(gap, nearest, problem.farthest), return_inverse=True)
-        density = normal(problem.wall + points, problem.spread**2)
-        density += _response(problem, self._impacts, _x_form, problem.wall + points, float(points[0]), 16, 2)
-        density = np.maximum(density, 0.0)[where].reshape(x.shape)
-        return np.asarray(np.where(inside, density, 0.0) / length)
+        gap = self._mirrored(displacement, "displacement") / length - self._problem.wall
+        return np.asarray(self._x_law.density(gap) / length)
 
     @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
         """Density of the velocity, in s/m.
 
-        Parameters and errors are those of `impact_speed_density`, with v in m/s.
+        Parameters and errors are those of `impact_speed_density`, with v in m/s.  The first call tabulates it, which
+        takes a few tenths of a second; between the knots it is interpolated to 1e-7 of its maximum.
 
         Examples
         --------
@@ -211,20 +214,16 @@ class FokkerPlanck(Result):
         array([0.281, 0.325, 0.321])
         """
         scale = self._scale().speed_scale
-        problem, v = self._problem, self._mirrored(velocity, "velocity") / scale
-        inside = np.abs(v) <= problem.farthest
-        points, where = np.unique(np.clip(v, -problem.farthest, problem.farthest), return_inverse=True)
-        density = normal(points, problem.spread**2)
-        density += _response(problem, self._impacts, _v_form, points, 0.0, 8, 4)
-        return np.asarray(np.where(inside, np.maximum(density, 0.0)[where].reshape(v.shape), 0.0) / scale)
+        return np.asarray(self._v_law.density(self._mirrored(velocity, "velocity") / scale) / scale)
 
     @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Density of (x, v), in s/m^2; the arguments are broadcast.
 
-        Parameters and errors are those of `impact_speed_density`, with x in m and v in m/s.  It takes 0.03 to 0.5 s
-        for each different displacement.  Very near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) it is
-        interpolated to its values there.  Good to 1e-3 of its maximum near the wall, 1e-4 elsewhere.
+        Parameters and errors are those of `impact_speed_density`, with x in m and v in m/s.  It takes 0.1 to 0.6 s for
+        each different displacement: its law of v is tabulated, so that its integral over v is the density of x.  Very
+        near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) the slow speeds follow the law of that
+        distance, scaled as (distance)^(1/3).  Good to 1e-3 of its maximum near the wall, 1e-4 elsewhere.
 
         Examples
         --------
@@ -243,18 +242,49 @@ class FokkerPlanck(Result):
         density = np.zeros(x.shape)
         for distance in np.unique(gap[inside]):
             row = inside & (gap == distance)
-            density[row] = self._slice(float(distance), v[row])
+            if distance == 0.0:
+                density[row] = self._at_wall(v[row])
+            else:
+                law = self._law_of_v(float(distance))
+                density[row] = law.density(v[row]) * self._x_law.density(np.asarray(distance))
         return density / (length * speed)
+
+    def _law_of_v(self, gap: float) -> Tabulated:
+        """Density of v, given a distance from the wall."""
+        problem = self._problem
+        # a path from the wall to (x, v) takes a time known to sqrt(gap / v^3) of itself
+        nearest = max(_NEAREST * _speed_unit(problem), (_SHARP / _PANELS) ** 2 * (4.0 * problem.spread) ** 3)
+        edges = self._v_edges
+        if gap >= nearest:
+            return _tabulated(lambda v: self._slice(gap, v), edges)
+        # nearer, the slow are those of this distance, in units of a speed ~ gap^(1/3); the fast hardly change
+        share, stretch = gap / nearest, (nearest / gap) ** (1.0 / 3.0)
+        there, height = self._nearest_law(nearest), float(self._x_law.density(np.asarray(nearest)))
+
+        border = 4.0 * nearest ** (1.0 / 3.0)
+        sides = np.array([-border, border])
+        change = self._at_wall(sides) / (height * there.density(sides)) - 1.0  # with the distance, of no speed
+
+        def scaled(v: FloatArray) -> FloatArray:
+            wall, far = self._at_wall(v), self._at_wall(stretch * v)
+            slow = np.exp(-((stretch * v / border) ** 4))
+            known = (slow > 1e-9) & (far > 0.0)
+            alike = np.divide(wall * height * there.density(stretch * v), far, out=np.zeros_like(v), where=known)
+            alike *= 1.0 + (1.0 - share) * np.where(v < 0.0, change[0], change[1])
+            fast = share * height * there.density(v) + (1.0 - share) * wall
+            return np.asarray(slow * alike + (1.0 - slow) * fast)
+
+        slow = edges[edges > 0.0][0] * np.geomspace(min(1.0 / stretch, 0.5), 0.5, max(2, math.ceil(math.log2(stretch))))
+        return _tabulated(scaled, np.unique(np.concatenate([edges, -slow, slow])))
+
+    @cache  # noqa: B019
+    def _nearest_law(self, gap: float) -> Tabulated:
+        return self._law_of_v(gap)
 
     def _slice(self, gap: float, v: FloatArray) -> FloatArray:
         """Dimensionless joint density at one distance from the wall."""
         problem = self._problem
         swift = min(float(np.max(np.abs(v))), 4.0 * problem.spread)
-        # a path from the wall to (x, v) takes a time known to sqrt(gap / v^3) of itself
-        nearest = max(_NEAREST * _speed_unit(problem), (_SHARP / _PANELS) ** 2 * swift**3)
-        if gap < nearest:
-            share = gap / nearest
-            return np.asarray(share * self._slice(nearest, v) + (1.0 - share) * self._at_wall(v))
 
         def form(problem: _Problem, time: FloatArray) -> _QuadraticForm:
             return _QuadraticForm.at(problem, time, gap)
@@ -262,14 +292,90 @@ class FokkerPlanck(Result):
         x = np.asarray(problem.wall + gap)
         free = normal(x, problem.spread**2) * normal(v, problem.spread**2)
         panels = max(4, math.ceil(_SHARP * math.sqrt(swift**3 / gap)))
-        return np.maximum(free + _response(problem, self._impacts, form, v, gap, 4, panels), 0.0)
+        return np.maximum(free + _response(problem, self._impacts, form, v, self._first(gap), 4, panels), 0.0)
+
+    def _first(self, gap: float) -> float:
+        """Logarithm of the time before which nothing gets this far from the wall."""
+        return math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / float(self._impacts.speed[-1]) / 3.0))
 
     def _at_wall(self, v: FloatArray) -> FloatArray:
         """Dimensionless joint density at the wall: what arrives at u leaves at r u."""
         struck = np.where(v < 0.0, -v, v / self._problem.r)
-        scale = self._scale().speed_scale
-        flux = self.impact_speed_density(struck * scale) * scale * self._impacts.moment(0)
+        flux = self._flux(struck) * (self._impacts.moment(0) / self._impacts.mass)
         return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self._problem.r**2))
+
+    def _flux(self, u: FloatArray) -> FloatArray:
+        """Impacts per unit time and speed, dimensionless."""
+        impacts, unit = self._impacts, _speed_unit(self._problem)
+        y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
+        first = impacts.position[0]
+        log_weight = impacts.log_weight(np.maximum(y, first)) + impacts.power * np.minimum(y - first, 0.0)
+        density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
+        return np.asarray(np.where((u >= 0.0) & (u <= impacts.speed[-1]), density, 0.0))
+
+    @cached_property
+    def _v_edges(self) -> FloatArray:
+        """Panels of the velocity."""
+        typical = math.sqrt(self.v_mean_square) / self.oscillator.speed_scale
+        farthest = min(self._problem.farthest, 1.5 * float(self._impacts.speed[-1]) + abs(self._problem.wall))
+        edges = typical * _PLACES
+        edges = np.append(edges[edges < 0.9 * farthest], farthest)
+        return np.concatenate([-edges[:0:-1], edges])
+
+    @cached_property
+    def _v_law(self) -> Tabulated:
+        problem = self._problem
+
+        # before this time the laws of v are narrower than the spacing of the speeds that the response sums over
+        first = (_speed_unit(problem) * self._impacts.spacing / 8.0) ** 2
+
+        def density(v: FloatArray) -> FloatArray:
+            later = _response(problem, self._impacts, _v_form, v, math.log(first), 8, 4)
+            return normal(v, problem.spread**2) + self._just_after(v, first) + later
+
+        return _tabulated(density, self._v_edges)
+
+    def _just_after(self, v: FloatArray, end: float) -> FloatArray:
+        """What the impacts add to the density of v until this short time after each.
+
+        Fast speeds are averaged over the noise; next to 0, where the flux may be a root, the slow ones are summed up.
+        """
+        nodes, weights = np.polynomial.hermite_e.hermegauss(16)
+        half = np.diff(_FALL)[:, None] / 2.0
+        slow = 14.0 * np.exp(-(_FALL[:-1, None] + half * (_GAUSS[0] + 1.0)).ravel())
+        measure = (half * _GAUSS[1]).ravel() * slow
+        total = np.zeros(v.size)
+        r = self._problem.r
+        for log, share in zip(5.0 * (_GAUSS[0] - 1.0), 5.0 * _GAUSS[1], strict=True):  # ln t, from e^-10 of the end
+            time = end * math.exp(log)
+            flow = _Flow.at(self._problem.c, np.array([time]))
+            spread, kept = math.sqrt(float(flow.v_v[0])), float(flow.kick_rate[0])
+            place = v + self._problem.wall * float(flow.kick[0])
+            near = np.abs(place) < 7.0 * spread
+            left = (place[~near, None] + spread * nodes) / kept
+            found = np.zeros(v.size)
+            found[~near] = (self._flux(left / r) / r - self._flux(-left)) @ weights / (weights.sum() * kept)
+            u = spread * slow
+            given, taken = self._flux(u / r) / r, self._flux(u)
+            arrived = [normal(place[near, None] - sign * kept * u, spread**2) for sign in (1.0, -1.0)]
+            found[near] = (arrived[0] * given - arrived[1] * taken) @ (measure * spread)
+            total += share * time * found
+        return total
+
+    @cached_property
+    def _x_law(self) -> _NearWall:
+        problem, length = self._problem, self.oscillator.length_scale
+        nearest = _NEAREST_X * _speed_unit(problem)
+        typical = math.sqrt(self.x_mean_square) / length + abs(problem.wall)
+        edges = np.append(nearest * np.array([1.0, 4.0, 20.0, 100.0]), typical * _PLACES)
+        farthest = min(problem.farthest, 1.5 * float(self._impacts.speed[-1]) + 2.0 * abs(problem.wall))
+        edges = np.append(np.unique(edges[(edges >= nearest) & (edges < 0.9 * farthest)]), farthest)
+
+        def density(gap: FloatArray) -> FloatArray:
+            free = normal(problem.wall + gap, problem.spread**2)
+            return free + _response(problem, self._impacts, _x_form, problem.wall + gap, self._first(nearest), 16, 2)
+
+        return _NearWall.make(_tabulated(density, edges), nearest, slow_impact_power(problem.r))
 
     def _mirrored(self, value: ArrayLike, name: str) -> FloatArray:
         """The argument, mirrored where the mass moves below the wall."""
@@ -296,6 +402,65 @@ class FokkerPlanck(Result):
         if self.oscillator.length_scale == 0.0:
             raise ValueError("there is no density: without noise the mass rests.")
         return self.oscillator
+
+
+@dataclass(frozen=True)
+class _NearWall:
+    """A density of the distance from the wall: a table, and nearer than it a + D s^3 + C s^(m-1), s^3 being it; mass 1.
+
+    Slow impacts as rare as u^m leave speeds ~ (distance)^(1/3) of a density ~ (distance)^((m-2)/3).
+    """
+
+    table: Tabulated
+    nearest: float
+    power: float
+    share: float  # of the table in the whole
+    singular: float  # C, times 1 / (m-1)
+    regular: float  # slope by the distance
+
+    @classmethod
+    def make(cls, table: Tabulated, nearest: float, power: float) -> _NearWall:
+        """Continue a table of mass 1 that begins at the nearest distance."""
+        bare = cls(table, nearest, power, 1.0, 0.0, 0.0)
+        first, *others = table.density(nearest * np.array([1.0, 8.0, 27.0]))
+        rises = bare._rise(nearest * np.array([8.0, 27.0]))
+        singular, regular = np.linalg.solve(np.stack([rises, nearest * np.array([7.0, 26.0])], axis=1), others - first)
+        # never negative
+        most = 0.0 if power <= 1.0 else (regular * nearest - first) / float(bare._rise(np.zeros(1))[0])
+        singular = min(float(singular), max(float(most), 0.0))
+        inside = (
+            first * nearest - regular * nearest**2 / 2.0 - singular * nearest ** ((power + 2.0) / 3.0) / (power + 2.0)
+        )
+        return cls(table, nearest, power, 1.0 / (1.0 + float(inside)), singular, float(regular))
+
+    def density(self, gap: FloatArray) -> FloatArray:
+        """The density; 0 behind the wall."""
+        first = float(self.table.density(np.asarray(self.nearest)))
+        inside = np.clip(gap, 0.0, self.nearest)
+        near = first + self.singular * self._rise(inside) + self.regular * (inside - self.nearest)
+        found = np.where(gap < self.nearest, near, self.table.density(gap))
+        return np.asarray(np.where(gap < 0.0, 0.0, self.share * found))
+
+    def _rise(self, gap: FloatArray) -> FloatArray:
+        """(s^(m-1) - nearest^((m-1)/3)) / (m-1); at the wall it is that of a distance that is next to nothing."""
+        power = (self.power - 1.0) / 3.0
+        log = np.log(np.maximum(gap / self.nearest, 1e-15))
+        return np.asarray(self.nearest**power * special.exprel(power * log) * log / 3.0)
+
+
+def _tabulated(density: Callable[[FloatArray], FloatArray], edges: FloatArray) -> Tabulated:
+    """Polynomials of the cube root of the argument on panels, then a table on many more knots."""
+    root = np.cbrt(edges)
+    half, middle = np.diff(root)[:, None] / 2.0, (root[1:, None] + root[:-1, None]) / 2.0
+    nodes = chebyshev.chebpts1(_ON_PANEL)
+    sampled = density(((middle + half * nodes) ** 3).ravel()).reshape(half.size, _ON_PANEL)
+    series = 2.0 / _ON_PANEL * sampled @ chebyshev.chebvander(nodes, _ON_PANEL - 1)
+    series[:, 0] /= 2.0
+    fine = np.linspace(-1.0, 1.0, _KNOTS + 1)[:-1]
+    values = series @ chebyshev.chebvander(fine, _ON_PANEL - 1).T
+    place = np.append(((middle + half * fine) ** 3).ravel(), edges[-1])
+    place[:: fine.size] = edges
+    return Tabulated.make(place, np.maximum(np.append(values.ravel(), series[-1].sum()), 0.0))
 
 
 def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
@@ -468,7 +633,7 @@ def _solve(problem: _Problem, grid: _Grid) -> _Impacts:
     peak = int(np.argmax(weight))
     lost = np.flatnonzero(weight[peak:] < 1e-13 * weight[peak])  # from there on rounding rules
     end = peak + int(lost[0]) if lost.size else u.size
-    return _Impacts(y[:end], u[:end], weight[:end], h)
+    return _Impacts(y[:end], u[:end], weight[:end], h, slow_impact_power(r))
 
 
 def _kernel(problem: _Problem, grid: _Grid, u: FloatArray) -> FloatArray:
@@ -605,11 +770,11 @@ def _response(
     impacts: _Impacts,
     form: Callable[[_Problem, FloatArray], _QuadraticForm],
     arrive: FloatArray,
-    gap: float,
+    first: float,
     speeds: int,
     panels: int,
 ) -> FloatArray:
-    """What the impacts add to the free density: int dt of what they give back minus what they take.
+    """What the impacts add to the free density: int dt of what they give back minus what they take, from e^first on.
 
     Soon after an impact the mass is still near its straight path, and the grid must be dense enough to see it:
     ``speeds`` times as dense as that of the impacts, with ``panels`` of times to a factor e.
@@ -618,7 +783,6 @@ def _response(
     fine = np.arange(max(-9.0, impacts.position[0]), impacts.position[-1], impacts.spacing / speeds)
     speed, flux = unit * np.logaddexp(0.0, fine), np.exp(impacts.log_weight(fine)) / speeds
     turn = math.log(min(2.0, 2.0 / problem.c))
-    first = math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / impacts.speed[-1] / 3.0)) if gap else math.log(1e-9)
     total = np.zeros(arrive.size)
     early = True
     for time, weight in _panels(problem, _FINE, min(first, turn - 1.0), turn, panels):

@@ -77,11 +77,20 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     method : str
         One of METHODS.
 
+    Raises
+    ------
+    TypeError
+        If ``oscillator`` is not an Oscillator.
+    ValueError
+        If ``method`` is another word.
+
     Examples
     --------
     >>> trust(Oscillator(), "averaging").mapped
     True
     """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     if method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}.")
     unknown = Trust(dict.fromkeys(JUDGED, math.inf), mapped=False)
