@@ -29,11 +29,11 @@ def harvester(gap, restitution):
 
 
 figure, (power, wear) = plt.subplots(2, figsize=(6.8, 6.6), sharex=True)
-gaps = np.linspace(0.0, 3.0, 7) * SPREAD
+gaps = np.linspace(0.0, 3.0, 5) * SPREAD
 for restitution, color in ((0.9, "blue"), (0.6, "vermilion"), (0.3, "green")):
     runs = [
         sp.run(
-            harvester(gap, restitution), paths=2000, duration=2.0, window=(1.0, 2.0), step=1e-4,
+            harvester(gap, restitution), paths=2000, duration=2.0, window=(1.0, 2.0), step=2e-4,
             observables={"electrical_power": lambda t, x, v: 3.0 * v * v},
             impact_observables={"wear": lambda speed: speed**3},
         )
