@@ -30,6 +30,7 @@ __all__ = ["Outcome", "Terminated", "run_study"]
 
 Progress = Callable[[float], None]
 TELL = 0.2  # s
+PATIENCE = "20s"  # for a scheduler to answer
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
 
 
@@ -298,7 +299,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 
     if scheduler is not None:
         try:
-            client = distributed.Client(scheduler, timeout="20s")
+            client = distributed.Client(scheduler, timeout=PATIENCE)
         except (OSError, ValueError, TimeoutError) as error:
             raise OSError(f"there is no Dask scheduler at {scheduler!r}: {error}") from None
         with client:

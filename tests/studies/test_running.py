@@ -1,0 +1,383 @@
+"""Running a study: the same bytes whoever computes them, however often they are killed, and nothing computed twice."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from springpot.studies import running, tasks
+from springpot.studies.estimate import status
+from springpot.studies.running import run_study
+from springpot.studies.store import open_store
+from tests.studies.samples import COMMAND, RUNS, THEORY, chunks, content, given, orphans, write_toml
+
+LONGER: dict[str, Any] = {
+    **RUNS,
+    "name": "longer",
+    "axes": {"order": {"linspace": [0.3, 1.0, 8]}, "restitution": [1.0, 0.8]},
+    "monte_carlo": {"paths": 2048, "duration": 60.0, "step": 0.02},
+}
+"""Some seconds of processor time in tasks of tenths."""
+WAIT = 180.0  # s; a busy machine starts a worker in tens of seconds
+
+
+@pytest.fixture(scope="module")
+def longer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The longer study, never interrupted; not to be changed."""
+    path = tmp_path_factory.mktemp("longer") / "study.zarr"
+    assert run_study(given(LONGER), path).computed == 32
+    return path
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("runs") / "study.zarr"
+    assert run_study(given(RUNS), path, threads=1).computed == 12
+    return path
+
+
+def stamps(store: Path) -> dict[str, tuple[int, bytes]]:
+    """Answers and when they were written."""
+    return {str(file.relative_to(store)): (file.stat().st_mtime_ns, file.read_bytes()) for file in chunks(store)}
+
+
+@pytest.mark.parametrize(
+    ("change", "new"),
+    [
+        ({"axes": {**RUNS["axes"], "order": [0.2, 0.4, 0.7, 1.0]}}, 4),
+        ({"axes": {**RUNS["axes"], "restitution": [0.8, 0.9, 1.0]}}, 6),
+        ({"axes": {"restitution": [0.8, 1.0], "order": [1.0, 0.7, 0.4]}}, 0),
+        ({"axes": {**RUNS["axes"], "order": {"linspace": [0.4, 1.0, 5]}}}, 8),
+        ({"methods": ["monte_carlo", "averaging", "averaging_printed"]}, 6),
+        ({"methods": ["averaging"], "monte_carlo": None}, 0),
+        ({"quantities": ["x_mean"]}, 0),
+    ],
+    ids=["longer axis", "value between", "other order", "finer linspace", "another method", "fewer", "quantities"],
+)
+def test_a_study_grows_without_computing_anything_again(
+    change: dict[str, Any], new: int, runs: Path, tmp_path: Path
+) -> None:
+    path = Path(shutil.copytree(runs, tmp_path / "study.zarr"))
+    before = stamps(path)
+    grown = given(RUNS, **change)
+    found = run_study(grown, path, threads=2)
+    assert found.computed == new
+    assert found.found == found.tasks - new
+    after = stamps(path)
+    assert {name: after[name] for name in before} == before
+    assert len(after) == len(before) + new
+    assert sum(status(open_store(path)).done.values()) == found.tasks
+    assert open_store(path).study == grown
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_give_the_same_files(threads: int, runs: Path, tmp_path: Path) -> None:
+    assert run_study(given(RUNS), tmp_path / "study.zarr", threads=threads).computed == 12
+    assert content(tmp_path / "study.zarr") == content(runs)
+
+
+def test_shards_give_the_same_files(runs: Path, tmp_path: Path) -> None:
+    path = tmp_path / "study.zarr"
+    found = [run_study(given(RUNS), path, threads=1, shard=(number, 3)) for number in (3, 1, 2)]
+    assert [(outcome.tasks, outcome.computed, outcome.found) for outcome in found] == [(4, 4, 0)] * 3
+    assert content(path) == content(runs)
+
+
+def test_a_cluster_gives_the_same_files(runs: Path, tmp_path: Path) -> None:
+    said: list[float] = []
+    found = run_study(given(RUNS), tmp_path / "study.zarr", workers=2, progress=said.append)
+    assert (found.computed, found.found, found.failures) == (12, 0, ())
+    assert said == sorted(said)
+    assert said[-1] == 1.0
+    assert content(tmp_path / "study.zarr") == content(runs)
+
+
+def test_a_scheduler_elsewhere(runs: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        found = run_study(given(RUNS), tmp_path / "study.zarr", scheduler=cluster.scheduler_address)
+    assert found.computed == 12
+    assert content(tmp_path / "study.zarr") == content(runs)
+
+
+def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "PATIENCE", "1s")
+    with pytest.raises(OSError, match=r"^there is no Dask scheduler at 'tcp://127\.0\.0\.1:1'"):
+        run_study(given(RUNS), tmp_path / "study.zarr", scheduler="tcp://127.0.0.1:1")
+
+
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ({"threads": 2, "workers": 2}, "threads, workers and scheduler exclude each other"),
+        ({"threads": 0}, r"threads must be in \[1, 4096\], not 0"),
+        ({"workers": 0}, "workers must be a whole number from 1 to 4096, not 0"),
+        ({"workers": 1.5}, "workers must be a whole number from 1 to 4096, not 1.5"),
+        ({"shard": (0, 3)}, "shard must be i/N with i from 1 to N, not 0/3"),
+        ({"shard": (4, 3)}, "shard must be i/N with i from 1 to N, not 4/3"),
+    ],
+)
+def test_wrong_arguments(how: dict[str, Any], says: str, tmp_path: Path) -> None:
+    with pytest.raises((TypeError, ValueError), match=says):
+        run_study(given(THEORY), tmp_path / "study.zarr", **how)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress(tmp_path: Path) -> None:
+    said: list[tuple[float, int]] = []
+    run_study(
+        given(LONGER, axes={"order": [0.4, 0.8], "restitution": [1.0]}), tmp_path / "study.zarr", threads=2,
+        progress=lambda done: said.append((done, threading.get_ident())),
+    )  # fmt: skip
+    assert {thread for _, thread in said} == {threading.get_ident()}
+    assert all(0.0 <= done <= 1.0 for done, _ in said)
+    assert said[-1][0] == 1.0
+
+
+def test_what_the_callback_raises_ends_the_run(tmp_path: Path) -> None:
+    class Enough(Exception):
+        pass
+
+    def stop(_: float) -> None:
+        raise Enough
+
+    path = tmp_path / "study.zarr"
+    with pytest.raises(Enough):
+        run_study(given(LONGER), path, threads=1, progress=stop)
+    assert len(chunks(path)) < 32
+
+
+def _failing(task: tasks.Task, **settings: Any) -> tasks.Answer:
+    if task.method == "averaging" and task.point["order"] == 0.7:
+        raise ArithmeticError("no number")
+    return tasks.compute(task, **settings)
+
+
+def test_a_task_that_fails_does_not_stop_the_others(
+    runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "study.zarr"
+    monkeypatch.setattr(running, "compute", _failing)
+    found = run_study(given(RUNS), path, threads=2)
+    assert found.computed == 10
+    assert {reason for _, reason in found.failures} == {"ArithmeticError: no number"}
+    assert {task.point["order"] for task, _ in found.failures} == {0.7}
+    monkeypatch.undo()
+    again = run_study(given(RUNS), path, threads=2)
+    assert (again.computed, again.found, again.failures) == (2, 10, ())
+    assert content(path) == content(runs)
+
+
+def test_nor_on_a_cluster(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed")
+    path = tmp_path / "study.zarr"
+    monkeypatch.setattr(running, "compute", _failing)  # the worker is a thread of this process
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        found = run_study(given(RUNS), path, scheduler=cluster.scheduler_address)
+    assert (found.computed, len(found.failures)) == (10, 2)
+    assert "ArithmeticError: no number" in found.failures[0][1]
+    monkeypatch.undo()
+    assert run_study(given(RUNS), path, threads=2).computed == 2
+    assert content(path) == content(runs)
+
+
+def start(words: Sequence[object], folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [*COMMAND, "run", *map(str, words)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+
+
+def wait_for_answers(process: subprocess.Popen[str], store: Path, count: int) -> None:
+    until = time.monotonic() + WAIT
+    while len(chunks(store)) < count and process.poll() is None:
+        assert time.monotonic() < until, "no answers"
+        time.sleep(0.02)
+
+
+def finish(words: Sequence[object], folder: Path) -> None:
+    process = start(words, folder)
+    _, errors = process.communicate(timeout=WAIT)
+    assert process.returncode == 0, errors
+
+
+def killed_and_resumed(how: Sequence[str], times: int, longer: Path, folder: Path, seed: int) -> int:
+    """Kill a study so many times, beginning another store whenever one is whole; how many stores it took."""
+    rng = random.Random(seed)
+    file = write_toml(folder / "longer.toml", LONGER)
+    stores, done = [folder / "0.zarr"], 0
+    while done < times:
+        store = stores[-1]
+        process = start([file, "--store", store, *how], folder)
+        before = len(chunks(store))
+        wait_for_answers(process, store, before + rng.randint(0, 3))
+        time.sleep(rng.uniform(0.0, 0.3))
+        children = psutil.Process(process.pid).children(recursive=True) if process.poll() is None else []
+        process.kill()
+        process.communicate()
+        _, alive = psutil.wait_procs(children, timeout=30.0)
+        assert alive == []  # workers do not outlive their parent
+        done += process.returncode == -signal.SIGKILL
+        assert status_of(store)["damaged"] == 0
+        if status_of(store)["done"] == 32:
+            stores.append(folder / f"{len(stores)}.zarr")
+    if not stores[-1].exists():
+        stores.pop()
+    for store in stores:
+        finish([file, "--store", store, "--threads", "2"], folder)
+        assert orphans(store) == []
+        assert content(store) == content(longer)
+    return len(stores)
+
+
+def status_of(store: Path) -> dict[str, int]:
+    if not store.exists():
+        return {"done": 0, "damaged": 0}
+    found = status(open_store(store))
+    return {"done": sum(found.done.values()), "damaged": sum(found.damaged.values())}
+
+
+def test_killed_at_random_moments(longer: Path, tmp_path: Path) -> None:
+    assert killed_and_resumed(["--threads", "2"], 4, longer, tmp_path, seed=1) >= 1
+
+
+def test_killed_at_a_random_moment_with_workers(longer: Path, tmp_path: Path) -> None:
+    assert killed_and_resumed(["--workers", "2"], 2, longer, tmp_path, seed=2) >= 1
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("how", "times"), [("--threads", 30), ("--workers", 20)])
+def test_killed_at_fifty_random_moments(how: str, times: int, longer: Path, tmp_path: Path) -> None:
+    assert killed_and_resumed([how, "2"], times, longer, tmp_path, seed=3) >= 2
+
+
+def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
+    """Kill a worker so many times; the study ends by itself with the right bytes."""
+    rng = random.Random(seed)
+    file = write_toml(folder / "longer.toml", LONGER)
+    store = folder / "study.zarr"
+    killed = 0
+    while killed < times:
+        shutil.rmtree(store, ignore_errors=True)
+        process = start([file, "--store", store, "--workers", "2"], folder)
+        wait_for_answers(process, store, rng.randint(1, 12))
+        time.sleep(rng.uniform(0.0, 0.2))
+        workers = [
+            child
+            for child in psutil.Process(process.pid).children(recursive=True)
+            if "spawn_main" in " ".join(child.cmdline())
+        ]
+        assert len(workers) == 2
+        rng.choice(workers).kill()
+        killed += 1
+        out, errors = process.communicate(timeout=WAIT)
+        assert (process.returncode, errors) == (0, "")
+        assert out.startswith(f"{store}: 32 tasks, ")
+        assert run_study(given(LONGER), store).computed == 0  # removes what the killed worker left
+        assert orphans(store) == []
+        assert content(store) == content(longer)
+
+
+def test_a_worker_killed_in_the_middle(longer: Path, tmp_path: Path) -> None:
+    kill_workers(1, longer, tmp_path, seed=1)
+
+
+@pytest.mark.validation
+def test_workers_killed_at_random_moments(longer: Path, tmp_path: Path) -> None:
+    kill_workers(10, longer, tmp_path, seed=2)
+
+
+def test_two_processes_on_one_store(longer: Path, tmp_path: Path) -> None:
+    """They share the work: what one has finished the other leaves out."""
+    file = write_toml(tmp_path / "longer.toml", LONGER)
+    store = tmp_path / "study.zarr"
+    both = [start([file, "--store", store, "--threads", "1", "--json"], tmp_path) for _ in range(2)]
+    computed = []
+    for process in both:
+        out, errors = process.communicate(timeout=WAIT)
+        assert process.returncode == 0, errors
+        computed.append(json.loads(out)["computed"])
+    assert 32 <= sum(computed) <= 64
+    assert content(store) == content(longer)
+    assert orphans(store) == []
+
+
+@pytest.mark.parametrize("how", ["--threads", "--workers"])
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_by_a_signal(sent: signal.Signals, how: str, tmp_path: Path) -> None:
+    """A terminal's Ctrl-C reaches every process of the group, a batch system's SIGTERM the first one."""
+    file = write_toml(
+        tmp_path / "long.toml", {**LONGER, "monte_carlo": {"paths": 2048, "duration": 4000.0, "step": 0.02}}
+    )
+    store = tmp_path / "study.zarr"
+    process = start([file, "--store", store, how, "2"], tmp_path)
+    wait_for_answers(process, store, 4)
+    children = psutil.Process(process.pid).children(recursive=True)
+    begun = time.monotonic()
+    if sent == signal.SIGINT:
+        os.killpg(process.pid, sent)
+    else:
+        process.send_signal(sent)
+    out, errors = process.communicate(timeout=WAIT)
+    taken = time.monotonic() - begun
+    assert process.returncode == 130, errors
+    assert out == ""
+    assert errors == "springpot: interrupted; what is answered is kept, and the same command goes on from there.\n"
+    assert taken < 20.0  # 2 s where nothing else runs
+    assert psutil.wait_procs(children, timeout=20.0)[1] == []
+    found = status_of(store)
+    assert found["done"] >= 4
+    assert found["damaged"] == 0
+    assert orphans(store) == []
+
+
+def test_sigterm_is_obeyed_as_before_afterwards(tmp_path: Path) -> None:
+    heard: list[int] = []
+    before = signal.signal(signal.SIGTERM, lambda number, _: heard.append(number))
+    try:
+        run_study(given(THEORY), tmp_path / "study.zarr")
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert heard == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
+    """The client tries to find it again for a while, then says what has happened."""
+    script = (
+        "import sys, distributed, time\n"
+        "if __name__ == '__main__':\n"
+        "    c = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None,\n"
+        "                                 host='127.0.0.1')\n"
+        "    print(c.scheduler_address, flush=True)\n"
+        "    time.sleep(600)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as cluster:
+        assert cluster.stdout is not None
+        address = cluster.stdout.readline().strip()
+        file = write_toml(tmp_path / "longer.toml", LONGER)
+        store = tmp_path / "study.zarr"
+        process = start([file, "--store", store, "--scheduler", address], tmp_path)
+        wait_for_answers(process, store, 3)
+        cluster.kill()
+    _, errors = process.communicate(timeout=WAIT)
+    assert process.returncode == 1
+    assert "springpot: the Dask scheduler is gone: everything answered so far is kept, and running" in errors
+    assert status_of(store)["done"] >= 3
