@@ -2,8 +2,8 @@
 
 Only four numbers matter: the order alpha, c = C Omega^(alpha-2), the restitution r and the wall's place
 b sqrt(Omega^3 / q).  `simulate_cell` makes the Monte Carlo, which takes a quarter of an hour for all cells; `gaps_of`
-puts the theory beside it.  Both are kept in ``theory/validity.csv``, from which :mod:`springpot.theory.reliability` says how
-far to trust a method.
+puts the theory beside it.  Both are kept in ``theory/validity.csv``, from which
+:mod:`springpot.theory.reliability` says how far to trust a method.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from springpot.simulation import Run, run
 from springpot.simulation.accuracy import slow_impact_order
 from springpot.simulation.settings import energy_time, fastest_rate
 from springpot.theory import solve_all
-from springpot.theory.result import MOMENTS
 from springpot.theory.reliability import JUDGED, MAP_FILE, METHODS
+from springpot.theory.result import MOMENTS
 
 __all__ = ["CELLS", "gaps_of", "make_map", "simulate_cell"]
 
