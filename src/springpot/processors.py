@@ -1,4 +1,4 @@
-"""How many processors this process may use: affinity, and the control group a container or a batch system sets."""
+"""How many processors this process may use: affinity, a container's control group, and what SLURM has granted."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ def control_group_quota(root: Path = Path("/sys/fs/cgroup")) -> float:
 
 
 def threads_available() -> int:
-    """Number of threads worth starting: processors in this process's affinity, at most the control group's share.
+    """Number of threads worth starting: processors in this process's affinity, at most what was granted.
+
+    Granted are the control group's share and, in a job of SLURM, ``SLURM_CPUS_PER_TASK``: not every cluster binds a
+    job to its processors.
 
     Examples
     --------
@@ -39,5 +42,12 @@ def threads_available() -> int:
     True
     """
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    quota = control_group_quota()
-    return processors if math.isinf(quota) else max(1, min(processors, math.floor(quota)))
+    granted = min(control_group_quota(), _slurm())
+    return processors if math.isinf(granted) else max(1, min(processors, math.floor(granted)))
+
+
+def _slurm() -> float:
+    try:
+        return float(int(os.environ["SLURM_CPUS_PER_TASK"]))
+    except (KeyError, ValueError):
+        return math.inf
