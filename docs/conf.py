@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.figure import Figure
+from sphinx_gallery.scrapers import figure_rst
 
 project = "springpot"
 author = "The springpot developers"
@@ -92,6 +94,21 @@ def plain_figures(gallery_conf: dict[str, Any], fname: str) -> None:
     )
 
 
+drawn: set[int] = set()
+
+
+def own_figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Show the figures that an example holds and pyplot does not know, such as those of ``sp.figures.draw_study``."""
+    shown = []
+    for value in block_vars["example_globals"].values():
+        if isinstance(value, Figure) and id(value) not in drawn:
+            drawn.add(id(value))
+            if value.canvas.manager is None:  # pyplot's are shown by the other scraper, which comes next and closes them
+                shown.append(next(block_vars["image_path_iterator"]))
+                value.savefig(shown[-1], dpi=100)
+    return figure_rst(shown, gallery_conf["src_dir"])
+
+
 sphinx_gallery_conf: dict[str, Any] = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
@@ -99,7 +116,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "run_stale_examples": True,
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", plain_figures),
-    "matplotlib_animations": False,
+    "image_scrapers": (own_figures, "matplotlib"),
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_signature": False,
