@@ -6,6 +6,7 @@ import os
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -94,16 +95,16 @@ def plain_figures(gallery_conf: dict[str, Any], fname: str) -> None:
     )
 
 
-drawn: set[int] = set()
+drawn: WeakSet[Figure] = WeakSet()
 
 
 def own_figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """Show the figures that an example holds and pyplot does not know, such as those of ``sp.figures.draw_study``."""
     shown = []
     for value in block_vars["example_globals"].values():
-        if isinstance(value, Figure) and id(value) not in drawn:
-            drawn.add(id(value))
-            if value.canvas.manager is None:  # pyplot's are shown by the other scraper, which comes next and closes them
+        if isinstance(value, Figure) and value not in drawn:
+            drawn.add(value)
+            if value.canvas.manager is None:  # pyplot's are shown, and closed, by the scraper that comes next
                 shown.append(next(block_vars["image_path_iterator"]))
                 value.savefig(shown[-1], dpi=100)
     return figure_rst(shown, gallery_conf["src_dir"])
