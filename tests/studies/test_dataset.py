@@ -1,0 +1,184 @@
+"""A store as a labelled data set: lazy, with units, and the same numbers in netCDF and CSV."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+
+import springpot as sp
+from springpot.studies import tasks
+from springpot.studies.dataset import export
+from springpot.studies.store import Store, open_store
+from springpot.studies.tasks import compute
+from springpot.units import UNITS
+from tests.studies.samples import RUNS, THEORY, given
+
+ZIPPED: dict[str, Any] = {
+    **RUNS,
+    "name": "zipped",
+    "axes": {"order": [0.5, 1.0]},
+    "zipped": {"case": {"coefficient": [0.3, 0.5, 2.0], "position": [0.0, 0.5, -0.5]}},
+}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("dataset") / "study.zarr"
+    sp.study(ZIPPED, path, threads=1)
+    return path
+
+
+def test_every_number_is_at_its_place(place: Path) -> None:
+    tree = sp.open_study(place)
+    for task in tasks.tasks(given(ZIPPED)):
+        answer = compute(task)
+        case = ZIPPED["zipped"]["case"]["coefficient"].index(task.point["coefficient"]) + 1
+        at = {"order": task.point["order"], "case": case}
+        part = tree["simulation"] if task.method == "monte_carlo" else tree["theory"].sel(theory=task.method)
+        here = part.sel(at)
+        for name, number in zip(tasks.columns_of(task.method), answer.numbers, strict=True):
+            if name in here:
+                np.testing.assert_array_equal(float(here[name]), number)
+            else:
+                assert math.isnan(number)
+        assert bool(here["done"])
+        assert str(here["said"].values) == (answer.statement or " ".join(answer.warnings))
+        assert (float(here["coefficient"]), float(here["position"])) == (
+            task.point["coefficient"],
+            task.point["position"],
+        )
+
+
+def test_labels_and_units(place: Path) -> None:
+    tree = sp.open_study(place)
+    theory, simulation = tree["theory"].to_dataset(), tree["simulation"].to_dataset()
+    assert theory["x_mean"].dims == ("theory", "order", "case")
+    assert simulation["x_mean"].dims == ("order", "case")
+    assert list(theory["theory"].values) == ["averaging"]
+    for name in simulation.data_vars:
+        bare = str(name).removesuffix("_se")
+        if bare in UNITS:
+            assert simulation[name].attrs["units"] == UNITS[bare]
+    assert simulation["x_mean_se"].attrs["long_name"] == "Monte Carlo: standard error of x mean"
+    assert simulation["x_mean"].attrs["ancillary_variables"] == "x_mean_se"
+    assert simulation["coefficient"].attrs["units"] == "s^(alpha-2)"
+    assert tree.attrs["Conventions"] == "CF-1.11"
+    assert (tree.attrs["title"], tree.attrs["seed"]) == ("zipped", 7)
+    assert json.loads(tree.attrs["study"])["axes"] == {"order": [0.5, 1.0]}
+    assert json.loads(tree.attrs["fixed"])["restitution"] == 1.0
+    assert json.loads(tree.attrs["versions"])[0]["springpot"] == sp.__version__
+
+
+def test_nothing_is_read_before_it_is_looked_at(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read, times = Store.read, 0
+
+    def counted(store: Store, task: tasks.Task) -> tasks.Answer | None:
+        nonlocal times
+        times += 1
+        return read(store, task)
+
+    monkeypatch.setattr(Store, "read", counted)
+    tree = sp.open_study(place)
+    few = tree["simulation"]["x_mean"].sel(order=1.0).isel(case=[0, 2])
+    assert repr(tree)
+    assert few.shape == (2,)
+    assert times == 0
+    assert np.all(few.values > 0.0)
+    assert times == 6  # Monte Carlo's, and no theory's
+    assert np.all(tree["simulation"]["x_mean_se"].values > 0.0)
+    assert times == 6  # read once
+
+
+def test_selections_are_those_of_the_whole(place: Path) -> None:
+    lazy, whole = (sp.open_study(place)["simulation"]["impact_rate"] for _ in range(2))
+    whole.load()
+    for chosen in ({"case": 1}, {"case": [2, 0]}, {"order": slice(None, None, -1)}, {"order": 0, "case": -1}):
+        xarray.testing.assert_identical(lazy.isel(chosen).compute(), whole.isel(chosen))
+
+
+def test_numbers_that_are_not_there_yet_are_nan(place: Path) -> None:
+    wider = {**ZIPPED, "axes": {"order": [0.5, 0.75, 1.0]}}
+    part = open_store(place)
+    from springpot.studies.dataset import open_tree
+
+    tree = open_tree(Store(part.path, given(wider), part.versions))
+    assert tree["simulation"]["done"].values.tolist() == [[True] * 3, [False] * 3, [True] * 3]
+    assert np.isnan(tree["simulation"]["x_mean"].sel(order=0.75).values).all()
+
+
+def test_netcdf_holds_the_same(place: Path, tmp_path: Path) -> None:
+    file = export(open_store(place), tmp_path / "out.nc")
+    tree = sp.open_study(place)
+    with xarray.open_datatree(file, engine="h5netcdf") as found:
+        assert found.attrs["study"] == tree.attrs["study"]
+        for part in ("theory", "simulation"):
+            for name, variable in tree[part].to_dataset().variables.items():
+                again = found[part].to_dataset().variables[name]
+                assert again.dims == variable.dims
+                np.testing.assert_array_equal(again.values, variable.values)
+                assert {**again.attrs} == {**variable.attrs}
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.nc"]
+
+
+def test_a_table_holds_the_same_digits(place: Path, tmp_path: Path) -> None:
+    with export(open_store(place), tmp_path / "out.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    every = list(tasks.tasks(given(ZIPPED)))
+    assert len(rows) == len(every) == 12
+    for row, task in zip(rows, every, strict=True):
+        assert (row["method"], row["done"]) == (task.method, "1")
+        assert float(row["order"]) == task.point["order"]
+        assert float(row["position"]) == task.point["position"]
+        answer = dict(zip(tasks.columns_of(task.method), compute(task).numbers, strict=True))
+        for name in ("x_mean", "impact_rate", "x_mean_se", "energy_residual"):
+            number = answer.get(name, math.nan)
+            assert row[name] == ("" if math.isnan(number) else repr(number))
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("out.txt", r"must end in \.nc \(netCDF\) or \.csv, not 'out\.txt'"), ("none/out.csv", "folder that exists")],
+)
+def test_where_nothing_can_be_exported(name: str, says: str, place: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=says):
+        export(open_store(place), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rtol_adds_the_total_error() -> None:
+    tree = sp.study(
+        {
+            "name": "rtol", "methods": ["monte_carlo"], "axes": {"order": [0.5]}, "monte_carlo": {"rtol": 0.1},
+        }
+    )  # fmt: skip
+    found = tree["simulation"]
+    error = float(found["amplitude_mean_square_error"][0])
+    assert (
+        0.0 < 1.9 * float(found["amplitude_mean_square_se"][0]) < error < 0.1 * float(found["amplitude_mean_square"][0])
+    )
+    assert "energy_residual_error" not in found
+
+
+def test_without_a_store_everything_is_in_memory() -> None:
+    tree = sp.study(THEORY)
+    assert float(tree["theory"]["x_mean"].sel(theory="exact", order=1.0, coefficient=2.0)) == pytest.approx(
+        math.sqrt(2 / math.pi) / 2
+    )
+    assert "covers" in str(tree["theory"]["said"].sel(theory="exact", order=0.25, coefficient=2.0).values)
+
+
+def test_failures_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(task: tasks.Task, **_: object) -> tasks.Answer:
+        raise ArithmeticError("no number")
+
+    monkeypatch.setattr("springpot.studies.running.compute", failing)
+    with pytest.warns(UserWarning, match="12 tasks failed, the first of them .*: ArithmeticError: no number"):
+        tree = sp.study(THEORY)
+    assert not tree["theory"]["done"].values.any()
