@@ -114,7 +114,6 @@ sphinx_gallery_conf: dict[str, Any] = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
     "filename_pattern": r"/plot_",
-    "run_stale_examples": True,
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", plain_figures),
     "image_scrapers": (own_figures, "matplotlib"),
