@@ -37,7 +37,8 @@ class _SourceCache(FunctionCache):  # type: ignore[misc]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         if not any(map(_from_elsewhere, sig)):
-            super().save_overload(sig, data)
+            with contextlib.suppress(OSError):  # a full or failing disk costs the next process a compilation, no more
+                super().save_overload(sig, data)
 
 
 def cached(dispatcher: Any) -> Any:
