@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import springpot as sp
 from springpot import cli
 from springpot.units import UNITS
 
@@ -34,6 +35,21 @@ def test_the_commands_exist(line: str) -> None:
     program, *words = line.split()
     assert program == "springpot"
     cli.app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+def test_a_study_from_file_to_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (block,) = blocks("shell")
+    lines = block.splitlines()
+    assert len(lines) <= 5
+    monkeypatch.chdir(tmp_path)
+    for line in lines:
+        program, *words = line.split()
+        assert program == "springpot"
+        assert cli.main(words) == 0
+    made = {place.suffix: place for place in tmp_path.iterdir()}
+    assert set(made) == {".toml", ".zarr", ".nc", ".png"}
+    assert made[".png"].read_bytes().startswith(b"\x89PNG")
+    assert bool(sp.open_study(made[".zarr"])["simulation"]["done"].all())
 
 
 def test_every_number_has_its_line() -> None:

@@ -108,7 +108,7 @@ def test_a_cluster_gives_the_same_files(runs: Path, tmp_path: Path) -> None:
 def test_a_scheduler_elsewhere(runs: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, host="127.0.0.1"
+        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None, host="127.0.0.1"
     ) as cluster:
         found = run_study(given(RUNS), tmp_path / "study.zarr", scheduler=cluster.scheduler_address)
     assert found.computed == 12
@@ -188,7 +188,7 @@ def test_nor_on_a_cluster(runs: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     path = tmp_path / "study.zarr"
     monkeypatch.setattr(running, "compute", _failing)  # the worker is a thread of this process
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, host="127.0.0.1"
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None, host="127.0.0.1"
     ) as cluster:
         found = run_study(given(RUNS), path, scheduler=cluster.scheduler_address)
     assert (found.computed, len(found.failures)) == (10, 2)
@@ -364,8 +364,8 @@ def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
     script = (
         "import sys, distributed, time\n"
         "if __name__ == '__main__':\n"
-        "    c = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None,\n"
-        "                                 host='127.0.0.1')\n"
+        "    c = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False,\n"
+        "                                 dashboard_address=None, protocol='tcp', host='127.0.0.1')\n"
         "    print(c.scheduler_address, flush=True)\n"
         "    time.sleep(600)\n"
     )

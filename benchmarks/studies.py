@@ -1,0 +1,104 @@
+"""Studies: what a task costs beyond its computation, what a second worker brings, how quickly a store is looked at."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from benchmarks.measure import Row, best_wall
+from springpot.studies import Study, open_store, read_study, run_study
+from springpot.studies.tasks import Answer, columns_of, compute, tasks
+
+__all__ = ["studies"]
+
+SECTION = "studies"
+_SKIPPED = "skipped: Dask is not installed"
+
+
+def studies(quick: bool) -> list[Row]:
+    """Rows of the section on studies."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        rows = [_overhead(place, 40 if quick else 500), _status(place, 100 if quick else 10_000)]
+        if find_spec("distributed") is None:
+            return [*rows, *(Row(SECTION, case, None, "", note=_SKIPPED) for case in ("second worker", "memory"))]
+        return [*rows, _second_worker(place, quick), _memory(place, quick)]
+
+
+def _grid(name: str, methods: list[str], count: int, **more: Any) -> Study:
+    """A study of so many points along one axis."""
+    axes = {"coefficient": {"geomspace": [0.05, 1.0, count]}}
+    return read_study({"name": name, "methods": methods, "axes": axes, **more})
+
+
+def _overhead(place: Path, count: int) -> Row:
+    """Wall time of a study on one thread, less that of its computations alone."""
+    study = _grid("overhead", ["averaging"], count)
+
+    def alone() -> None:
+        for task in tasks(study):
+            compute(task)
+
+    alone()
+    number = iter(range(100))
+    whole = best_wall(lambda: run_study(study, place / f"overhead{next(number)}.zarr", threads=1))
+    bare = best_wall(alone)
+    note = f"{count} tasks of {1e3 * bare / count:.2g} ms on one thread; asked: at most 2 ms"
+    return Row(SECTION, "cost of a task beyond its computation", 1e3 * (whole - bare) / count, "ms", note=note)
+
+
+def _status(place: Path, count: int) -> Row:
+    """``springpot study status`` as it is typed: Python's start, every chunk read, every checksum compared."""
+    study = _grid("status", ["averaging"], count)
+    store = open_store(place / "status.zarr", study)
+    for task in tasks(study):
+        store.write(task, Answer((1.0,) * len(columns_of(task.method)), "", ()))
+    words = [sys.executable, "-m", "springpot", "study", "status", str(store.path)]
+    seconds = best_wall(lambda: subprocess.run(words, check=True, capture_output=True), 5)
+    return Row(SECTION, f"study status, {count:,} tasks", seconds, "s wall", note="asked: less than 1 s")
+
+
+def _wall(work: Callable[[], object]) -> float:
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
+def _second_worker(place: Path, quick: bool) -> Row:
+    """Tasks of a second with one worker and with two, less what it takes to start and to stop each."""
+    long, count = (0.05, 4) if quick else (1.0, 24)
+    settings: dict[str, Any] = {"paths": 1024, "duration": 100.0, "step": 0.01}
+    first = next(tasks(_grid("calibration", ["monte_carlo"], 2, monte_carlo=settings)))
+    compute(first)
+    settings["duration"] = max(20.0, 100.0 * long / best_wall(lambda: compute(first)))
+    study = _grid("workers", ["monte_carlo"], count, monte_carlo=settings)
+    nothing = _grid("nothing", ["averaging"], 2)
+    taken = []
+    for workers in (1, 2):
+        begun = _wall(lambda w=workers: run_study(nothing, place / f"nothing{w}.zarr", workers=w))  # type: ignore[misc]
+        all_of_it = _wall(lambda w=workers: run_study(study, place / f"workers{w}.zarr", workers=w))  # type: ignore[misc]
+        taken.append(all_of_it - begun)
+    note = f"{count} tasks of {taken[0] / count:.2g} s: {taken[0]:.3g} s with one; asked: at least 1.9 times as fast"
+    ratio = taken[0] / taken[1] if taken[1] > 0.0 else None
+    return Row(SECTION, "two Dask workers", taken[1], "s wall", ratio, "one worker's speed", note)
+
+
+def _memory(place: Path, quick: bool) -> Row:
+    """How much more memory the process that hands out the tasks has held after many of them."""
+
+    def peak() -> float:
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+    few, many = (50, 100) if quick else (1_000, 10_000)
+    run_study(_grid("few", ["averaging"], few), place / "few.zarr", workers=2)
+    before = peak()
+    run_study(_grid("many", ["averaging"], many), place / "many.zarr", workers=2)
+    note = f"peak after {many:,} tasks on two workers, beyond the {before:.0f} MB after {few:,}"
+    return Row(SECTION, "memory of the scheduling process", peak() - before, "MB", note=note)
