@@ -1,0 +1,70 @@
+"""Pictures of studies: the panels, labels and numbers are those of the store."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray
+
+import springpot as sp
+from springpot.figures import draw_study
+from tests.studies.samples import RUNS
+
+
+@pytest.fixture(scope="module")
+def tree() -> xarray.DataTree:
+    return sp.study(RUNS, threads=2)
+
+
+def test_small_multiples_of_curves(tree: xarray.DataTree) -> None:
+    figure = draw_study(tree)
+    drawn = [axes for axes in figure.axes if axes.axison]
+    assert [axes.get_title() for axes in drawn] == ["restitution 1", "restitution 0.8"] * 2
+    assert all("order" in axes.get_xlabel() for axes in drawn)
+    assert len({axes.get_ylabel() for axes in drawn}) == 2
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "Monte Carlo, 95 %" in legend
+    assert len(legend) == 2
+    theory = tree["theory"]["amplitude_mean_square"].sel(theory="averaging", restitution=0.8)
+    (line,) = [line for line in drawn[1].lines if len(line.get_xdata()) == 3 and line.get_linestyle() != "None"][:1]
+    np.testing.assert_array_equal(line.get_xdata(), [0.4, 0.7, 1.0])
+    np.testing.assert_array_equal(line.get_ydata(), theory.values)
+
+
+def test_along_another_axis(tree: xarray.DataTree) -> None:
+    figure = draw_study(tree, quantities=["impact_rate"], along="restitution")
+    drawn = [axes for axes in figure.axes if axes.axison]
+    assert [axes.get_title() for axes in drawn] == ["order 0.4", "order 0.7", "order 1"]
+    assert {"restitution" in axes.get_xlabel() for axes in drawn} == {True}
+
+
+def test_a_map(tree: xarray.DataTree) -> None:
+    figure = draw_study(tree, quantities=["impact_rate"], kind="map")
+    panel, bar = figure.axes
+    (mesh,) = panel.collections
+    shown = np.asarray(mesh.get_array())
+    np.testing.assert_array_equal(shown, tree["simulation"]["impact_rate"].transpose("restitution", "order").values)
+    assert ("order" in panel.get_xlabel(), "restitution" in panel.get_ylabel()) == (True, True)
+    assert "s$^{-1}$" in bar.get_ylabel() or "s⁻¹" in bar.get_ylabel() or "1/s" in bar.get_ylabel()
+
+
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ({"quantities": ["x"]}, "quantity must be one of amplitude_mean_square, "),
+        ({"along": "position"}, "along must be an axis of the study, order or restitution, not 'position'"),
+        ({"kind": "pie"}, "kind must be 'curves' or 'map', not 'pie'"),
+    ],
+)
+def test_what_cannot_be_drawn(how: dict[str, object], says: str, tree: xarray.DataTree) -> None:
+    with pytest.raises(ValueError, match=says):
+        draw_study(tree, **how)  # type: ignore[arg-type]
+
+
+def test_too_many_panels_and_too_few_axes() -> None:
+    grid = {"coefficient": list(np.linspace(0.1, 1.0, 50)), "order": list(np.linspace(0.1, 1.0, 51))}
+    wide = sp.study({"name": "wide", "methods": ["averaging"], "axes": grid, "fixed": {"restitution": 1.0}}, threads=1)
+    with pytest.raises(ValueError, match="that makes 50 panels, more than 48: draw fewer quantities, or a map"):
+        draw_study(wide)
+    with pytest.raises(ValueError, match="a map needs a study with two axes"):
+        draw_study(wide.isel(coefficient=0, drop=True), kind="map")
