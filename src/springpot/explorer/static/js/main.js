@@ -15,6 +15,7 @@ import { onTheme, palette, startTheme } from "./theme.js";
 
 const element = (id) => document.getElementById(id);
 const SHOWN_RADIANS = 40; // of the path, in 1/Omega
+const TRACES_EVERY = 28; // ms
 
 const state = new State();
 const connection = new Connection(state);
@@ -130,12 +131,18 @@ function rmsSpeed() {
   return square > 0 ? Math.sqrt(square) : view.fastest / 3;
 }
 
+const unitsOf = () => (view.si ? { length: "m", speed: "m/s" } : { length: "", speed: "" });
+const boundsOf = () => [Math.min(view.low, view.values.wall ? view.values.position : view.low), view.high];
+
 function drawMotion() {
-  const units = view.si ? { length: "m", speed: "m/s" } : { length: "", speed: "" };
-  const bounds = [Math.min(view.low, view.values.wall ? view.values.position : view.low), view.high];
-  scene.draw({ values: view.values, unit: units.length, bounds, rms: rmsSpeed() });
+  scene.draw({ values: view.values, unit: unitsOf().length, bounds: boundsOf(), rms: rmsSpeed() });
+  const time = track.now.t ?? 0;
+  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(1)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
+}
+
+function drawTraces() {
+  const units = unitsOf(), bounds = boundsOf(), pad = 0.04 * (bounds[1] - bounds[0]);
   const best = view.theory?.recommended && view.theory.methods[view.theory.recommended];
-  const pad = 0.04 * (bounds[1] - bounds[0]);
   phase.draw({
     values: view.values, bounds: [bounds[0] - pad, bounds[1]], fastest: view.fastest, units,
     mu: view.measured?.values.amplitude_mean_square ?? best?.moments.amplitude_mean_square ?? 0,
@@ -143,8 +150,6 @@ function drawMotion() {
   });
   panels.traceX.update();
   panels.traceV.update();
-  const time = track.now.t ?? 0;
-  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(1)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
 }
 
 function drawNumbers() {
@@ -187,18 +192,26 @@ function drawnChanged() {
 }
 
 const drawings = {
-  motion: drawMotion, numbers: drawNumbers,
+  motion: drawMotion, traces: drawTraces, numbers: drawNumbers,
   ...Object.fromEntries([...Object.keys(DENSITIES), "growth", "curve"].map((name) => [name, () => panels[name].update()])),
 };
 
-let drawnFrames = 0;
-function frame() {
+let drawnFrames = 0, tracesAt = 0;
+function frame(now) {
   if (scene.canvas.changed || phase.canvas.changed || scene.flashes.length) dirty.add("motion");
   scene.canvas.changed = phase.canvas.changed = false;
-  if (dirty.has("motion")) drawnFrames += 1;
+  if (dirty.has("motion")) {
+    drawnFrames += 1;
+    dirty.add("traces");
+  }
   const due = [...dirty];
   dirty.clear();
-  for (const name of due) drawings[name]();
+  for (const name of due) {
+    // 60 times a second for the mass, half as often for the charts that scroll
+    if (name === "traces" && now - tracesAt < TRACES_EVERY) dirty.add(name);
+    else drawings[name]();
+    if (name === "traces" && !dirty.has(name)) tracesAt = now;
+  }
   requestAnimationFrame(frame);
 }
 
