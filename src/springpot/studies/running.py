@@ -276,6 +276,8 @@ def _submit_all(client: Any, store: Store, missing: Sequence[Task], count: _Coun
         if future.status == "finished":
             count.computed += found
             count.others += not found
+        elif future.status != "error":
+            raise ConnectionError("a task was cancelled by the cluster")
         else:
             error = future.exception()
             if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
