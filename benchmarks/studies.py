@@ -33,8 +33,12 @@ def studies(quick: bool) -> list[Row]:
 
 
 def _grid(name: str, methods: list[str], count: int, **more: Any) -> Study:
-    """A study of so many points along one axis."""
-    axes = {"coefficient": {"geomspace": [0.05, 1.0, count]}}
+    """A study of so many points: up to ten, or a multiple of ten."""
+    orders = min(count, 10)
+    axes = {
+        "coefficient": {"geomspace": [0.05, 1.0, count // orders]},
+        "order": {"linspace": [0.1, 1.0, orders]},
+    }
     return read_study({"name": name, "methods": methods, "axes": axes, **more})
 
 
@@ -73,7 +77,7 @@ def _wall(work: Callable[[], object]) -> float:
 
 def _second_worker(place: Path, quick: bool) -> Row:
     """Tasks of a second with one worker and with two, less what it takes to start and to stop each."""
-    long, count = (0.05, 4) if quick else (1.0, 24)
+    long, count = (0.05, 4) if quick else (1.0, 20)
     settings: dict[str, Any] = {"paths": 1024, "duration": 100.0, "step": 0.01}
     first = next(tasks(_grid("calibration", ["monte_carlo"], 2, monte_carlo=settings)))
     compute(first)
