@@ -43,6 +43,11 @@ html_theme = "pydata_sphinx_theme"
 html_title = "springpot"
 html_static_path = ["_static"]
 html_css_files = ["springpot.css"]
+# pages without pages below them need no list of those
+html_sidebars: dict[str, list[str]] = {
+    page: []
+    for page in ("tutorial", "memory", "explorer", "performance", "users_of", "design", "citing", "changelog")
+}
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options: dict[str, Any] = {
