@@ -39,7 +39,8 @@ def take(browser: Browser, server: Server, width: int, scheme: str, path: Path, 
     tab.page.screenshot(path=path, full_page=whole)
     context.close()
     with Image.open(path) as picture:  # a page has few colours: a third of the bytes
-        picture.convert("RGB").quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(path, optimize=True)
+        few = picture.convert("RGB").quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        few.save(path, optimize=True)
 
 
 def main(folder: Path) -> None:
