@@ -4,7 +4,7 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures lint test validate bench docs screenshots clean
+.PHONY: help setup figures lint test validate bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -41,9 +41,20 @@ bench: | $(UV)  ## measure the speed, and write docs/performance.md
 	.tools/bench/bin/python -m benchmarks
 
 # an environment of its own, so that the everyday one stays small
+# two hours on two cores; stopped, it goes on where it was
+ATLAS := .atlas
+atlas: export UV_PROJECT_ENVIRONMENT := .tools/atlas
+atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/atlases/atlas.npz
+	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group atlas
+	for part in elastic lossy losses; do \
+		.tools/atlas/bin/springpot study run atlas/$$part.toml --store $(ATLAS)/$$part.zarr || exit; \
+	done
+	.tools/atlas/bin/python atlas/make.py $(ATLAS) src/springpot/atlases/atlas.npz
+
 docs: export UV_PROJECT_ENVIRONMENT := .tools/docs
 docs: | $(UV)  ## build the documentation into docs/_build/html, running every example; a warning is an error
 	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group docs
+	rm -rf docs/_build docs/api/generated docs/auto_gallery
 	.tools/docs/bin/sphinx-build -W --keep-going -n -b html docs docs/_build/html
 
 screenshots: setup  ## pictures of the page, into docs/images (needs a Chromium)

@@ -138,6 +138,24 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: Json = False) -> int:
 
 
 @app.command
+def atlas(*, flags: _Flags = _OscillatorFlags(), json_: Json = False) -> int:
+    """Stationary moments from the atlas of Monte Carlo that comes with the library, with their errors, at once."""
+    oscillator = flags.oscillator()
+    with leave_at_once():
+        from springpot.atlases import atlas as look_up
+        from springpot.theory.result import MOMENTS
+        from springpot.units import UNITS
+
+    found = look_up(oscillator)
+    if json_:
+        print_json({"oscillator": asdict(oscillator), **found.to_dict()})
+        return 0
+    rows = [[name, _with_error(getattr(found, name), found.errors[name], UNITS[name])] for name in MOMENTS]
+    print_table([["", "value +- half-width of the 95 % interval"], *rows])
+    return 0
+
+
+@app.command
 def compare(
     *,
     flags: _Flags = _OscillatorFlags(),

@@ -5,6 +5,7 @@ state, and returns them.  The few that need several panels begin with ``draw_`` 
 their units on the axes, colours are told apart with any kind of colour vision, and bars reach over 95 % intervals.
 """
 
+from springpot.figures.charts import design_chart
 from springpot.figures.comparison import draw_comparison
 from springpot.figures.convergence import convergence
 from springpot.figures.from_rest import survival, transient
@@ -18,8 +19,8 @@ from springpot.figures.sweeps import against
 from springpot.figures.validity import draw_gaps, gaps
 
 __all__ = [
-    "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "draw_comparison",
-    "draw_gaps", "draw_study", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms",
-    "new_figure", "new_grid", "path", "phase_portrait", "save", "spectrum", "survival", "terms_against_tolerance",
-    "transient",
+    "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "design_chart",
+    "draw_comparison", "draw_gaps", "draw_study", "fourier_error", "fourier_series", "gaps", "memory_error",
+    "memory_terms", "new_figure", "new_grid", "path", "phase_portrait", "save", "spectrum", "survival",
+    "terms_against_tolerance", "transient",
 ]  # fmt: skip

@@ -1,0 +1,87 @@
+"""Design charts: the response over order and strength of the springpot, read from the atlas."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from springpot.atlases.lookup import COEFFICIENTS, ORDERS, atlas
+from springpot.figures.style import panel
+from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.theory.result import MOMENTS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["design_chart"]
+
+FINE = 60  # points along each axis
+LINES = 10
+_LABELS = {
+    "amplitude_mean_square": r"$\langle A^2\rangle\,\Omega^3/q$",
+    "x_mean": r"$\langle x\rangle\,\sqrt{\Omega^3/q}$",
+    "x_mean_square": r"$\langle x^2\rangle\,\Omega^3/q$",
+    "v_mean_square": r"$\langle v^2\rangle\,\Omega/q$",
+    "impact_rate": r"impact rate / $\Omega$",
+    "impact_speed_mean": r"mean impact speed $\sqrt{\Omega/q}$",
+    "impact_speed_mean_square": r"mean square impact speed $\Omega/q$",
+}
+
+
+def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float = 1.0, position: float = 0.0) -> Axes:
+    """Draw contours of a moment over the order and the strength of the springpot, from the atlas.
+
+    Everything is dimensionless, so that one chart serves every oscillator.
+
+    Parameters
+    ----------
+    quantity : str
+        A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    restitution : float
+        Of the wall: 0.3 to 1 at the equilibrium, 1 or 0.8 elsewhere.
+    position : float
+        Of the wall, in units of sqrt(q / Omega^3), from -2 to 2.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If the quantity is unknown, or the atlas does not cover the wall.
+
+    Examples
+    --------
+    >>> chart = design_chart("impact_rate", restitution=0.7)
+    >>> chart.get_yscale()
+    'log'
+    """
+    if quantity not in MOMENTS:
+        raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
+    wall = Barrier(position, restitution)
+    orders = np.linspace(*ORDERS, FINE)
+    strengths = np.geomspace(*COEFFICIENTS, FINE)
+    found = np.array(
+        [
+            [getattr(atlas(Oscillator(springpot=Springpot(order, c), barrier=wall)), quantity) for order in orders]
+            for c in strengths
+        ]
+    )
+    own = panel(axes, 5.6, 4.4)
+    positive = bool(found.min() > 0.0)
+    shown = np.log10(found) if positive else found
+    own.contourf(orders, strengths, shown, levels=40, cmap="cividis")
+    levels = np.linspace(shown.min(), shown.max(), LINES + 2)[1:-1]
+    lines = own.contour(orders, strengths, shown, levels=levels, colors="white", linewidths=0.8)
+    own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.2g}", fontsize=8)
+    own.set_yscale("log")
+    own.set_xlabel(r"order of the derivative $\alpha$ (1)")
+    own.set_ylabel(r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)")
+    own.set_title(
+        f"{_LABELS[quantity]}  at  $r$ = {restitution:g}, $b\\sqrt{{\\Omega^3/q}}$ = {position:g}", fontsize="medium"
+    )
+    return own
