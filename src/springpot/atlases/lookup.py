@@ -22,7 +22,9 @@ from springpot.oscillator import Oscillator
 from springpot.theory.result import MOMENTS, Moments, NotCovered, Result
 from springpot.units import UNITS
 
-__all__ = ["ATLAS_FILE", "AtlasAnswer", "Table", "atlas", "crowding", "error_codes", "read_table", "restitution_at", "weights"]
+__all__ = [
+    "ATLAS_FILE", "AtlasAnswer", "Table", "atlas", "crowding", "error_codes", "read_table", "restitution_at", "weights",
+]  # fmt: skip
 
 ATLAS_FILE = Path(__file__).with_name("atlas.npz")
 ORDERS, COEFFICIENTS, RESTITUTIONS, PLACES = (0.05, 1.0), (0.01, 10.0), (0.3, 1.0), (-2.0, 2.0)

@@ -125,6 +125,17 @@ def run_study(
         If the store cannot be written.  What was written stays.
     KeyboardInterrupt
         On Ctrl-C, and on SIGTERM (`Terminated`).  What was written stays.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from springpot.studies import read_study
+    >>> asked = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     first = run_study(asked, f"{folder}/orders.zarr")
+    ...     again = run_study(asked, f"{folder}/orders.zarr")
+    >>> first.computed, again.computed, again.found
+    (2, 0, 2)
     """
     from springpot.simulation.settings import checked_threads
 

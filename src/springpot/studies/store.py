@@ -166,6 +166,14 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
         If the store is another study's, was made by a newer version, or is no store of ours.
     OSError
         If it cannot be read or written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> asked = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     open_store(f"{folder}/orders.zarr", asked).study.shape
+    {'order': 2}
     """
     path = Path(path)
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):

@@ -46,6 +46,11 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
         Name of the method to the sentence that says why it has none: it does not cover the oscillator, there is no
         stationary state, or its iteration did not converge.
 
+    Raises
+    ------
+    TypeError
+        If it is not an Oscillator.
+
     Examples
     --------
     >>> from springpot.oscillator import Springpot

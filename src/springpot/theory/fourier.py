@@ -114,6 +114,10 @@ def truncation_bound(terms: int) -> float:
     terms : int
         n, at least 0.
 
+    Returns
+    -------
+    float
+
     Raises
     ------
     TypeError, ValueError

@@ -77,6 +77,10 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     method : str
         One of METHODS.
 
+    Returns
+    -------
+    Trust
+
     Raises
     ------
     TypeError
@@ -147,6 +151,22 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
 
     Exact answers first; then the method with the smallest worst gap on the map; away from the map the closure, or the
     envelope, or averaging.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    answers : dict
+        Name of a method to its result, as from `springpot.theory.solve_all`.
+
+    Returns
+    -------
+    str
+        Name of the method; empty if none has an answer.
+
+    Examples
+    --------
+    >>> recommended(Oscillator(), {})
+    ''
     """
     for name in ("exact", "fokker_planck"):
         if name in answers:
