@@ -54,5 +54,7 @@ class Tab:
 
 @contextmanager
 def tab(server: Server, *, origin: str | None = None) -> Iterator[Tab]:
-    with connect(server.live, origin=origin or server.origin, max_size=None, open_timeout=30) as socket:  # type: ignore[arg-type]
+    ours: Any = origin or server.origin
+    # frames that nobody has read yet must not keep the closing handshake from being read
+    with connect(server.live, origin=ours, max_size=None, max_queue=None, open_timeout=30, close_timeout=2) as socket:
         yield Tab(socket)

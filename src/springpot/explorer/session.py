@@ -121,7 +121,8 @@ class Session:
                     await _drop(work)
                 self._problem = problem = self._question
                 assert problem is not None
-                self._slots, self._player = {}, None
+                self._player = None
+                self._slots = {kind: said for kind, said in self._slots.items() if kind in ("status", "refused")}
                 self._post("accepted", command=as_command(problem), python=as_python(problem))
                 work = asyncio.gather(
                     self._guarded(self._theory(problem)),
