@@ -11,7 +11,7 @@ import sys
 import time
 import urllib.error
 import urllib.request
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -148,19 +148,35 @@ def test_a_thousand_hostile_messages_hurt_nobody(server: Server) -> None:
         witness.say(**{**SMALL, "generation": 42})
         before_them = witness.until("estimates", complete=True)["values"]
 
-        def throw(messages: list[str | bytes]) -> int:
-            """In handfuls, for the server shows a tab out that does not stop; returns how many handfuls were."""
-            refused = 0
-            for begin in range(0, len(messages), 20):
-                with tab(server) as attacker, suppress(ConnectionClosed):
-                    for message in messages[begin : begin + 20]:
+        def throw(messages: list[str | bytes]) -> tuple[int, int]:
+            """In handfuls, for the server shows a tab out that does not stop; the huge ones end a connection each.
+
+            Returns how many handfuls and how many huge ones were refused.
+            """
+            huge = [message for message in messages if len(message) > 4 * LONGEST_MESSAGE]
+            others = [message for message in messages if len(message) <= 4 * LONGEST_MESSAGE]
+            handfuls = [others[begin : begin + 20] for begin in range(0, len(others), 20)]
+            refused, closed = 0, 0
+            for handful in handfuls:
+                with tab(server) as attacker:
+                    for message in handful:
                         attacker.socket.send(message)
-                    refused += attacker.until("refused", seconds=10.0) is not None
-            return refused
+                    refused += attacker.until("refused", seconds=20.0) is not None
+            for message in huge:
+                with tab(server) as attacker:
+                    try:
+                        attacker.socket.send(message)
+                        attacker.count(20.0)
+                    except ConnectionClosed:
+                        closed += 1
+            assert (refused, closed) == (len(handfuls), len(huge))
+            return refused, closed
 
         throw(hostile_messages(200))  # what is imported and cached on the way is no leak
         before = server.memory()
-        assert throw(hostile_messages(1000)) >= 20
+        refused, closed = throw(hostile_messages(1000))
+        assert refused > 40
+        assert closed > 100
         time.sleep(0.5)
         assert server.memory() - before < 15.0
         assert server.process.poll() is None
