@@ -260,7 +260,7 @@ def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.C
         (
             "nonsense",
             "there is no command 'nonsense': "
-            "the commands are theory, compare, simulate, doctor, reproduce and validity.",
+            "the commands are theory, atlas, compare, simulate, study, doctor, reproduce, validity and explore.",
         ),
     ],
 )

@@ -100,8 +100,6 @@ class _OscillatorFlags:
         )
 
 
-app.command("springpot.studies.commands:app", name="study")
-
 _Flags = Annotated[_OscillatorFlags, Parameter(name="*")]
 _Threads = Annotated[Whole | None, Parameter(help="Threads; all that this process may use if not given.")]
 
@@ -324,6 +322,9 @@ def simulate(
     print(f"settings: {_plain(answer['settings'])}")
     _print_estimates(answer)
     return 0
+
+
+app.command("springpot.studies.commands:app", name="study")
 
 
 @app.command

@@ -8,6 +8,7 @@ through the missing tasks in an order of its own and leaves out what another has
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
 import os
 import random
@@ -334,6 +335,11 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 
 
 async def _end_workers(nannies: Sequence[Any]) -> None:
+    for nanny in nannies:  # asked to end, a worker tells of what it was doing, at length
+        nanny.auto_restart = False
+        if nanny.pid is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(nanny.pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
     await asyncio.gather(*(nanny.close(timeout=0.5) for nanny in nannies), return_exceptions=True)
 
 

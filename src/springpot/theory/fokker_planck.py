@@ -451,6 +451,10 @@ class _NearWall:
 def _tabulated(density: Callable[[FloatArray], FloatArray], edges: FloatArray) -> Tabulated:
     """Polynomials of the cube root of the argument on panels, then a table on many more knots."""
     root = np.cbrt(edges)
+    # places chosen in different units may all but meet; the last edge stays
+    apart = np.diff(root) > 1e-6 * np.ptp(root)
+    edges = edges[np.append(apart, True)]
+    root = np.cbrt(edges)
     half, middle = np.diff(root)[:, None] / 2.0, (root[1:, None] + root[:-1, None]) / 2.0
     nodes = chebyshev.chebpts1(_ON_PANEL)
     sampled = density(((middle + half * nodes) ** 3).ravel()).reshape(half.size, _ON_PANEL)
