@@ -76,14 +76,14 @@ def _wall(work: Callable[[], object]) -> float:
 
 
 def _second_worker(place: Path, quick: bool) -> Row:
-    """Tasks of a second with one worker and with two, less what it takes to start and to stop each."""
-    long, count = (0.05, 4) if quick else (1.0, 20)
+    """Tasks of a second with one worker and with two, less what it takes to start each, its kernels included, and to stop it."""
+    long, count = (0.05, 4) if quick else (1.0, 30)
     settings: dict[str, Any] = {"paths": 1024, "duration": 100.0, "step": 0.01}
     first = next(tasks(_grid("calibration", ["monte_carlo"], 2, monte_carlo=settings)))
     compute(first)
     settings["duration"] = max(20.0, 100.0 * long / best_wall(lambda: compute(first)))
     study = _grid("workers", ["monte_carlo"], count, monte_carlo=settings)
-    nothing = _grid("nothing", ["averaging"], 2)
+    nothing = _grid("nothing", ["monte_carlo"], 8, monte_carlo={**settings, "paths": 64, "duration": 1.0})
     taken = []
     for workers in (1, 2):
         begun = _wall(lambda w=workers: run_study(nothing, place / f"nothing{w}.zarr", workers=w))  # type: ignore[misc]
