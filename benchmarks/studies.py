@@ -76,7 +76,7 @@ def _wall(work: Callable[[], object]) -> float:
 
 
 def _second_worker(place: Path, quick: bool) -> Row:
-    """Tasks of a second with one worker and with two, less what it takes to start each, its kernels included, and to stop it."""
+    """Tasks of a second with one worker and with two, less what starting each takes, its kernels included."""
     long, count = (0.05, 4) if quick else (1.0, 30)
     settings: dict[str, Any] = {"paths": 1024, "duration": 100.0, "step": 0.01}
     first = next(tasks(_grid("calibration", ["monte_carlo"], 2, monte_carlo=settings)))
