@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,15 +19,23 @@ __all__ = ["design_chart"]
 
 FINE = 60  # points along each axis
 LINES = 10
+MOST_LINES = 14
 _LABELS = {
     "amplitude_mean_square": r"$\langle A^2\rangle\,\Omega^3/q$",
     "x_mean": r"$\langle x\rangle\,\sqrt{\Omega^3/q}$",
     "x_mean_square": r"$\langle x^2\rangle\,\Omega^3/q$",
     "v_mean_square": r"$\langle v^2\rangle\,\Omega/q$",
     "impact_rate": r"impact rate / $\Omega$",
-    "impact_speed_mean": r"mean impact speed $\sqrt{\Omega/q}$",
-    "impact_speed_mean_square": r"mean square impact speed $\Omega/q$",
+    "impact_speed_mean": r"mean impact speed $\cdot\,\sqrt{\Omega/q}$",
+    "impact_speed_mean_square": r"mean square impact speed $\cdot\,\Omega/q$",
 }
+
+_LADDERS = (
+    (1.0, 1.05, *np.arange(1.1, 2.0, 0.1), *np.arange(2.0, 10.0, 0.5)),
+    (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0),
+    (1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    (1.0, 2.0, 5.0),
+)
 
 
 def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float = 1.0, position: float = 0.0) -> Axes:
@@ -60,6 +69,8 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     >>> chart.get_yscale()
     'log'
     """
+    from matplotlib.patheffects import AbstractPathEffect, withStroke
+
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
     wall = Barrier(position, restitution)
@@ -74,10 +85,18 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     own = panel(axes, 5.6, 4.4)
     positive = bool(found.min() > 0.0)
     shown = np.log10(found) if positive else found
-    own.contourf(orders, strengths, shown, levels=40, cmap="cividis")
-    levels = np.linspace(shown.min(), shown.max(), LINES + 2)[1:-1]
-    lines = own.contour(orders, strengths, shown, levels=levels, colors="white", linewidths=0.8)
-    own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.2g}", fontsize=8)
+    # what hardly ever happens in one corner must not take all colours
+    low, high = np.quantile(shown, [0.04, 0.99])
+    own.contourf(orders, strengths, shown, levels=np.linspace(low, high, 41), cmap="cividis", extend="both")
+    levels = _round_levels(10.0**low, 10.0**high) if positive else np.linspace(low, high, LINES)
+    lines = own.contour(
+        orders, strengths, shown, levels=np.log10(levels) if positive else levels, colors="white", linewidths=0.9,
+        linestyles="solid",
+    )  # fmt: skip
+    labels = own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.3g}", fontsize=8)
+    outline: list[AbstractPathEffect] = [withStroke(linewidth=1.8, foreground="0.25")]
+    for drawn in (lines, *labels):  # to be read on light and on dark
+        drawn.set_path_effects(outline)
     own.set_yscale("log")
     own.set_xlabel(r"order of the derivative $\alpha$ (1)")
     own.set_ylabel(r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)")
@@ -85,3 +104,13 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
         f"{_LABELS[quantity]}  at  $r$ = {restitution:g}, $b\\sqrt{{\\Omega^3/q}}$ = {position:g}", fontsize="medium"
     )
     return own
+
+
+def _round_levels(low: float, high: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Round numbers between two positive ones: as many as can be read."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in _LADDERS:
+        found = [step * 10.0**power for power in powers for step in steps if low < step * 10.0**power < high]
+        if len(found) <= MOST_LINES:
+            return np.array(found)
+    return np.array(found[:: -(-len(found) // MOST_LINES)])
