@@ -18,7 +18,7 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.listening import HEADER, WATCH
 from springpot.simulation.observers import Distribution, Observer, distributions_in, sketches
-from springpot.simulation.run import _about_slow_impacts, _drift, _warnings
+from springpot.simulation.run import about_slow_impacts, doubts, energy_drift
 from springpot.simulation.settings import Settings, energy_time, fastest_rate, mirror, resolve
 from springpot.simulation.statistics import estimates
 
@@ -164,10 +164,10 @@ class Gathering:
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as a run has them."""
         values, errors = self.estimates()
-        drift = _drift(self._rows[: self.paths])
+        drift = energy_drift(self._rows[: self.paths])
         return (
-            *_warnings(self.oscillator, self.settings, self.adapted, values, errors, drift),
-            *_about_slow_impacts(self.oscillator, self.settings),
+            *doubts(self.oscillator, self.settings, self.adapted, values, errors, drift),
+            *about_slow_impacts(self.oscillator, self.settings),
         )
 
     def distributions(self) -> dict[str, Distribution]:

@@ -38,7 +38,7 @@ from springpot.units import UNITS
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Run", "run", "simulate"]
+__all__ = ["Run", "about_slow_impacts", "doubts", "energy_drift", "run", "simulate"]
 
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
@@ -269,8 +269,8 @@ def run(
         budgets={},
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
-            *_warnings(oscillator, settings, adapted, values, errors, _drift(ensemble.rows)),
-            *_about_slow_impacts(oscillator, settings),
+            *doubts(oscillator, settings, adapted, values, errors, energy_drift(ensemble.rows)),
+            *about_slow_impacts(oscillator, settings),
             *(
                 f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
                 for name in observed.means
@@ -305,7 +305,7 @@ def _run_to(
     diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
     # the coarse level's step is corrected for, and part of the budget
     fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
-    warned = _warnings(oscillator, fine, adapted, found.values, found.errors, _drift(found.rows))
+    warned = doubts(oscillator, fine, adapted, found.values, found.errors, energy_drift(found.rows))
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -454,7 +454,7 @@ def simulate(
     return found.to_dataset()
 
 
-def _drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
+def energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Mean energy gained over the window, and its standard error."""
     gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
     return float(gained.mean()), standard_error(gained)
@@ -482,7 +482,7 @@ def _diagnostics(
     }
 
 
-def _warnings(
+def doubts(
     oscillator: Oscillator,
     settings: Settings,
     adapted: Adapted | None,
@@ -548,7 +548,7 @@ def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str
     return found
 
 
-def _about_slow_impacts(oscillator: Oscillator, settings: Settings) -> list[str]:
+def about_slow_impacts(oscillator: Oscillator, settings: Settings) -> list[str]:
     """Of a run at one step: what slow impacts that it misses are likely to be worth."""
     if oscillator.barrier is None or not impacts_are_countable(oscillator):
         return []
