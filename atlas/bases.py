@@ -17,7 +17,6 @@ import itertools
 import math
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -50,31 +49,30 @@ class Equivalent:
         return math.sqrt(0.5 / (self.damping * self.stiffness))
 
 
-def truncated(wall: float) -> tuple[float, float, float]:
-    """Mean, mean square and density at the wall of a standard normal number above a wall."""
-    hazard = math.sqrt(2.0 / math.pi) / float(special.erfcx(wall / math.sqrt(2.0)))
-    return hazard, 1.0 + wall * hazard, hazard
+def truncated(wall: float) -> tuple[float, float]:
+    """Mean and mean square of a standard normal number above a wall; the mean is its density at the wall as well."""
+    mean = math.sqrt(2.0 / math.pi) / float(special.erfcx(wall / math.sqrt(2.0)))
+    return mean, 1.0 + wall * mean
 
 
 def behind_an_elastic_wall(found: Equivalent, wall: float) -> Moments:
     """Exact moments: a normal density cut off at the wall, and an independent normal velocity."""
     spread, speed = found.spread, math.sqrt(0.5 / found.damping)
-    mean, square, edge = truncated((wall - found.rest) / spread)
+    mean, square = truncated((wall - found.rest) / spread)
     x_square = spread**2 * square + 2.0 * found.rest * spread * mean + found.rest**2
     return {
         "amplitude_mean_square": x_square + speed**2,
         "x_mean": found.rest + spread * mean,
         "x_mean_square": x_square,
         "v_mean_square": speed**2,
-        "impact_rate": edge / spread * speed / math.sqrt(2.0 * math.pi),
+        "impact_rate": mean / spread * speed / math.sqrt(2.0 * math.pi),
         "impact_speed_mean": speed * math.sqrt(0.5 * math.pi),
         "impact_speed_mean_square": 2.0 * speed**2,
     }
 
 
-@cache
-def elastic(order: float, coefficient: float, wall: float) -> tuple[Equivalent, Moments]:
-    """The oscillator that stands for one with memory behind an elastic wall, and its moments."""
+def elastic(order: float, coefficient: float, wall: float) -> Moments:
+    """Moments of the oscillator that stands for one with memory behind an elastic wall."""
     free = exact(Oscillator(springpot=Springpot(order, coefficient), barrier=None))
     stiffness, damping = free.v_mean_square / free.x_mean_square, 0.5 / free.v_mean_square
     share = max(stiffness - 1.0, 0.0) / stiffness  # of the in-phase force, about the mean
@@ -84,8 +82,7 @@ def elastic(order: float, coefficient: float, wall: float) -> tuple[Equivalent, 
 
     low, high = max(wall, 0.0), max(wall, 0.0) + 20.0 * math.sqrt(free.x_mean_square)
     mean = optimize.brentq(off, low, high) if off(low) > 0.0 else low
-    found = Equivalent(stiffness, damping, share * mean)
-    return found, behind_an_elastic_wall(found, wall)
+    return behind_an_elastic_wall(Equivalent(stiffness, damping, share * mean), wall)
 
 
 def with_these_moments(mean: float, mean_square: float, speed_square: float, wall: float) -> Equivalent:
@@ -93,12 +90,12 @@ def with_these_moments(mean: float, mean_square: float, speed_square: float, wal
     above, variance = mean - wall, mean_square - mean**2
 
     def shape(place: float) -> float:  # variance over square of the mean distance from the wall
-        first, second, _ = truncated(place)
+        first, second = truncated(place)
         return (second - first**2) / (first - place) ** 2 - variance / above**2
 
     low, high = -30.0, 30.0
     place = optimize.brentq(shape, low, high) if shape(low) * shape(high) < 0.0 else low
-    first, _, _ = truncated(place)
+    first, _ = truncated(place)
     spread = above / (first - place)
     return Equivalent(speed_square / spread**2, 0.5 / speed_square, wall - place * spread)
 

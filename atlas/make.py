@@ -23,7 +23,17 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from springpot import Barrier, Oscillator, Springpot
-from springpot.atlases.lookup import LOSSY, Table, crowding, error_codes, restitution_at
+from springpot.atlases.lookup import (
+    COEFFICIENTS,
+    LOSSY,
+    ORDERS,
+    PLACES,
+    RESTITUTIONS,
+    Table,
+    crowding,
+    error_codes,
+    restitution_at,
+)
 from springpot.studies.question import read_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import columns_of, tasks
@@ -151,19 +161,19 @@ class Fit:
 def coordinates(points: list[Point], third: str) -> np.ndarray:
     """Coordinates along which what is left over the base changes evenly."""
     rows = np.array(points)
-    # as `crowding`, but all the more even near 1, where the base knows what small losses do
-    last = np.log((rows[:, 2] - 0.163) / (1.03 - rows[:, 2])) if third == "restitution" else rows[:, 2]
+    # less crowded near 1, for the base knows what small losses do
+    last = crowding(rows[:, 2], beyond=1.03) if third == "restitution" else rows[:, 2]
     return np.stack([np.log(rows[:, 0]), np.log(rows[:, 1]), last], axis=1)
 
 
 def nodes(third: str) -> tuple[list[np.ndarray], list[Point]]:
     """The atlas's grid: coordinates along each axis, and every point."""
-    orders = np.linspace(math.log(0.05), 0.0, GRID["order"])
-    cs = np.linspace(math.log(0.01), math.log(10.0), GRID["c"])
+    orders = np.linspace(*map(math.log, ORDERS), GRID["order"])
+    cs = np.linspace(*map(math.log, COEFFICIENTS), GRID["c"])
     if third == "position":
-        last = values = np.linspace(-2.0, 2.0, GRID["position"])
+        last = values = np.linspace(*PLACES, GRID["position"])
     else:
-        last = np.linspace(float(crowding(0.3)), float(crowding(1.0)), GRID["restitution"])
+        last = np.linspace(*map(crowding, RESTITUTIONS), GRID["restitution"])
         values = restitution_at(last)
     points = list(itertools.product(np.minimum(np.exp(orders), 1.0), np.exp(cs), values))
     return [orders, cs, last], points
@@ -184,23 +194,16 @@ def table(title: str, third: str, known: Known, base_at: Callable[[Point], Momen
     return Table(starts, steps, np.reshape(values, shape).astype("f4"), np.reshape(errors, shape).astype("f4"))
 
 
-def looked_up(found: Table, point: Point) -> Moments:
-    """Moments in the atlas's units from a table just made."""
-    logs, _ = found.at(math.log(point[0]), math.log(point[1]), point[2])
-    moments = dict(zip(MOMENTS, np.exp(logs).tolist(), strict=True))
-    return moments | {"x_mean": float(logs[MOMENTS.index("x_mean")]) * math.sqrt(moments["x_mean_square"])}
-
-
 def main(stores: Path, out: Path) -> None:
-    orders, cs = (read_study(HERE / "elastic.toml").axes[name] for name in ("order", "coefficient"))
-    walls = read_study(HERE / "elastic.toml").axes["position"]
+    axes = read_study(HERE / "elastic.toml").axes
+    orders, cs, walls = (axes[name] for name in ("order", "coefficient", "position"))
     restitutions = read_study(HERE / "losses.toml").axes["restitution"]
     tables = {}
     tables["elastic"] = table(
         "elastic", "position",
         simulated(stores, "elastic", "position")
-        | {(1.0, c, wall): exactly(elastic(1.0, c, wall)[1]) for c in cs for wall in walls},
-        lambda point: elastic(*point)[1],
+        | {(1.0, c, wall): exactly(elastic(1.0, c, wall)) for c in cs for wall in walls},
+        lambda point: elastic(*point),
     )  # fmt: skip
     dampings = np.geomspace(7e-4, 45.0, 14)
     by_wall = LossyTable(dampings, np.array([LOSSY]), np.linspace(FARTHEST, DEEPEST, 19))
@@ -208,16 +211,16 @@ def main(stores: Path, out: Path) -> None:
         "lossy", "position",
         simulated(stores, "lossy", "position")
         | order_one(((c, wall, LOSSY) for c in cs for wall in walls), "position"),
-        lambda point: by_wall.changed(looked_up(tables["elastic"], point), point[2], LOSSY),
+        lambda point: by_wall.changed(tables["elastic"].moments(*point)[0], point[2], LOSSY),
     )  # fmt: skip
     by_loss = LossyTable(dampings, restitution_at(np.linspace(crowding(0.29), crowding(1.0), 21)), np.array([0.0]))
-    at_rest = {(order, c): looked_up(tables["elastic"], (order, c, 0.0)) for order in (*orders, 1.0) for c in cs}
+    at_rest = {(order, c): tables["elastic"].moments(order, c, 0.0)[0] for order in (*orders, 1.0) for c in cs}
     tables["losses"] = table(
         "losses", "restitution",
         simulated(stores, "losses", "restitution")
         | order_one(((c, 0.0, r) for c in cs for r in restitutions), "restitution")
         | {(*point, 1.0): exactly(moments, 1e-3) for point, moments in at_rest.items()},
-        lambda point: by_loss.changed(looked_up(tables["elastic"], (*point[:2], 0.0)), 0.0, point[2]),
+        lambda point: by_loss.changed(tables["elastic"].moments(*point[:2], 0.0)[0], 0.0, point[2]),
     )  # fmt: skip
     content = {}
     for name, found in tables.items():

@@ -90,6 +90,18 @@ class Table:
         errors = self.errors[i : i + 4, j : j + 4, k : k + 4].reshape(-1, len(MOMENTS)).max(axis=0)
         return np.asarray(third @ along.reshape(4, -1)), errors
 
+    def moments(self, order: float, coefficient: float, third: float) -> tuple[dict[str, float], dict[str, float]]:
+        """Moments and their standard errors at a frequency and an intensity of 1; the third coordinate as it is."""
+        logs, spreads = self.at(math.log(order), math.log(coefficient), third)
+        numbers = dict(zip(MOMENTS, np.exp(logs).tolist(), strict=True))
+        relative = dict(zip(MOMENTS, spreads.tolist(), strict=True))
+        errors = {name: relative[name] * numbers[name] for name in MOMENTS}
+        # the mean is kept in root mean squares, and owes to the error of these
+        size = math.sqrt(numbers["x_mean_square"])
+        numbers["x_mean"] = float(logs[MOMENTS.index("x_mean")]) * size
+        errors["x_mean"] = math.hypot(relative["x_mean"] * size, 0.5 * relative["x_mean_square"] * numbers["x_mean"])
+        return numbers, errors
+
 
 def weights(position: float, size: int) -> tuple[int, Floats]:
     """First of four nodes, and Lagrange's weights of a cubic through them, at a position counted in nodes.
@@ -106,9 +118,9 @@ def weights(position: float, size: int) -> tuple[int, Floats]:
     return first, np.array([-a * b * c / 6.0, 0.5 * t * b * c, -0.5 * t * a * c, t * a * b / 6.0])
 
 
-def crowding(restitution: Any) -> Any:
-    """Coordinate of a restitution: finest near 1, where with light damping small losses decide, and low down, where
-    slow impacts crowd (they become infinitely many at 0.163).
+def crowding(restitution: Any, beyond: float = BEYOND) -> Any:
+    """Coordinate of a restitution: finest near 1, where with light damping small losses decide (the more so the nearer
+    ``beyond`` is to 1), and low down, where slow impacts crowd (they become infinitely many at 0.163).
 
     Examples
     --------
@@ -116,7 +128,7 @@ def crowding(restitution: Any) -> Any:
     (5.631, 0.5)
     """
     r = np.asarray(restitution)
-    return np.log((r - COLLAPSE) / (BEYOND - r))
+    return np.log((r - COLLAPSE) / (beyond - r))
 
 
 def restitution_at(coordinate: Any) -> Any:
@@ -181,17 +193,7 @@ def atlas(oscillator: Oscillator) -> AtlasAnswer:
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     name, third = _table_for(oscillator)
-    logs, spreads = read_table(name).at(
-        math.log(oscillator.springpot.order), math.log(oscillator.dimensionless_coefficient), third
-    )
-    numbers = dict(zip(MOMENTS, np.exp(logs).tolist(), strict=True))
-    size = math.sqrt(numbers["x_mean_square"])
-    mean = MOMENTS.index("x_mean")
-    numbers["x_mean"] = float(logs[mean]) * size
-    relative = dict(zip(MOMENTS, spreads.tolist(), strict=True))
-    # the mean is kept in root mean squares, and owes to the error of these
-    own = {name: relative[name] * numbers[name] for name in MOMENTS}
-    own["x_mean"] = math.hypot(relative["x_mean"] * size, 0.5 * relative["x_mean_square"] * numbers["x_mean"])
+    numbers, own = read_table(name).moments(oscillator.springpot.order, oscillator.dimensionless_coefficient, third)
     scales = _scales(oscillator)
     values = {name: numbers[name] * scales[name] for name in MOMENTS}
     errors = {name: NORMAL * own[name] * abs(scales[name]) for name in MOMENTS}
