@@ -28,8 +28,10 @@ lint: setup  ## style, types, spelling
 	$(RUN)/mypy
 	$(RUN)/codespell
 
+# the page's tests tell how quick it is, so they come by themselves
 test: lint  ## style, types, spelling and the everyday tests
-	$(RUN)/pytest -m "not validation"
+	$(RUN)/pytest -m "not validation" tests/explorer
+	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal
 
 validate: setup  ## the physics that takes longer
 	$(RUN)/pytest -m validation

@@ -8,11 +8,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import psutil
 import pytest
 
 if TYPE_CHECKING:
@@ -72,6 +73,35 @@ def running(*words: str) -> Iterator[Server]:
     finally:
         process.kill()
         process.communicate()
+
+
+class Others:
+    """How much of the machine's processors everything but this test and what it started takes, from here on."""
+
+    MOST = 0.25  # processors, that a test of speed bears
+
+    def __init__(self) -> None:
+        self.begun, self.busy, self.ours = time.monotonic(), *self._spent()
+
+    @staticmethod
+    def _spent() -> tuple[float, float]:
+        """Processor time in s that anyone has spent, what the host took away among it, and that we have."""
+        everyone = psutil.cpu_times()
+        busy = everyone.user + everyone.nice + everyone.system + everyone.irq + everyone.softirq + everyone.steal
+        ours = psutil.Process().cpu_times()
+        spent = ours.user + ours.system + ours.children_user + ours.children_system
+        for child in psutil.Process().children(recursive=True):
+            with suppress(psutil.NoSuchProcess):
+                its = child.cpu_times()
+                spent += its.user + its.system + its.children_user + its.children_system
+        return busy, spent
+
+    def excuse(self, found: str, *, unless: bool) -> None:
+        """Skip the test: what is too slow while others use the machine says nothing."""
+        busy, ours = self._spent()
+        taken = (busy - self.busy - (ours - self.ours)) / (time.monotonic() - self.begun)
+        if not unless and taken > self.MOST:
+            pytest.skip(f"{found}, but others were using {taken:.1f} processors")
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import shlex
 import subprocess
 import sys
@@ -12,16 +11,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 import springpot as sp
-from springpot.processors import threads_available
-from tests.explorer.conftest import COMMAND, Server, running
+from tests.explorer.conftest import COMMAND, Others, Server, running
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Page
+    from playwright.sync_api import Browser, BrowserContext, Locator, Page
 
 QUICK = "paths=640"  # enough to be exact about, few enough to be quick
 COMPLETE = "window.springpotExplorer?.generation > {after} && results.dataset.complete === 'true' && \
@@ -77,23 +75,18 @@ class Tab:
         return int(self.page.evaluate("springpotExplorer.frames"))
 
 
-def skip_where_busy(found: str) -> None:
-    """What is too slow while others use the machine says nothing."""
-    load, processors = os.getloadavg()[0], threads_available()
-    if load > processors:
-        pytest.skip(f"{found}, but the machine is busy: a load of {load:.0f} on {processors} processors")
-
-
 @contextmanager
 def opened(context: BrowserContext, server: Server, fragment: str = QUICK, *, wait: bool = True) -> Iterator[Tab]:
     tab = Tab(context.new_page())
-    tab.page.goto(f"{server.address}#{fragment}")
-    if wait:
-        tab.complete()
-    yield tab
-    assert tab.complaints == []
-    assert tab.hosts == {f"127.0.0.1:{server.port}"}
-    tab.page.close()
+    try:
+        tab.page.goto(f"{server.address}#{fragment}")
+        if wait:
+            tab.complete()
+        yield tab
+        assert tab.complaints == []
+        assert tab.hosts == {f"127.0.0.1:{server.port}"}
+    finally:
+        tab.page.close()  # or it takes one of the places of later tests
 
 
 @pytest.fixture(scope="module")
@@ -125,15 +118,14 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
 def test_usable_within_a_second(context: BrowserContext) -> None:
     """From the moment the server says where it is to controls that can be moved."""
     times = []
-    for _ in range(5):
+    others = Others()
+    while not times or (min(times) >= 1.0 and len(times) < 5):
         with running() as fresh, opened(context, fresh, wait=False) as early:
             early.page.locator("#slider-order").press("ArrowRight")
             early.wait("springpotExplorer.generation > 0")
             times.append(time.monotonic() - fresh.answered)
-        if times[-1] < 1.0:
-            return
-    skip_where_busy(f"the page took {min(times):.1f} s")
-    raise AssertionError(f"the page took {min(times):.1f} s at best")
+    others.excuse(f"the page took {min(times):.1f} s", unless=min(times) < 1.0)
+    assert min(times) < 1.0
 
 
 def test_the_numbers_are_those_of_simulate(context: BrowserContext, server: Server) -> None:
@@ -180,17 +172,14 @@ def test_fields_take_numbers_and_refuse_others(tab: Tab) -> None:
 
 def test_thirty_updates_a_second(tab: Tab) -> None:
     """60 on a quiet machine; here the best of several seconds counts, for others may be computing."""
-    best = 0
-    for _ in range(8):
+    best, tries = 0, 0
+    others = Others()
+    while best < 30 and tries < 8:
         before = tab.frames()
         tab.page.wait_for_timeout(1000)
-        best = max(best, tab.frames() - before)
-        if best >= 30:
-            break
-    else:
-        skip_where_busy(f"{best} updates a second")
-        raise AssertionError(f"{best} updates a second at best")
-    assert int(tab.page.evaluate("springpotExplorer.drawn")) > 30
+        best, tries = max(best, tab.frames() - before), tries + 1
+    others.excuse(f"{best} updates a second", unless=best >= 30)
+    assert best >= 30
 
 
 def test_pause_step_and_play(tab: Tab) -> None:
@@ -282,10 +271,10 @@ def test_what_is_copied_runs(tab: Tab) -> None:
 
 def test_downloads(browser: Browser, server: Server) -> None:
     """In a context of its own: one that grants the clipboard denies all else, a second download too."""
-    context = browser.new_context(accept_downloads=True)
-    with opened(context, server, f"a=0.6&C=0.15&{QUICK}") as tab:
+    with browser.new_context(accept_downloads=True) as context, opened(context, server, f"a=0.6&C=0.15&{QUICK}") as tab:
 
-        def saved(button: Any) -> bytes:
+        def saved(button: Locator) -> bytes:
+            tab.page.wait_for_timeout(150)  # Chromium drops what is beyond ten downloads a second
             with tab.page.expect_download() as download:
                 button.click()
             return bytes(download.value.path().read_bytes())
@@ -303,7 +292,6 @@ def test_downloads(browser: Browser, server: Server) -> None:
                 assert table[0].startswith("# alpha = 0.6")
                 assert len(table) > 30
                 assert sum(map(str.isdigit, table[5])) > 5
-    context.close()
 
 
 def test_dimensionless_numbers_are_the_same_problem(context: BrowserContext, server: Server) -> None:

@@ -64,6 +64,8 @@ def test_every_file_of_the_page_is_there(server: Server) -> None:
             assert (status, content) == (200, file.read_bytes())
             if file.suffix == ".js":
                 assert headers["content-type"].startswith("text/javascript")
+                # named in the page: a module that is first named by another one is asked for a round later
+                assert f"/static/{file.relative_to(static)}".encode() in page
 
 
 def test_vendored_code_has_its_licence() -> None:

@@ -12,17 +12,16 @@ import numpy.typing as npt
 from numba import cfunc
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.adapted import Adapted, owed_to_the_start
+from springpot.simulation.adapted import Adapted
 from springpot.simulation.ensemble import advance, tables
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.listening import HEADER, WATCH
 from springpot.simulation.observers import Distribution, Observer, distributions_in, sketches
-from springpot.simulation.run import about_slow_impacts, doubts, energy_drift
-from springpot.simulation.settings import Settings, energy_time, fastest_rate, mirror, resolve
-from springpot.simulation.statistics import estimates
+from springpot.simulation.run import about_slow_impacts, doubts, measured
+from springpot.simulation.settings import Settings, energy_time, fastest_rate, mirror
 
-__all__ = ["BINS", "Gathering", "growth_times", "settled"]
+__all__ = ["BINS", "Gathering", "growth_times"]
 
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
@@ -30,17 +29,6 @@ AT_ONCE = 0.03  # s of work between two looks at what else is to be done
 MOST_BLOCKS = 64  # at once: each then has a row of its own in what is observed
 
 Floats = npt.NDArray[np.float64]
-
-
-def settled(oscillator: Oscillator, *, paths: int, seed: int, start: Any, threads: int) -> Settings:
-    """The settings of `springpot.simulate` with these arguments.
-
-    Raises
-    ------
-    ValueError
-        One sentence, if there can be no such run.
-    """
-    return resolve(oscillator, paths=paths, seed=seed, start=start, threads=threads)
 
 
 def growth_times(oscillator: Oscillator, settings: Settings) -> Floats:
@@ -89,6 +77,7 @@ class Gathering:
     Examples
     --------
     >>> from springpot import Oscillator
+    >>> from springpot.simulation.settings import resolve
     >>> oscillator = Oscillator()
     >>> gathering = Gathering(oscillator, resolve(oscillator, paths=128, duration=10.0, step=0.02))
     >>> while not gathering.complete:
@@ -155,18 +144,13 @@ class Gathering:
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
-        values, errors = estimates(self.oscillator, self.settings, self.made, self._rows[: self.paths])
-        if self.adapted is not None:
-            owed = owed_to_the_start(self.oscillator, self.settings, self.adapted, values)
-            errors = {name: float(np.hypot(error, owed[name])) for name, error in errors.items()}
-        return values, errors
+        return measured(self.oscillator, self.settings, self.made, self._rows[: self.paths], self.adapted)
 
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as a run has them."""
         values, errors = self.estimates()
-        drift = energy_drift(self._rows[: self.paths])
         return (
-            *doubts(self.oscillator, self.settings, self.adapted, values, errors, drift),
+            *doubts(self.oscillator, self.settings, self.adapted, values, errors, self._rows[: self.paths]),
             *about_slow_impacts(self.oscillator, self.settings),
         )
 

@@ -13,7 +13,7 @@ import mimetypes
 import socket
 import time
 from collections.abc import Callable, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,6 +38,7 @@ __all__ = ["MOST_SESSIONS", "application", "listen_on", "serve"]
 
 STATIC = Path(__file__).with_name("static")
 FRAMES_PER_SECOND = 60.0
+PATIENCE = 1.0  # s, for a first page to come
 MOST_SESSIONS = 16
 MOST_CONNECTIONS = 64
 MOST_REFUSED = 20  # messages of one tab, before it is shown out
@@ -158,11 +159,18 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
     """
     mimetypes.add_type("text/javascript", ".js")  # some systems think otherwise, and the browser then refuses it
     open_tabs: set[WebSocket] = set()
+    first_tab = asyncio.Event()
+
+    async def load(engine: Engine) -> None:
+        """Theory and kernel, once the page is there: it comes sooner while nothing else is done."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(first_tab.wait(), PATIENCE)
+        await engine.load()
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         app.state.engine = engine = Engine()
-        loading = asyncio.create_task(engine.load())
+        loading = asyncio.create_task(load(engine))
         yield
         loading.cancel()
         engine.close()
@@ -172,6 +180,7 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
 
     async def tab(websocket: WebSocket) -> None:
         await websocket.accept()
+        first_tab.set()
         if len(open_tabs) >= MOST_SESSIONS:
             await websocket.close(1013, f"{MOST_SESSIONS} pages are open already: close one and reload.")
             return

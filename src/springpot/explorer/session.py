@@ -152,9 +152,10 @@ class Session:
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer import gathering
+        from springpot.simulation.settings import resolve
 
         settings = await engine.simulate(
-            gathering.settled, oscillator, paths=problem.paths, seed=problem.seed, start="rest", threads=1
+            resolve, oscillator, paths=problem.paths, seed=problem.seed, start="rest", threads=1
         )
         times = gathering.growth_times(oscillator, settings)
         curves = await engine.think(answers.growth, oscillator, found[0], times, from_rest=problem.start == "rest")
@@ -165,9 +166,10 @@ class Session:
         await engine.kernel_ready.wait()
         from springpot.explorer import gathering
         from springpot.simulation.adapted import adapt
+        from springpot.simulation.settings import resolve
 
         settings = await engine.simulate(
-            gathering.settled,
+            resolve,
             oscillator,
             paths=problem.paths,
             seed=problem.seed,

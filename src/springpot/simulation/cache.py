@@ -1,19 +1,26 @@
-"""A disk cache of compiled kernels that never serves a stale one.
+"""A disk cache of compiled kernels that never serves a wrong one.
 
 Numba's own cache looks at the one file a function is defined in; a kernel here is compiled from several.  So the key
-also holds a digest of every source file of this folder.  A kernel with a part from elsewhere is not kept on disk, for
-nobody can tell what that part's code depends on.  Where no folder can be written, the kernel is compiled anew in each
-process.
+also holds a digest of every source file of this folder.  And Numba numbers its files in an index that processes which
+compile at the same moment take from one another, so that one may be handed the other's kernel; here each kernel has a
+file of its own, named by its key, that says whose it is and carries a checksum.
+
+A kernel with a part from elsewhere is not kept on disk, for nobody can tell what that part's code depends on.  Where
+no folder can be written, the kernel is compiled anew in each process.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
+import pickle
+import uuid
 from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
 
 __all__ = ["cache_folder", "cached"]
 
@@ -28,7 +35,42 @@ def _from_elsewhere(kind: Any) -> bool:
     return not inside or any(map(_from_elsewhere, getattr(kind, "types", ())))
 
 
+class _Files:
+    """Compiled code by key, a file for each: what Numba's cache reads from and writes to."""
+
+    def __init__(self, folder: str, base: str) -> None:
+        self.folder, self.base = Path(folder), f"{base}.{_DIGEST[:12]}"
+
+    def _place(self, key: Any) -> Path:
+        return self.folder / f"{self.base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:24]}.nbc"
+
+    def load(self, key: Any) -> Any:
+        """What was saved under a key, or None if nothing was, or it is damaged."""
+        try:
+            checksum, content = self._place(key).read_bytes().split(b"\n", 1)
+        except (OSError, ValueError):
+            return None
+        if hashlib.sha256(content).hexdigest().encode() != checksum:
+            return None
+        saved_under, data = pickle.loads(content)
+        return data if saved_under == key else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save under a key: at once or not at all, whoever else does so."""
+        content = dumps((key, data))
+        unfinished = self.folder / f"{self.base}.{uuid.uuid4().hex}.unfinished"
+        try:
+            unfinished.write_bytes(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+            os.replace(unfinished, self._place(key))
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+
 class _SourceCache(FunctionCache):  # type: ignore[misc]
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base)
+
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (*super()._index_key(sig, codegen), _DIGEST)
 

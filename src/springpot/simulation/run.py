@@ -38,7 +38,7 @@ from springpot.units import UNITS
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Run", "about_slow_impacts", "doubts", "energy_drift", "run", "simulate"]
+__all__ = ["Run", "about_slow_impacts", "doubts", "measured", "run", "simulate"]
 
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
@@ -254,10 +254,7 @@ def run(
         settings = replace(settings, initial_position=adapted.position)
     made = tables(oscillator, settings)
     ensemble = advance(oscillator, settings, made, observers=watching.observers, progress=progress)
-    values, errors = estimates(oscillator, settings, made, ensemble.rows)
-    if adapted is not None:
-        owed = owed_to_the_start(oscillator, settings, adapted, values)
-        errors = {name: math.hypot(error, owed[name]) for name, error in errors.items()}
+    values, errors = measured(oscillator, settings, made, ensemble.rows, adapted)
     observed = watching.read(oscillator, settings, made, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
@@ -269,7 +266,7 @@ def run(
         budgets={},
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
-            *doubts(oscillator, settings, adapted, values, errors, energy_drift(ensemble.rows)),
+            *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
             *about_slow_impacts(oscillator, settings),
             *(
                 f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
@@ -305,7 +302,7 @@ def _run_to(
     diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
     # the coarse level's step is corrected for, and part of the budget
     fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
-    warned = doubts(oscillator, fine, adapted, found.values, found.errors, energy_drift(found.rows))
+    warned = doubts(oscillator, fine, adapted, found.values, found.errors, found.rows)
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -454,7 +451,22 @@ def simulate(
     return found.to_dataset()
 
 
-def energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
+def measured(
+    oscillator: Oscillator,
+    settings: Settings,
+    made: Tables,
+    rows: npt.NDArray[np.float64],
+    adapted: Adapted | None,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Values and standard errors by name, with what they owe to an adapted start that is not known exactly."""
+    values, errors = estimates(oscillator, settings, made, rows)
+    if adapted is None:
+        return values, errors
+    owed = owed_to_the_start(oscillator, settings, adapted, values)
+    return values, {name: math.hypot(error, owed[name]) for name, error in errors.items()}
+
+
+def _energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Mean energy gained over the window, and its standard error."""
     gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
     return float(gained.mean()), standard_error(gained)
@@ -488,14 +500,14 @@ def doubts(
     adapted: Adapted | None,
     values: dict[str, float],
     errors: dict[str, float],
-    drift: tuple[float, float],
+    rows: npt.NDArray[np.float64],
 ) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number; ``drift`` is the energy gained over the window, and its error."""
+    """One sentence for each reason to doubt a number."""
     found = [*_about_settings(oscillator, settings, values), *_about_start(adapted)]
     if not math.isfinite(values["amplitude_mean_square"]):
         return (*found, "the response is not a finite number: a much finer step may help.")
     energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
-    gained, its_error = drift
+    gained, its_error = _energy_drift(rows)
     settled = oscillator.excitation.intensity > 0.0 and _transient_left(oscillator, settings) <= MOST_TRANSIENT
     if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
         found.append(
