@@ -13,6 +13,7 @@ import urllib.error
 import urllib.request
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -235,10 +236,13 @@ def test_a_tab_that_does_not_read_costs_nothing(server: Server) -> None:
 
 
 @needs_proc
-def test_a_closed_tab_stops_its_computation(server: Server) -> None:
+@pytest.mark.parametrize(
+    ("asked", "heard"), [(LONG, "estimates"), ({**LONG, "order": 0.2, "start": "stationary"}, "searching")]
+)
+def test_a_closed_tab_stops_its_computation(server: Server, asked: dict[str, Any], heard: str) -> None:
     with tab(server) as busy:
-        busy.say(**LONG)
-        busy.until("estimates")
+        busy.say(**asked)
+        busy.until(heard)
         begun = server.processor_time()
         time.sleep(1.0)
         assert server.processor_time() - begun > 0.3  # it computes

@@ -9,8 +9,10 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import threading
 import time
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -184,7 +186,8 @@ class Session:
         adapted = None
         if problem.start == "stationary":
             self._post("searching")
-            adapted = await engine.pilot(adapt, oscillator, settings)
+            with stopping() as heed:
+                adapted = await engine.pilot(adapt, oscillator, settings, progress=heed)
             settings = replace(settings, initial_position=adapted.position)
         growing = await engine.simulate(gathering.Gathering, oscillator, settings, adapted)
         await asyncio.gather(self._show(problem, growing), self._gather(growing))
@@ -229,6 +232,21 @@ class Session:
                 curve.append(await engine.think(next, points))
             engine.keep_curve(key, curve)
         self._post("curve", orders=ORDERS, methods={name: [point[name] for point in curve] for name in curve[0]})
+
+
+@contextmanager
+def stopping() -> Iterator[Callable[[float], None]]:
+    """What work on another thread calls now and then: it ends that work once nobody waits for it."""
+    unwanted = threading.Event()
+
+    def heed(_: float) -> None:
+        if unwanted.is_set():
+            raise asyncio.CancelledError
+
+    try:
+        yield heed
+    finally:
+        unwanted.set()
 
 
 async def _drop(work: asyncio.Future[Any]) -> None:

@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.ensemble import Progress, advance, tables
 from springpot.simulation.settings import Settings, creep_time, default_step, energy_time, mirror
 from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory import averaging
@@ -54,7 +54,9 @@ class Adapted:
     pilots: int
 
 
-def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = None) -> Adapted:
+def adapt(
+    oscillator: Oscillator, settings: Settings, *, paths: int | None = None, progress: Progress | None = None
+) -> Adapted:
     """Find x(0) = E[x] for an adapted start.
 
     Parameters
@@ -64,6 +66,8 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = Non
         Of the run to come; its seed and threads are used.
     paths : int
         Most paths of a pilot run; if left out, as many as the run has, within [8192, 65536].
+    progress : callable, optional
+        Called with the fraction done of the present pilot run; whatever it raises ends the search.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def adapt(oscillator: Oscillator, settings: Settings, *, paths: int | None = Non
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
         at = replace(pilot, initial_position=sign * position)
         made = tables(oscillator, at)
-        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream).rows)
+        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream, progress=progress).rows)
         means = controlled(found["x_mean"][1], found["energy_residual"][1][:, None])
         return sign * float(means.mean()), standard_error(means), found["x_mean_square"][0] ** 0.5
 
