@@ -422,3 +422,20 @@ def test_first_passage_against_simulation(level):
     assert passage.mean_time == pytest.approx(known.mean(), rel=0.05)
     for quantile in (0.25, 0.5, 0.75):
         assert passage.survival(np.quantile(known, quantile)) == pytest.approx(1.0 - quantile, abs=0.05)
+
+
+@pytest.mark.parametrize("order", [0.1, 0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("c", [0.003, 0.01, 0.02, 0.1422, 0.5])
+def test_slow_rates_survive_fast_cells(order, c):
+    """Cells near grazing are up to 1e15 times as fast as the slowest mode, which decides all that takes long."""
+    result = envelope(make(order, c))
+    mean = result.amplitude_mean_square
+    growing = result.amplitude_mean_square_at(np.r_[1e-3, np.geomspace(1e-2, 20.0, 20) / c, np.inf])
+    assert growing[0] < 0.03 * mean
+    assert np.all(np.diff(growing) > -1e-9 * mean)
+    assert growing[-1] == pytest.approx(mean, rel=1e-6)
+    for level in (2.0, 4.0, 6.0):
+        passage = result.first_passage(amplitude=level * math.sqrt(mean))
+        assert float(np.sum(passage.weights / passage.rates)) == pytest.approx(passage.mean_time, rel=1e-6)
+        assert float(passage.survival(passage.mean_time)) == pytest.approx(math.exp(-1.0), abs=2e-3)
+        assert float(passage.survival(math.inf)) == 0.0

@@ -6,9 +6,13 @@ flux at rest or far away.  Cells hold the masses m_i of f; neighbours exchange p
     dP_i/dt = g_{i-1/2} (P_{i-1}/m_{i-1} - P_i/m_i) + g_{i+1/2} (P_{i+1}/m_{i+1} - P_i/m_i),
 
 so probability is conserved, stays positive and settles on m, all to rounding.  In the variables P_i / sqrt(m_i) the
-operator is a symmetric tridiagonal matrix: its eigenvalues and vectors give every time at once.  The conductances
-integrate 1 / (D f) between cells with D f / J exponential in ln J (Scharfetter and Gummel's idea), exact where
-D is proportional to J, as it is at rest.
+operator is B^T B with a bidiagonal B, a row for each conductance: the squares of its singular values are the rates, and
+the right singular vectors the modes, which give every time at once.  Cells that are nearly at rest, or nearly graze the
+wall, exchange probability up to 1e15 times as fast as the slowest mode decays; eigenvalues of the product would know
+that mode to nothing at all, singular values of B know every rate to many digits (J. Demmel and W. Kahan, "Accurate
+singular values of bidiagonal matrices", SIAM J. Sci. Stat. Comput. 11, 1990).  The conductances integrate 1 / (D f)
+between cells with D f / J exponential in ln J (Scharfetter and Gummel's idea), exact where D is proportional to J, as
+it is at rest.
 """
 
 from __future__ import annotations
@@ -104,6 +108,9 @@ class EnergyDiffusion:
     def spectrum(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rates of the modes, and the squares of the fluctuation's components: the variance, mode by mode.
 
+        By eigenvalues of the product, in half the time of `modes`: for sums over all modes, which do not depend on the
+        slowest rates' own digits.
+
         Parameters
         ----------
         values : ndarray
@@ -116,9 +123,11 @@ class EnergyDiffusion:
         >>> float(squares.sum().round(12))
         1.0
         """
-        rates, vectors = self.modes
-        components = vectors.T @ (np.sqrt(self.mass) * values)
-        return rates[1:], np.asarray(components[1:] ** 2)
+        root, flow = np.sqrt(self.mass), self.conductance
+        diagonal = (np.r_[0.0, flow] + np.r_[flow, 0.0]) / self.mass
+        rates, vectors = linalg.eigh_tridiagonal(diagonal, -flow / (root[1:] * root[:-1]))
+        components = vectors.T @ (root * (values - self.mass @ values))
+        return np.maximum(rates[1:], 0.0), np.asarray(components[1:] ** 2)
 
     def from_rest(self, time: FloatArray) -> FloatArray:
         """Probabilities of the cells at these times after a start in the lowest cell.
@@ -172,13 +181,13 @@ class EnergyDiffusion:
         return FirstPassage(mean_time, np.maximum(rates, 0.0), weights)
 
     def _spectrum(self, cells: int, escape: float) -> tuple[FloatArray, FloatArray]:
-        """Rates and modes of the lowest cells, closed at the upper end but for a conductance to the outside."""
-        inner = self.conductance[: cells - 1]
-        mass = self.mass[:cells]
-        diagonal = (np.r_[0.0, inner] + np.r_[inner, escape]) / mass
-        beside = -inner / np.sqrt(mass[1:] * mass[:-1])
-        rates, vectors = linalg.eigh_tridiagonal(diagonal, beside)
-        return np.asarray(np.maximum(rates, 0.0), dtype=float), np.asarray(vectors, dtype=float)
+        """Rising rates and modes of the lowest cells, closed at the upper end but for a conductance to the outside."""
+        root = np.sqrt(self.mass[:cells])
+        flow = np.sqrt(np.r_[self.conductance[: cells - 1], escape])
+        bidiagonal = np.diag(flow / root) - np.diag(flow[:-1] / root[1:], 1)
+        # this driver leaves a bidiagonal matrix as it is, and finds small singular values to their own digits
+        _, values, modes = linalg.svd(bidiagonal, lapack_driver="gesvd", check_finite=False)
+        return np.asarray(values[::-1] ** 2), np.asarray(modes[::-1].T)
 
 
 def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
