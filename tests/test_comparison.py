@@ -153,12 +153,28 @@ def test_on_a_cell_only_that_cell_counts() -> None:
         problem = oscillator(cells["order"][i], cells["c"][i], 1.0, 1.0, cells["position"][i], cells["restitution"][i])
         for name, gap in trust(problem, "envelope").gaps.items():
             measured = abs(cells[f"envelope:{name}"][i])
-            assert gap == (0.0 if math.isnan(measured) else measured)
+            assert gap == pytest.approx(measured, nan_ok=True)
+            assert (name in trust(problem, "envelope").unjudged) == math.isnan(measured)
 
 
 def test_off_the_map_the_least_bad_is_named() -> None:
-    strong = oscillator(0.3, 10.0, restitution=0.17)
+    strong = oscillator(0.3, 2.9, restitution=0.17)
     assert recommended(strong, solve_all(strong)[0]) in ("closure", "envelope", "averaging")
+    beyond = oscillator(0.5, 300.0)  # averaging alone has an answer, and is wrong by half
+    answers, _ = solve_all(beyond)
+    assert "averaging" in answers
+    assert recommended(beyond, answers) == ""
+
+
+def test_what_the_map_cannot_judge_is_not_called_good() -> None:
+    lossy = oscillator(0.9, 1.0, position=-1.0, restitution=0.8)
+    assert "x_mean" in trust(lossy, "envelope").unjudged
+    assert "too uncertain to judge <x> and impact rate" in (warning(lossy, "envelope") or "")
+
+
+def test_small_orders_say_nothing_of_a_spring() -> None:
+    assert trust(oscillator(1e-3, 0.5, restitution=0.8), "envelope").mapped
+    assert not trust(oscillator(0.0, 0.5, restitution=0.8), "envelope").mapped
 
 
 def test_a_wall_that_is_hardly_struck_has_no_relative_mean(capsys: pytest.CaptureFixture[str]) -> None:

@@ -128,7 +128,8 @@ def theory(*, flags: _Flags = _OscillatorFlags(), json_: Json = False) -> int:
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for name, statement in silent.items():
         print(f"{name}: {statement}")
-    print(f"* recommended here: {best}" if best else "no method has an answer here.")
+    none = "no method can be trusted here." if shown else "no method has an answer here."
+    print(f"* recommended here: {best}" if best else none)
     # of the others --json tells
     for sentence in _sentences(answers.get(str(best), {}), "warnings"):
         say(f"warning: {best}: {sentence}")

@@ -341,3 +341,24 @@ def test_the_reference_agrees_with_quadrature() -> None:
     mass = integrate.quad(density, 0.5, 20.0)[0]
     assert integrate.quad(lambda x: x * density(x), 0.5, 20.0)[0] / mass == pytest.approx(exact["x_mean"], rel=1e-9)
     assert density(0.5) / mass * math.sqrt(2.0 / (4 * math.pi * 0.8)) == pytest.approx(exact["impact_rate"], rel=1e-9)
+
+
+@pytest.mark.parametrize(("scheme", "step", "within"), [("default", 0.01, 1e-4), ("grunwald", 0.001, 2e-3)])
+@pytest.mark.parametrize("derivative", ["caputo", "riemann-liouville"])
+def test_at_order_zero_the_element_is_a_spring(scheme, step, within, derivative):
+    """Whatever the start and the derivative's kind: D^0 x is x."""
+    problem = oscillator(0.0, 1.0, intensity=0.0, position=None)
+    found = run(
+        problem, paths=1, record=1, duration=10.0, step=step, window=(0.0, 10.0), initial_position=1.0, scheme=scheme,
+        derivative=derivative,
+    )  # fmt: skip
+    assert np.abs(found.record[0, :, 0] - np.cos(math.sqrt(2.0) * found.time)).max() < within
+
+
+def test_a_stationary_start_at_order_zero_remembers_nothing():
+    """Equal to the same oscillator with its springs put together."""
+    element = run(oscillator(0.0, 1.0, restitution=0.8), paths=20_000, start="stationary")
+    spring = run(oscillator(0.0, 0.0, 2.0**0.5, restitution=0.8), paths=20_000, start="stationary", seed=2)
+    for name in ("x_mean", "v_mean_square", "impact_rate"):
+        error = math.hypot(element.errors[name], spring.errors[name])
+        assert abs(element.values[name] - spring.values[name]) < 4.0 * error < 0.04 * spring.values[name]

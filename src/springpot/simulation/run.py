@@ -374,7 +374,8 @@ def simulate(
     initial_position, initial_velocity : float
         x(0) in m and x'(0) in m/s; x(0) is the equilibrium, or the wall if that lies behind it, if left out.
     derivative : {"caputo", "riemann-liouville"}
-        Differ by the force C x(0) t^-alpha / Gamma(1 - alpha), hence only if x(0) is not 0.
+        Differ by the force C x(0) t^-alpha / Gamma(1 - alpha), hence only if x(0) is not 0, and not at order 0, where
+        both are x itself.
     memory_tolerance : float
         Relative error of the memory's exponential sum, in [1e-13, 1e-2]; 1e-6 if left out.  Below 1e-7 the memory is
         kept in double precision.

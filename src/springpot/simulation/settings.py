@@ -238,6 +238,9 @@ def resolve(
             f"record asks for {record} paths of {steps} steps; at most {MOST_RECORDED:,} points are stored: "
             f"record at most {MOST_RECORDED // steps} paths of this length."
         )
+    position = _initial_position(oscillator, initial_position, start, derivative)
+    if oscillator.springpot.order == 0.0:
+        derivative = "riemann-liouville"  # D^0 x is x whatever the kind: a spring, that knows no start
     return Settings(
         paths=paths,
         duration=duration,
@@ -247,7 +250,7 @@ def resolve(
         threads=threads,
         scheme=scheme,
         start=start,
-        initial_position=_initial_position(oscillator, initial_position, start, derivative),
+        initial_position=position,
         initial_velocity=finite_number(initial_velocity, "initial_velocity", low=-LARGEST, high=LARGEST),
         derivative=derivative,
         memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),

@@ -516,6 +516,11 @@ def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
             "The printed formula is dimensionally inconsistent: it has Omega^(alpha-2) where Omega^(alpha-1) belongs, "
             f"so away from Omega = 1 its <A^2> is wrong by a factor Omega = {oscillator.natural_frequency:g}."
         )
+    if alpha == 0.0 and c > 0.0:
+        found.append(
+            "At order 0 the springpot is a spring, which averaging leaves out of what it calls amplitude: take "
+            "sqrt(Omega^2 + C) for the natural frequency, or the envelope."
+        )
     if c > _LIGHT and 0.0 < alpha < 1.0:
         found.append((_shifted_not_light if form == "shifted" else _not_light)(c, oscillator.barrier is not None))
     if oscillator.barrier is not None and oscillator.barrier.restitution < 1.0:

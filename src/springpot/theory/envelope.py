@@ -546,8 +546,14 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
         )
     if wall is not None and wall.restitution < 0.9:
         said.append(
-            "The wall loses much: at b = 0 <A^2> is up to 1 % too low at r = 0.8 and up to 4 % at r = 0.5, where the "
-            "impact rate is 2 (c = 0.01) to 11 % (c = 1) too high."
+            "The wall loses much: at b = 0 <A^2> is up to 1 % too low at r = 0.8 and up to 4.5 % at r = 0.5, where the "
+            "impact rate is up to 11 % too high at small orders and 10 % too low near order 1; at order 1 and c = 0.1 "
+            "it is 23 % too low at b = 1 and 15 % too high at b = -1."
+        )
+    if wall is not None and COLLAPSE_BELOW < wall.restitution < 0.5:
+        said.append(
+            "Slow impacts crowd: at order 1 and r = 0.3 the impact rate is 1 % (c = 0.1) to 13 % (c = 1) too low at "
+            "b = 0, by half at b = 1 and 60 % too high at b = -1 (c = 0.1)."
         )
     if wall is not None and wall.restitution <= COLLAPSE_BELOW:
         said.append(

@@ -26,16 +26,15 @@ from scipy import special
 from scipy.interpolate import PchipInterpolator
 
 from springpot.theory.envelope_balance import Balance
-from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 __all__ = ["Impacts", "impacts"]
 
 FloatArray = NDArray[np.float64]
 
-"""Below this restitution, .163, the slow impacts are infinitely many (inelastic collapse)."""
-
-_POINTS = 180
-_DECADES = 4.0
+_POINTS_PER_DECADE = 15
+_DECADES = 14  # slow impacts count down to very slow ones at a lossy wall
+_CUT = 1  # decades above the slowest speeds of the grid that the missing still slower ones spoil
 
 
 @dataclass(frozen=True)
@@ -81,8 +80,9 @@ def impacts(balance: Balance) -> Impacts | None:
     rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
     rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
     log_share = PchipInterpolator(np.log(speed[rising]), np.log((flux / speed)[rising]))
-    v = speed[rising][-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
+    v = speed[rising][-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
     step = math.log(v[1] / v[0])
+    power = slow_impact_power(r)
     # towards 0 the flux falls in proportion to the speed
     elastic_flux = v * np.exp(log_share(np.log(np.maximum(v, speed[rising][0]))))
     n = elastic_flux
@@ -91,8 +91,15 @@ def impacts(balance: Balance) -> Impacts | None:
         elastic = _short_returns(v[:, None], v, turning) * (v * step)
         lossy = _short_returns(v[:, None], r * v, np.interp(r * v, v, turning)) * (v * step)
         n = np.maximum(np.linalg.solve(np.eye(v.size) - lossy, n - elastic @ n), 0.0)
+        cut = _CUT * _POINTS_PER_DECADE
+        n[:cut] = n[cut] * (v[:cut] / v[cut]) ** (power - 1.0)
+
+    def moment(flux: FloatArray, power: float, k: int) -> float:
+        """Sum over the grid, and what is slower: the impacts below u go like u^power."""
+        return float(flux @ v ** (k + 1)) * step + float(flux[0]) * v[0] ** (k + 1) / (power + k)
+
     # the grid's sums serve only to compare both fluxes; the elastic one's moments are known better from the cycles
-    gain = [float(n @ v**power) / float(elastic_flux @ v**power) for power in (1, 2, 3)]
+    gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
     per_rate, mean, square = (gain[power] * balance.average(balance.rate * before**power) for power in (0, 1, 2))
     # the loss of energy per unit of time, in proportion to the third moment of the flux, is the envelope's
     return Impacts(
@@ -100,7 +107,7 @@ def impacts(balance: Balance) -> Impacts | None:
         speed_mean=mean / per_rate,
         speed_mean_square=square / per_rate,
         speeds=np.r_[0.0, v],
-        density=np.r_[n[0] if r < 1.0 else 0.0, n] / (step * float(n @ v)),
+        density=np.r_[n[0] if r < 1.0 else 0.0, n] / moment(n, power, 0),
     )
 
 

@@ -42,18 +42,21 @@ class Trust:
     ----------
     gaps : dict
         Largest gap in per cent, without sign, of each moment in JUDGED at the cells on either side; infinite where the
-        method has no answer or the map has no cell near.
+        method has no answer or the map has no cell near, NaN where the map's Monte Carlo cannot judge any of them.
+    unjudged : tuple of str
+        Moments that it cannot judge at one of these cells at least.
     mapped : bool
         Whether the map has a cell near.
     """
 
     gaps: Mapping[str, float]
     mapped: bool
+    unjudged: tuple[str, ...] = ()
 
     @property
     def worst(self) -> float:
-        """The largest gap over what is thought good of its moment."""
-        return max(self.gaps[name] / GOOD[name] for name in JUDGED)
+        """The largest gap that is known over what is thought good of its moment."""
+        return max((self.gaps[name] / GOOD[name] for name in JUDGED if not math.isnan(self.gaps[name])), default=0.0)
 
 
 @cache
@@ -101,6 +104,8 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
         return unknown
+    if oscillator.springpot.order == 0.0:  # a spring, of which small orders tell nothing
+        return unknown
     found = read_map()
     lightest = float(found["c"].min())  # below the map every method is better than on it
     near = np.ones(found["c"].size, bool)
@@ -114,7 +119,9 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
         if not beside:
             return unknown
         near &= np.isin(found[name], beside)
-    return Trust({name: _worst(np.abs(found[f"{method}:{name}"][near])) for name in JUDGED}, mapped=True)
+    gaps = {name: np.abs(found[f"{method}:{name}"][near]) for name in JUDGED}
+    unjudged = tuple(name for name in JUDGED if np.isnan(gaps[name]).any())
+    return Trust({name: _worst(gaps[name]) for name in JUDGED}, mapped=True, unjudged=unjudged)
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
@@ -130,7 +137,7 @@ def _worst(gaps: Floats) -> float:
     """The largest gap where there is an answer and Monte Carlo can judge it; infinite if there is no answer at all."""
     if np.isinf(gaps).all():
         return math.inf
-    return float(np.max(gaps[np.isfinite(gaps)], initial=0.0))
+    return float(np.max(gaps[np.isfinite(gaps)], initial=-math.inf)) if np.isfinite(gaps).any() else math.nan
 
 
 def warning(oscillator: Oscillator, method: str) -> str | None:
@@ -141,16 +148,18 @@ def warning(oscillator: Oscillator, method: str) -> str | None:
     if not found.mapped:
         return "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
     off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in found.gaps.items() if GOOD[name] < gap < math.inf]
-    if off:
-        return f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."
-    return None
+    said = [f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
+    if found.unjudged and min(found.gaps.values()) < math.inf:
+        unknown = " and ".join(_WORDS[name] for name in found.unjudged)
+        said.append(f"At a cell of the map near here Monte Carlo is too uncertain to judge {unknown}.")
+    return " ".join(said) or None
 
 
 def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     """The method to trust here, among those that have an answer.
 
     Exact answers first; then the method with the smallest worst gap on the map; away from the map the closure, or the
-    envelope, or averaging.
+    envelope, or averaging up to the largest c of the map (beyond, its <A^2> was found wrong by half and more).
 
     Parameters
     ----------
@@ -161,7 +170,7 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     Returns
     -------
     str
-        Name of the method; empty if none has an answer.
+        Name of the method; empty if there is none to trust.
 
     Examples
     --------
@@ -176,5 +185,7 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
         return ""
     judged = {name: trust(oscillator, name) for name in known}
     if not any(found.mapped for found in judged.values()):
-        return next((name for name in ("closure", "envelope", "averaging") if name in known), "")
+        strong = oscillator.dimensionless_coefficient > float(read_map()["c"].max())
+        trusted = ("closure", "envelope") if strong else ("closure", "envelope", "averaging")
+        return next((name for name in trusted if name in known), "")
     return min(known, key=lambda name: judged[name].worst)
