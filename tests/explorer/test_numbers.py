@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
 from springpot.explorer.motion import Player, blocks, impacts, record
 from springpot.simulation.adapted import adapt
@@ -31,6 +32,18 @@ def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
     while not gathering.complete:
         gathering.grow()
     return gathering
+
+
+@pytest.mark.parametrize("position", [-1.0, 0.0, 0.5, 5.0])
+def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
+    """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
+    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0))
+    found = table(oscillator, *solve(oscillator))
+    places = np.array(found["places"]["amplitude"])
+    density = np.array(found["methods"][found["recommended"]]["densities"]["amplitude"])
+    assert places[0] == max(position, 0.0)
+    assert np.trapezoid(density, places) == pytest.approx(1.0, abs=0.03)
+    assert np.mean(density > 0.05 * density.max()) > 0.3
 
 
 @pytest.mark.parametrize("start", ["rest", "stationary"])

@@ -73,14 +73,16 @@ def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
     """Where the densities are worth drawing."""
     mean = answer.x_mean
     spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
-    low, high = mean - 4.0 * spread, mean + 4.5 * spread
+    low, high, least = mean - 4.0 * spread, mean + 4.5 * spread, 0.0
     if oscillator.barrier is not None:
-        low = max(low, oscillator.barrier.position)
+        low, least = max(low, oscillator.barrier.position), max(oscillator.barrier.position, 0.0)
+    # under preload A is never below the wall's distance, and A^2 minus its square is what varies
+    above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
     fastest = 4.0 * math.sqrt(answer.v_mean_square)
     places = {
         "x": np.linspace(low, high, POINTS),
         "v": np.linspace(-fastest, fastest, POINTS),
-        "amplitude": np.linspace(0.0, 3.0 * math.sqrt(answer.amplitude_mean_square), POINTS),
+        "amplitude": np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS),
     }
     if answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
         places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)

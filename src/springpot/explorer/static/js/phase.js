@@ -32,16 +32,15 @@ export class Phase {
     }
     this.path(g, X, Y, window);
     if (mu > 0) {
-      const radius = Math.sqrt(mu);
+      const radius = Math.sqrt(mu), cut = values.wall ? values.position / radius : -1;
+      const half = Math.acos(Math.min(Math.max(cut, -1), 1)); // of the arc in front of the wall
       g.strokeStyle = palette.text;
       g.setLineDash([5, 4]);
       g.lineWidth = 1.5;
       g.beginPath();
       for (let i = 0; i <= 96; i += 1) {
-        const p = (i / 96) * 2 * Math.PI, x = radius * Math.cos(p);
-        const [px, py] = [X(x), Y(radius * values.natural_frequency * Math.sin(p))];
-        const visible = !values.wall || x >= values.position;
-        if (i && visible) g.lineTo(px, py); else g.moveTo(px, py);
+        const p = (i / 48 - 1) * half;
+        g.lineTo(X(radius * Math.cos(p)), Y(radius * values.natural_frequency * Math.sin(p)));
       }
       g.stroke();
       g.setLineDash([]);
