@@ -157,17 +157,26 @@ def test_each_slider_changes_the_numbers(tab: Tab, name: str) -> None:
 
 
 def test_fields_take_numbers_and_refuse_others(tab: Tab) -> None:
-    field = tab.page.locator("#field-order")
+    field, said = tab.page.locator("#field-order"), tab.page.locator("#range-order")
     tab.changed(lambda: field.fill("0.33"))
     assert tab.page.locator("#slider-order").input_value() == "33"
     before = tab.generation()
     field.fill("7")
     assert field.get_attribute("aria-invalid") == "true"
+    assert said.inner_text() == "from 0 to 1"
+    assert field.get_attribute("aria-describedby") == "range-order"
     time.sleep(0.2)
     assert tab.generation() == before
     tab.page.locator("#field-coefficient").focus()
     assert field.input_value() == "0.33"
     assert field.get_attribute("aria-invalid") == "false"
+    assert said.is_hidden()
+    seed = tab.page.locator("#seed")
+    shown = seed.input_value()
+    seed.fill("-3")
+    assert "whole number" in tab.page.locator("#range-seed").inner_text()
+    field.focus()
+    assert (seed.input_value(), seed.get_attribute("aria-invalid")) == (shown, "false")
 
 
 def test_thirty_updates_a_second(tab: Tab) -> None:
@@ -232,10 +241,57 @@ def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, ta
 
 
 def test_an_unsound_link_is_said_and_harmless(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, "a=5&C=<script>&seed=1e999&paths=640&b=1e30") as page:
-        said = page.page.locator("#banner").inner_text()
+    with opened(context, server, "a=5&C=<script>&seed=1e999&paths=640") as page:
+        banner = page.page.locator("#banner")
+        assert banner.is_visible()
+        assert "a, C, seed" in banner.inner_text()
         assert page.page.locator("#field-order").input_value() == "0.5"
-        assert "a, C, seed" in said or said == ""
+        page.changed(lambda: page.page.locator("#reset").click())
+        assert banner.is_visible()
+        page.changed(lambda: page.page.locator("#field-order").fill("0.6"))
+        assert banner.is_hidden()
+
+
+def test_a_wall_too_far_stays_where_it_was_put(context: BrowserContext, server: Server) -> None:
+    """A faster oscillator has a shorter scale: the server says so, and nothing of it is drawn, nothing else changed."""
+    with opened(context, server, f"a=0.6&b=-3&{QUICK}") as page:
+        banner, scale = page.page.locator("#banner"), page.page.locator("#field-natural_frequency")
+        before, waits = page.number(), page.generation()
+        scale.fill("10")
+        banner.filter(has_text="wall must lie within").wait_for()
+        assert page.generation() > waits
+        assert page.page.locator("#field-position").input_value() == "-3"
+        assert page.page.locator("#range-position").is_visible()
+        assert page.page.locator("#table [data-method]").count() == 0
+        assert page.page.locator(".card.old").count() == 0
+        page.changed(lambda: scale.fill("1"))
+        assert banner.is_hidden()
+        assert page.number() == before
+
+
+def test_theory_of_another_question_is_neither_shown_as_this_one_nor_saved(browser: Browser, server: Server) -> None:
+    with browser.new_context(accept_downloads=True) as context, opened(context, server, f"a=0.6&C=0.15&{QUICK}") as tab:
+        tab.wait("document.querySelector('#curve-legend').textContent.includes('envelope')")
+        old = "[...document.querySelectorAll('.card.old')].map((e) => e.dataset.chart).sort().join()"
+        # nothing answers from here on
+        tab.page.evaluate("WebSocket.prototype.send = () => {}")
+
+        def now_old(act: Callable[[], object]) -> str:
+            before = tab.generation()
+            act()
+            tab.wait(f"springpotExplorer.generation > {before}")
+            return str(tab.page.evaluate(old))
+
+        assert now_old(lambda: tab.page.locator("#seed").fill("5")) == ""
+        assert now_old(lambda: tab.page.locator("#start").select_option("stationary")) == "growth"
+        theory = "amplitude,growth,impact_speed,v,x"
+        assert now_old(lambda: tab.page.locator("#field-order").fill("0.7")) == theory
+        assert now_old(lambda: tab.page.locator("#field-restitution").fill("0.9")) == "amplitude,curve" + theory[9:]
+        for button in tab.page.locator(".card.old .tool").all():
+            assert button.is_disabled()
+        with tab.page.expect_download() as download:
+            tab.page.locator("#save-csv").click()
+        assert "envelope" not in download.value.path().read_text()
 
 
 def test_two_tabs_are_independent(context: BrowserContext, server: Server) -> None:
@@ -306,6 +362,19 @@ def test_dimensionless_numbers_are_the_same_problem(context: BrowserContext, ser
         assert page.page.locator("#field-position").input_value() == "-0.3"
 
 
+def test_a_link_in_dimensionless_numbers_knows_the_way_back(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "a=0.5&C=0.8&W=2&q=3&b=-0.1&r=0.9&paths=640") as page:
+        page.changed(lambda: page.page.get_by_text("dimensionless", exact=True).click())
+        page.page.locator("#copy-link").click()
+        link = page.page.evaluate("navigator.clipboard.readText()")
+        assert " m" not in page.page.locator("#silent").inner_text().replace(" method", "")
+    with opened(context, server, link.partition("#")[2]) as other:
+        other.changed(lambda: other.page.get_by_text("SI units", exact=True).click())
+        other.page.locator("#copy-link").click()
+        link = other.page.evaluate("navigator.clipboard.readText()")
+        assert "C=0.8&W=2&q=3&b=-0.1&" in link
+
+
 def test_what_has_no_answer_is_said(context: BrowserContext, server: Server) -> None:
     with opened(context, server, f"a=0&{QUICK}") as page:
         assert "no method has a stationary answer" in page.page.locator("#warnings").inner_text()
@@ -333,7 +402,8 @@ def test_a_click_on_the_curve_moves_the_order(tab: Tab) -> None:
     over = tab.page.locator("#curve .u-over")
     box = over.bounding_box()
     assert box is not None
-    tab.changed(lambda: over.click(position={"x": 0.75 * box["width"], "y": 0.5 * box["height"]}))
+    at = (0.75 + 0.02) / 1.04 * box["width"]  # the chart goes from -0.02 to 1.02
+    tab.changed(lambda: over.click(position={"x": at, "y": 0.5 * box["height"]}))
     assert tab.page.locator("#field-order").input_value() == "0.75"
 
 
@@ -362,7 +432,7 @@ def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
 
 CUT = """
     [...document.querySelectorAll(".card, .tile, .button, .tool, .parameter, .card-head, .transport, .top, " +
-        ".controls form, .note, .caption, label, h1, h2, h3, select")]
+        ".controls form, .note, .caption, .hint, label, h1, h2, h3, select")]
     .filter((e) => e.checkVisibility() && getComputedStyle(e).display !== "inline" && !e.querySelector(".scroll") &&
         !e.closest(".switch") && e.scrollWidth > e.clientWidth + 1)
     .map((e) => `${e.className} ${e.textContent.slice(0, 60)}`)
@@ -376,7 +446,7 @@ OVERLAPPING = """(() => {
 })()"""
 
 
-@pytest.mark.parametrize("width", [390, 768, 1024, 1440])
+@pytest.mark.parametrize("width", [390, 768, 1024, 1366, 1440])
 def test_nothing_is_cut_or_overlaps(browser: Browser, server: Server, width: int) -> None:
     """At each width: no scrolling sideways, no text wider than its box, no card over another."""
     context = browser.new_context(viewport={"width": width, "height": 850})
@@ -385,6 +455,8 @@ def test_nothing_is_cut_or_overlaps(browser: Browser, server: Server, width: int
         assert page.page.evaluate("document.documentElement.scrollWidth") <= width
         assert page.page.evaluate(CUT) == []
         assert page.page.evaluate(OVERLAPPING) == []
+        cut = "(() => { const e = table.parentElement; return [e.scrollWidth > e.clientWidth, e.matches('.cut')]; })()"
+        assert page.page.evaluate(cut) == [width < 1366] * 2
     context.close()
 
 

@@ -1,6 +1,6 @@
 // Sliders and fields: what a person changes, and how it is shown.
 
-import { PARAMETERS, checked, lengthScale } from "./state.js";
+import { PARAMETERS, checked, lengthScale, rangeOf } from "./state.js";
 import { plain, short } from "./numbers.js";
 
 const LABELS = {
@@ -8,7 +8,7 @@ const LABELS = {
   coefficient: { symbol: "C", name: "springpot", si: "s^(α−2)", dimensionless: "c = C Ω^(α−2)" },
   natural_frequency: { symbol: "Ω", name: "natural frequency", si: "rad/s" },
   intensity: { symbol: "q", name: "noise intensity", si: "m²/s³" },
-  position: { symbol: "b", name: "wall at", si: "m", dimensionless: "√(q/Ω³)", hint: "− gap, + preload" },
+  position: { symbol: "b", name: "wall at", si: "m", dimensionless: "√(q/Ω³)", hint: "gap < 0" },
   restitution: { symbol: "r", name: "restitution", si: "", hint: "lossy – elastic" },
 };
 
@@ -37,6 +37,7 @@ export class Controls {
     this.simple(form, "paths", "change");
     this.simple(form, "start", "change");
     this.simple(form, "seed", "input");
+    form.querySelector("#seed").addEventListener("blur", () => this.show());
     form.querySelector("#dice").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
     for (const radio of form.querySelectorAll("[name=units]")) {
       radio.addEventListener("change", () => state.setUnits(radio.value));
@@ -51,8 +52,7 @@ export class Controls {
     const field = form.querySelector(`#${name}`);
     field.addEventListener(event, () => {
       const value = checked(name, field.value);
-      field.setAttribute("aria-invalid", String(value === null));
-      if (value !== null) this.state.set({ [name]: value });
+      if (value === null) mark(field, false); else this.state.set({ [name]: value });
     });
   }
 
@@ -79,17 +79,18 @@ export class Controls {
     element.innerHTML = `
       <label for="field-${name}"><i>${symbol}</i> <span>${said}</span> <small class="hint"></small></label>
       <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${said} ${symbol}">
-      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal"><small class="unit"></small></span>`;
+      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small></span>
+      <small class="range" id="range-${name}" hidden></small>`;
     const slider = element.querySelector("[type=range]"), field = element.querySelector("[type=number]");
     slider.addEventListener("input", () => this.state.set({ [name]: this.fromSlider(name, Number(slider.value)) }));
     field.addEventListener("input", () => {
       const value = checked(name, field.value);
-      field.setAttribute("aria-invalid", String(value === null));
-      if (value !== null) this.state.set({ [name]: value });
+      if (value === null) mark(field, false); else this.state.set({ [name]: value });
     });
     field.addEventListener("blur", () => this.show());
     this.rows[name] = {
-      element, slider, field, unit: element.querySelector(".unit"), hint: element.querySelector(".hint"),
+      element, slider, field,
+      unit: element.querySelector(".unit"), hint: element.querySelector(".hint"), range: element.querySelector(".range"),
     };
     return element;
   }
@@ -112,13 +113,15 @@ export class Controls {
   show() {
     const { values, units } = this.state, si = units === "si";
     for (const [name, row] of Object.entries(this.rows)) {
-      const label = LABELS[name];
+      const label = LABELS[name], [low, high] = rangeOf(name, values);
       row.slider.value = this.toSlider(name, values[name]);
       row.slider.setAttribute("aria-valuetext", `${short(values[name])} ${si ? label.si : label.dimensionless ?? ""}`);
       if (document.activeElement !== row.field || checked(name, row.field.value) !== values[name]) {
         row.field.value = plain(values[name]);
-        row.field.setAttribute("aria-invalid", "false");
       }
+      Object.assign(row.field, { min: low, max: high, title: `from ${short(low, 3)} to ${short(high, 3)}` });
+      row.range.textContent = row.field.title;
+      mark(row.field, (name === "position" && !values.wall) || (low <= values[name] && values[name] <= high));
       row.unit.textContent = si ? label.si : label.dimensionless ?? "";
       row.hint.textContent = label.hint ?? "";
     }
@@ -135,6 +138,7 @@ export class Controls {
         field.append(new Option(String(values[name]), String(values[name])));
       }
       if (document.activeElement !== field || field.tagName === "SELECT") field.value = values[name];
+      mark(field, true);
     }
     this.form.querySelector(`[name=units][value=${units}]`).checked = true;
     this.showPreset();
@@ -148,4 +152,11 @@ export class Controls {
     this.preset.value = match ? match[0] : "own";
     this.presetNote.textContent = match ? match[1].note : "";
   }
+}
+
+// a number that is refused shows which ones are not
+function mark(field, sound) {
+  field.setAttribute("aria-invalid", String(!sound));
+  const range = document.getElementById(field.getAttribute("aria-describedby"));
+  if (range) range.hidden = sound;
 }

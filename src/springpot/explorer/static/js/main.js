@@ -7,9 +7,9 @@ import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
 import { Scene } from "./scene.js";
 import { State, lengthScale } from "./state.js";
-import { Table, gapOf, gapText } from "./table.js";
+import { Table, gapOf, gapText, isSilent } from "./table.js";
 import { Track } from "./track.js";
-import { copy, csv, png, save } from "./share.js";
+import { copy, csv, png, save, say } from "./share.js";
 import { grouped, short, typeset, withError, withErrorHtml } from "./numbers.js";
 import { onTheme, palette, startTheme } from "./theme.js";
 
@@ -25,8 +25,9 @@ const view = {
   track, state,
   drawn: new Set(["averaging_printed"]),
   low: 0, high: 3, fastest: 3, peak: {},
-  theory: null, stale: true, // the theory shown is that of the question before
-  measured: null, densities: null, growth: null, grown: null, curve: null, copies: null,
+  theory: null, growth: null, curve: null,
+  old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
+  measured: null, densities: null, grown: null, marker: null, copies: null,
   get values() { return state.values; },
   get si() { return state.units === "si"; },
   timeWindow() {
@@ -36,6 +37,8 @@ const view = {
 };
 let chosenByHand = false; // which methods are drawn
 let playing = true;
+let question = null; // the newest
+const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
 
 startTheme(element("theme"));
@@ -51,40 +54,39 @@ const on = (kind, handle) => connection.addEventListener(kind, (event) => handle
 
 on("connection", ({ open, text, reason }) => {
   status(open ? "live" : "off", open ? "connected" : text);
-  banner(reason ? `The server ended the connection: ${reason}` : open ? "" : connection.failures ? "No connection to the server: is springpot explore still running? Trying again…" : "");
+  notice("connection", reason ? `The server ended the connection: ${reason}` : open ? "" : connection.failures ? "No connection to the server: is springpot explore still running? Trying again…" : "");
 });
 on("status", ({ theory, kernel }) => {
   if (kernel) status("live", "live");
   else status("loading", theory ? "loading the kernel (the first time it is compiled)…" : "loading theory and kernel…");
 });
-on("asked", () => {
+on("asked", (problem) => {
+  question = problem;
   track.restart();
-  Object.assign(view, { measured: null, densities: null, grown: null, stale: true });
-  dirty.add("numbers");
+  Object.assign(view, { measured: null, densities: null, grown: null, copies: null });
+  for (const [kind, matters] of Object.entries(dependsOn(question))) view.old[kind] = view[kind] !== null && answered[kind] !== matters;
+  if (view.old.curve) view.marker = null;
+  element("tile-paths-note").textContent = "\u00a0";
+  showOld();
 });
-on("accepted", (message) => { view.copies = message; banner(""); });
-on("refused", ({ sentence }) => banner(`Not possible: ${sentence}`));
-on("trouble", ({ sentence }) => banner(`Not possible: ${typeset(sentence)}`));
+on("accepted", (message) => { view.copies = message; notice("question", ""); });
+on("refused", ({ sentence }) => notPossible(sentence));
+on("trouble", ({ sentence }) => notPossible(sentence));
 on("searching", () => { element("tile-paths-note").textContent = "finding the stationary start…"; });
 on("theory", (message) => {
-  view.theory = message;
-  view.stale = false;
   if (!chosenByHand) {
     view.drawn.clear();
     const best = message.recommended;
     for (const name of [best, best === "averaging" ? "averaging_printed" : "averaging"]) if (name && message.methods[name]) view.drawn.add(name);
   }
+  take("theory", message);
   setBounds();
-  drawnChanged();
 });
-on("growth", (message) => { view.growth = message; dirty.add("growth"); });
-on("curve", (message) => {
-  view.curve = message;
-  element("curve-legend").innerHTML = legend(curvesShown(view));
-  dirty.add("curve");
-});
+on("growth", (message) => take("growth", message));
+on("curve", (message) => take("curve", message));
 on("estimates", (message) => {
   view.measured = message;
+  view.marker = { order: question.order, value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
   for (const name of ["numbers", "curve"]) dirty.add(name);
 });
 on("densities", ({ arrays }) => {
@@ -100,8 +102,44 @@ on("motion", ({ arrays }) => {
   dirty.add("motion");
 });
 
+// neither seed nor paths matter to any of them
+function dependsOn({ order, start, coefficient, natural_frequency, intensity, wall, position, restitution }) {
+  const all = [coefficient, natural_frequency, intensity, ...(wall ? [position, restitution] : [])];
+  return { theory: String([...all, order]), growth: String([...all, order, start]), curve: String(all) };
+}
+
+function take(kind, message) {
+  view[kind] = message;
+  view.old[kind] = false;
+  answered[kind] = dependsOn(question)[kind];
+  showOld();
+}
+
+// what belongs to a question of before is grey, and not to be had as a file
+function showOld() {
+  for (const card of document.querySelectorAll("[data-chart]")) {
+    const old = Boolean(view.old[DENSITIES[card.dataset.chart] ? "theory" : card.dataset.chart]);
+    card.classList.toggle("old", old);
+    for (const button of card.querySelectorAll(".tool")) button.disabled = old;
+  }
+  drawnChanged();
+}
+
+// nothing will come in the place of what is old
+function notPossible(sentence) {
+  notice("question", `Not possible: ${typeset(sentence, view.si)}`);
+  if (!view.measured) view.marker = null;
+  element("tile-paths-note").textContent = "\u00a0";
+  for (const kind of Object.keys(view.old)) {
+    if (view.old[kind]) view[kind] = null;
+    view.old[kind] = false;
+  }
+  setBounds();
+  showOld();
+}
+
 function setBounds() {
-  const { places } = view.theory, { values } = state;
+  const places = view.theory?.places ?? {}, { values } = state;
   if (places.x) {
     [view.low, view.high] = [places.x[0], places.x[places.x.length - 1]];
     view.fastest = places.v[places.v.length - 1];
@@ -125,9 +163,11 @@ function stretch(x, v) {
 
 // --- drawing -------------------------------------------------------------------------------------------------------
 
+// the answer to trust, if there is one to this question
+const trusted = () => (view.old.theory ? null : view.theory?.methods[view.theory.recommended]);
+
 function rmsSpeed() {
-  const best = view.theory?.recommended && view.theory.methods[view.theory.recommended];
-  const square = best ? best.moments.v_mean_square : view.measured?.values.v_mean_square;
+  const square = (trusted()?.moments ?? view.measured?.values)?.v_mean_square;
   return square > 0 ? Math.sqrt(square) : view.fastest / 3;
 }
 
@@ -136,16 +176,16 @@ const boundsOf = () => [Math.min(view.low, view.values.wall ? view.values.positi
 
 function drawMotion() {
   scene.draw({ values: view.values, unit: unitsOf().length, bounds: boundsOf(), rms: rmsSpeed() });
-  const time = track.now.t ?? 0;
-  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(1)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
+  const time = track.now.t ?? 0, [since, until] = view.timeWindow();
+  const places = Math.min(Math.max(Math.round(2.6 - Math.log10(until - since)), 0), 8); // a tenth of a second in 40
+  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(places)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
 }
 
 function drawTraces() {
   const units = unitsOf(), bounds = boundsOf(), pad = 0.04 * (bounds[1] - bounds[0]);
-  const best = view.theory?.recommended && view.theory.methods[view.theory.recommended];
   phase.draw({
     values: view.values, bounds: [bounds[0] - pad, bounds[1]], fastest: view.fastest, units,
-    mu: view.measured?.values.amplitude_mean_square ?? best?.moments.amplitude_mean_square ?? 0,
+    mu: view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square ?? 0,
     window: SHOWN_RADIANS / view.values.natural_frequency,
   });
   panels.traceX.update();
@@ -153,40 +193,41 @@ function drawTraces() {
 }
 
 function drawNumbers() {
-  const measured = view.measured, si = view.si;
+  const { measured, si } = view, old = view.old.theory;
   const unit = (text) => (si ? ` <small>${text}</small>` : "");
-  table.show(view.theory, measured, si, view.stale);
-  element("tile-theory").classList.toggle("stale", view.stale);
+  table.show(view.theory, measured, si, old);
+  element("tile-theory").classList.toggle("stale", old);
   const best = view.theory?.recommended, answer = best && view.theory.methods[best];
   element("tile-theory-name").textContent = best ? METHODS[best].label : "";
   element("tile-theory").innerHTML = answer ? short(answer.moments.amplitude_mean_square) + unit("m²") : "–";
   const value = measured?.values.amplitude_mean_square, error = measured?.errors.amplitude_mean_square;
-  const gap = answer && measured && !view.stale ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
-  element("tile-theory-note").textContent = gap ? `gap ${gap}` : view.theory && !best ? "no stationary state" : "\u00a0";
+  const gap = answer && measured && !old ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
+  element("tile-theory-note").textContent = gap ? `gap ${gap}` : view.theory && !best && !old ? (isSilent(view.theory) ? "no stationary answer" : "no method to trust here") : "\u00a0";
   element("tile-measured").innerHTML = measured ? withErrorHtml(value, error) + unit("m²") : "–";
   element("tile-measured-note").textContent = measured ? `± one standard error, t > ${short(measured.settings.window[0], 3)}${si ? " s" : ""}` : "\u00a0";
   element("tile-rate").innerHTML = measured ? withErrorHtml(measured.values.impact_rate, measured.errors.impact_rate) + unit("1/s") : "–";
-  element("tile-rate-note").textContent = answer && view.values.wall ? `${METHODS[best].label}: ${short(answer.moments.impact_rate)}` : "\u00a0";
+  element("tile-rate-note").textContent = answer && !old && view.values.wall ? `${METHODS[best].label}: ${short(answer.moments.impact_rate)}` : "\u00a0";
   element("tile-paths").textContent = measured ? grouped(measured.paths) : "0";
   element("progress").value = measured ? measured.paths / measured.of : 0;
   if (measured) {
     const steps = measured.paths * Math.round(measured.settings.duration / measured.settings.step);
     element("tile-paths-note").textContent = measured.complete ? `done: ${short(steps, 2)} steps in ${short(measured.seconds, 2)} s` : `of ${grouped(measured.of)}${playing ? "" : ": paused"}`;
   } else if (!playing) element("tile-paths-note").textContent = "paused: Play or Step";
-  if (measured?.complete && !view.stale && view.spoken !== connection.generation) {
+  if (measured?.complete && !old && view.spoken !== connection.generation) {
     view.spoken = connection.generation;
     element("spoken").textContent = `Monte Carlo ${withError(value, error)}${answer ? `, ${METHODS[best].label} ${short(answer.moments.amplitude_mean_square)}` : ""}.`;
   }
-  element("results").dataset.complete = String(Boolean(measured?.complete) && !view.stale);
+  element("results").dataset.complete = String(Boolean(measured?.complete && view.theory) && !old);
   element("results").dataset.generation = String(connection.generation);
 }
 
 function drawnChanged() {
   const drawn = NAMES.filter((name) => view.drawn.has(name) && view.theory?.methods[name]);
+  element("curve-legend").innerHTML = legend(curvesShown(view));
   element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
-  scene.density = height ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
+  scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
   scene.density_color = front ?? "envelope";
   for (const name of [...Object.keys(DENSITIES), "growth", "curve", "motion", "numbers"]) dirty.add(name);
 }
@@ -224,9 +265,14 @@ function status(kind, text) {
   element("status").textContent = text;
 }
 
-function banner(text) {
-  element("banner").textContent = text;
-  element("banner").hidden = !text;
+// each origin has its own: what the connection has to say does not take back what was wrong with a link
+const notices = { link: "", connection: "", question: "" };
+function notice(origin, text) {
+  if (notices[origin] === text) return;
+  notices[origin] = text;
+  const said = Object.values(notices).filter(Boolean).map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence }));
+  element("banner").replaceChildren(...said);
+  element("banner").hidden = !said.length;
 }
 
 const speedOf = (place) => 0.2 * 500 ** (place / 100); // from 0.2 to 100
@@ -267,12 +313,13 @@ const described = () => {
 const fileName = (name, kind) => `springpot-${name}.${kind}`;
 const note = element("copied");
 element("copy-link").addEventListener("click", () => copy(location.origin + location.pathname + state.link(), "Link copied.", note));
-element("copy-python").addEventListener("click", () => view.copies && copy(view.copies.python, "Python copied.", note));
-element("copy-command").addEventListener("click", () => view.copies && copy(view.copies.command, "Command copied.", note));
+const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not taken these numbers.", note));
+element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
+element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
 element("save-csv").addEventListener("click", () => {
   const { theory, measured } = view, rows = [];
   for (const [name, value] of Object.entries(measured?.values ?? {})) rows.push(["monte_carlo", name, value, measured.errors[name]]);
-  for (const [method, answer] of Object.entries(theory?.methods ?? {})) {
+  for (const [method, answer] of Object.entries((!view.old.theory && theory?.methods) || {})) {
     for (const [name, value] of Object.entries(answer.moments)) rows.push([method, name, value, ""]);
   }
   const columns = ["method", "quantity", "value", "standard_error"].map((name, i) => [name, rows.map((row) => row[i] ?? "")]);
@@ -324,11 +371,12 @@ let linkTimer = null;
 let linkShown = "";
 function takeLink() {
   const unsound = state.readLink(location.hash);
-  if (unsound.length) banner(`The link holds what cannot be: ${unsound.join(", ")}. The usual values were taken instead.`);
+  notice("link", !unsound.length ? "" : `The link holds what cannot be: ${unsound.join(", ")}. The usual values were taken instead.`);
 }
 let unitsShown = null;
 state.onChange(() => {
   element("law").hidden = !state.values.wall;
+  notice("link", "");
   if (unitsShown !== state.units) {
     unitsShown = state.units;
     for (const panel of Object.values(panels)) panel?.relabel();

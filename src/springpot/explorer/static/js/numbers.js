@@ -15,8 +15,15 @@ export function withError(value, error) {
   if (value === null || value === undefined) return "–";
   if (error === null || error === undefined || !(error > 0)) return short(value);
   const size = Math.max(Math.abs(value), error);
-  if (size >= 1e5 || size < 1e-3) return `${short(value, 3)} ± ${short(error, 1)}`;
-  // two digits of an error that begins with 1 or 2, one of any other
+  if (size >= 1e5 || size < 1e-3) {
+    const exponent = Math.floor(Math.log10(size));
+    return `(${fixed(value / 10 ** exponent, error / 10 ** exponent)})·10${superscript(exponent)}`;
+  }
+  return fixed(value, error);
+}
+
+// two digits of an error that begins with 1 or 2, one of any other
+function fixed(value, error) {
   const first = Math.floor(Math.log10(error)), digits = error / 10 ** first < 2.95 ? 1 : 0;
   const places = Math.min(Math.max(digits - first, 0), 8);
   return `${value.toFixed(places).replace("-", "−")} ± ${error.toFixed(places)}`;
@@ -24,13 +31,12 @@ export function withError(value, error) {
 
 // the number large, its error smaller
 export function withErrorHtml(value, error) {
-  const [number, deviation] = withError(value, error).split(" ± ");
-  return deviation ? `${number} <span>± ${deviation}</span>` : number;
+  return withError(value, error).replace(/± [\d.]+/, "<span>$&</span>");
 }
 
-// what the library says, in a typesetter's hand
-export function typeset(sentence) {
-  return sentence
+// what the library says, in a typesetter's hand; numbers without dimensions carry no units
+export function typeset(sentence, si = true) {
+  return (si ? sentence : sentence.replace(/(\d) (?:m\/s|rad\/s|1\/s|per s|m|s)(?![\w^/])/g, "$1"))
     .replace(/<([A-Za-z]+)\^2>/g, "⟨$1²⟩").replace(/<([A-Za-z]+)>/g, "⟨$1⟩")
     .replace(/\balpha\b/g, "α").replace(/\bOmega\b/g, "Ω").replace(/\^\(α ?- ?2\)/g, "^(α−2)").replace(/<=/g, "≤").replace(/>=/g, "≥");
 }

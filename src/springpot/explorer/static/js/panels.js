@@ -83,7 +83,7 @@ function density(view, host, name, height) {
     height, xLabel: axis, yLabel: "density", ySize: 48,
     series: NAMES.map((method) => methodSeries(method)),
     xRange: (u, low, high) => (low === null ? [0, 1] : [low, high]),
-    yRange: () => [0, SLACK * Math.max(view.peak[name] ?? 0, 1e-9)],
+    yRange: () => [0, view.peak[name] > 0 ? SLACK * view.peak[name] : 1],
     readout: (place, i) => {
       const found = view.densities?.[name], bin = found ? found.edges.findIndex((edge) => edge > place) - 1 : -1;
       return [[axis, place], ["Monte Carlo", bin >= 0 ? found.density[bin] : 0], ...methodsAt(chart, i, 1, NAMES)];
@@ -93,11 +93,12 @@ function density(view, host, name, height) {
       if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
     },
     over: (u, g, ratio) => {
-      if (name !== "impact_speed" || view.values.wall) return;
+      const said = name !== "impact_speed" ? "" : noImpacts(view);
+      if (!said) return;
       g.fillStyle = palette.muted;
       g.font = `${13 * ratio}px system-ui, sans-serif`;
       g.textAlign = "center";
-      g.fillText("no wall, no impacts", u.bbox.left + u.bbox.width / 2, u.bbox.top + u.bbox.height / 2);
+      g.fillText(said, u.bbox.left + u.bbox.width / 2, u.bbox.top + u.bbox.height / 2);
     },
   });
   chart.update = () => {
@@ -125,6 +126,11 @@ function density(view, host, name, height) {
     ];
   };
   return chart;
+}
+
+function noImpacts(view) {
+  if (!view.values.wall) return "no wall, no impacts";
+  return view.measured?.values.impact_rate === 0 ? "no impacts" : "";
 }
 
 // what the methods' series, from one of them on, are worth at an index
@@ -158,7 +164,8 @@ function growth(view, host, height) {
   });
   chart.update = () => {
     const times = view.growth?.times ?? [0, 1], none = times.map(() => null);
-    const grown = view.grown?.mean.length === times.length ? view.grown : null;
+    // times come with the curves: those of an older question are not this ensemble's
+    const grown = !view.old.growth && view.grown?.mean.length === times.length ? view.grown : null;
     const error = (sign) => (grown ? Array.from(grown.mean, (m, i) => m + sign * 2 * (grown.error[i] || 0)) : none);
     const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[method] : null) ?? none);
     chart.set([times, error(1), error(-1), grown ? Array.from(grown.mean) : none, ...lines]);
@@ -180,11 +187,11 @@ function curve(view, host, height, onOrder) {
   const chart = new Chart(host, {
     height, xLabel: "α", yLabel: "μ", yLog: true,
     series: CURVES.map((method) => methodSeries(method)),
-    xRange: () => [0, 1],
+    xRange: () => [-0.02, 1.02], // a marker at either end is seen whole
     readout: (order, i) => (i === null || !view.curve ? [] : [["α", chart.data[0][i]], ...methodsAt(chart, i, 1, CURVES)]),
     yRange: () => {
       const curves = CURVES.flatMap((method) => view.curve?.methods[method] ?? []);
-      const all = [...curves, view.measured?.values.amplitude_mean_square].filter((v) => v > 0);
+      const all = [...curves, view.marker?.value].filter((v) => v > 0);
       return all.length ? [Math.min(...all) / 1.25, Math.max(...all) * 1.25] : [0.1, 10];
     },
     over: (u, g, ratio) => {
@@ -197,25 +204,25 @@ function curve(view, host, height, onOrder) {
       g.lineTo(at, u.bbox.top + u.bbox.height);
       g.stroke();
       g.setLineDash([]);
-      const value = view.measured?.values.amplitude_mean_square, error = view.measured?.errors.amplitude_mean_square;
-      if (!(value > 0)) return;
+      if (!(view.marker?.value > 0)) return;
+      const { order, value, error } = view.marker, x = u.valToPos(order, "x", true);
       g.strokeStyle = g.fillStyle = palette.text;
       g.lineWidth = 2 * ratio;
       const y = (v) => u.valToPos(v, "y", true);
       g.beginPath();
-      g.moveTo(at, y(value + 2 * (error || 0)));
-      g.lineTo(at, y(Math.max(value - 2 * (error || 0), 1e-3 * value)));
+      g.moveTo(x, y(value + 2 * (error || 0)));
+      g.lineTo(x, y(Math.max(value - 2 * (error || 0), 1e-3 * value)));
       g.stroke();
       g.beginPath();
-      g.arc(at, y(value), 5 * ratio, 0, 7);
+      g.arc(x, y(value), 5 * ratio, 0, 7);
       g.fillStyle = palette.measured;
       g.fill();
       g.stroke();
     },
   });
   chart.host.addEventListener("click", (event) => {
-    const box = chart.plot.over.getBoundingClientRect(), order = (event.clientX - box.left) / box.width;
-    if (order >= -0.02 && order <= 1.02) onOrder(Math.round(100 * Math.min(Math.max(order, 0), 1)) / 100);
+    const { left, right } = chart.plot.over.getBoundingClientRect(), order = chart.plot.posToVal(event.clientX - left, "x");
+    if (event.clientX >= left && event.clientX <= right) onOrder(Math.round(100 * Math.min(Math.max(order, 0), 1)) / 100);
   });
   chart.update = () => {
     const orders = view.curve?.orders ?? [0, 1];

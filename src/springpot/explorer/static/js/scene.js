@@ -20,7 +20,7 @@ export class Scene {
 
   draw({ values, unit, bounds, rms }) {
     const c = this.canvas, g = c.clear(), W = c.width;
-    const { x, v } = this.track.now;
+    const { v } = this.track.now, x = values.wall ? Math.max(this.track.now.x, values.position) : this.track.now.x;
     const [low, high] = bounds;
     const narrow = W < 520;
     const mass = narrow ? 46 : 60, left = values.wall ? 40 : 22, right = W - (narrow ? 90 : 150) - mass;
@@ -29,10 +29,10 @@ export class Scene {
 
     // the density of x, under the path it belongs to
     if (this.density) {
-      const { place, height } = this.density, top = Math.max(...height) || 1;
+      const { place, height } = this.density, top = drawnTop(height);
       g.beginPath();
       g.moveTo(X(place[0]), axisY);
-      for (let i = 0; i < place.length; i += 1) g.lineTo(X(place[i]), axisY - 46 * (height[i] / top));
+      for (let i = 0; i < place.length; i += 1) g.lineTo(X(place[i]), axisY - 46 * Math.min(height[i] / top, 1));
       g.lineTo(X(place[place.length - 1]), axisY);
       g.closePath();
       g.globalAlpha = 0.16;
@@ -255,6 +255,12 @@ export class Scene {
     }
     g.globalAlpha = 1;
   }
+}
+
+// a density may rise without bound at a lossy wall: a few points of it must not flatten the rest
+function drawnTop(height) {
+  const sorted = [...height].sort((a, b) => a - b);
+  return Math.min(sorted.at(-1), 1.5 * sorted[Math.floor(0.95 * sorted.length)]) || sorted.at(-1) || 1;
 }
 
 function rounded(g, x, y, w, h, r) {

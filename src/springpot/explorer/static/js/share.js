@@ -13,6 +13,10 @@ export async function copy(text, said, note) {
     document.execCommand("copy");
     area.remove();
   }
+  say(said, note);
+}
+
+export function say(said, note) {
   note.textContent = said;
   clearTimeout(note.timer);
   note.timer = setTimeout(() => { note.textContent = ""; }, 4000);

@@ -20,10 +20,24 @@ const SHORT = {
   order: "a", coefficient: "C", natural_frequency: "W", intensity: "q", position: "b", restitution: "r",
   seed: "seed", paths: "paths", start: "start",
 };
+const SCALES = { natural_frequency: "sW", intensity: "sq" }; // in a link of dimensionless numbers: the way back
 const MOST_PATHS = 100000;
 const FARTHEST_WALL = 20;
 
 export const lengthScale = (s) => Math.sqrt(s.intensity / s.natural_frequency ** 3);
+
+// what the server takes, which for the wall depends on the rest
+export function rangeOf(name, values) {
+  if (name !== "position") return [PARAMETERS[name].low, PARAMETERS[name].high];
+  const farthest = FARTHEST_WALL * lengthScale(values);
+  return [-farthest, farthest];
+}
+
+// a number without the dust that a conversion leaves in its last digits
+function tidy(value) {
+  const rounded = Number(value.toPrecision(12));
+  return Math.abs(rounded - value) <= 1e-14 * Math.abs(value) ? rounded : value;
+}
 
 export class State {
   constructor() {
@@ -37,8 +51,6 @@ export class State {
 
   set(changes) {
     Object.assign(this.values, changes);
-    const limit = FARTHEST_WALL * lengthScale(this.values);
-    this.values.position = Math.min(Math.max(this.values.position, -limit), limit);
     for (const listener of this.listeners) listener(this);
   }
 
@@ -50,14 +62,14 @@ export class State {
       const { natural_frequency: W, intensity: q } = s;
       this.scales = { natural_frequency: W, intensity: q };
       this.set({
-        coefficient: s.coefficient * W ** (s.order - 2), position: s.position / lengthScale(s),
+        coefficient: tidy(s.coefficient * W ** (s.order - 2)), position: tidy(s.position / lengthScale(s)),
         natural_frequency: 1, intensity: 1,
       });
     } else {
       const W = this.scales.natural_frequency;
       this.set({
-        coefficient: s.coefficient * W ** (2 - s.order),
-        position: s.position * lengthScale({ ...s, ...this.scales }), ...this.scales,
+        coefficient: tidy(s.coefficient * W ** (2 - s.order)),
+        position: tidy(s.position * lengthScale(this.scales)), ...this.scales,
       });
     }
   }
@@ -67,7 +79,10 @@ export class State {
   link() {
     const words = Object.entries(SHORT).map(([name, key]) => `${key}=${this.values[name]}`);
     if (!this.values.wall) words.push("wall=0");
-    if (this.units !== "si") words.push("units=dimensionless");
+    if (this.units !== "si") {
+      words.push("units=dimensionless");
+      for (const [name, key] of Object.entries(SCALES)) words.push(`${key}=${this.scales[name]}`);
+    }
     return `#${words.join("&")}`;
   }
 
@@ -82,7 +97,15 @@ export class State {
     }
     if (given.get("wall") === "0") values.wall = false;
     this.units = given.get("units") === "dimensionless" ? "dimensionless" : "si";
-    if (this.units === "dimensionless") { values.natural_frequency = 1; values.intensity = 1; }
+    this.scales = { natural_frequency: 1, intensity: 1 };
+    if (this.units === "dimensionless") {
+      values.natural_frequency = values.intensity = 1;
+      for (const [name, key] of Object.entries(SCALES)) {
+        if (!given.has(key)) continue;
+        const sound = checked(name, given.get(key));
+        if (sound === null) unsound.push(key); else this.scales[name] = sound;
+      }
+    }
     this.set(values);
     return unsound;
   }

@@ -9,7 +9,7 @@ export const QUANTITIES = [
   ["x_mean_square", "⟨x²⟩", "m²"],
   ["v_mean_square", "⟨v²⟩", "m²/s²"],
   ["impact_rate", "impact rate", "1/s"],
-  ["impact_speed_mean", "mean impact speed", "m/s"],
+  ["impact_speed_mean", "impact speed", "m/s"],
 ];
 const SMALL = 2, LARGE = 5; // per cent
 
@@ -33,6 +33,10 @@ export class Table {
     this.silent = silent;
     this.drawn = drawn; // Set of names
     this.changed = changed;
+    const scroll = element.parentElement;
+    const cut = () => scroll.classList.toggle("cut", scroll.scrollWidth - scroll.clientWidth - scroll.scrollLeft > 1);
+    scroll.addEventListener("scroll", cut);
+    for (const one of [scroll, element]) new ResizeObserver(cut).observe(one);
   }
 
   show(theory, measured, si, stale) {
@@ -44,7 +48,7 @@ export class Table {
     const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${this.measured(measured)}</tr>`];
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, theory.recommended === name, stale ? null : measured));
+      if (answer) rows.push(this.row(name, answer, theory.recommended === name, stale ? null : measured, si));
     }
     const focused = document.activeElement?.dataset?.draw;
     this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${head.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
@@ -55,7 +59,7 @@ export class Table {
       });
       if (box.dataset.draw === focused) box.focus();
     }
-    this.showWarnings(theory, measured);
+    this.showWarnings(theory, measured, si);
   }
 
   measured(measured) {
@@ -65,23 +69,25 @@ export class Table {
     }).join("");
   }
 
-  row(name, answer, best, measured) {
+  row(name, answer, best, measured, si) {
     const cells = QUANTITIES.map(([quantity]) => {
       const value = answer.moments[quantity];
       const gap = measured ? gapOf(value, measured.values[quantity], measured.errors[quantity]) : null;
       const size = gap?.percent === null || !gap ? "" : Math.abs(gap.percent) < SMALL ? "small" : Math.abs(gap.percent) < LARGE ? "middle" : "large";
       return `<td data-quantity="${quantity}" data-value="${value ?? ""}">${short(value)}<span class="gap ${size}">${gapText(gap)}</span></td>`;
     });
-    const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" ")))}">⚠</abbr>` : "";
+    const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" "), si))}">⚠</abbr>` : "";
     const star = best ? `<span class="best" title="the method to trust here">★</span>` : "";
     return `<tr data-method="${name}"${best ? ' class="recommended"' : ""}><th scope=row><label><input type="checkbox" data-draw="${name}" ${this.drawn.has(name) ? "checked" : ""} aria-label="draw ${METHODS[name].label}"><span class="swatch" data-method="${name}"></span>${METHODS[name].label}</label>${star}${warning}</th>${cells.join("")}</tr>`;
   }
 
-  showWarnings(theory, measured) {
+  showWarnings(theory, measured, si) {
     const silent = theory ? NAMES.filter((name) => theory.statements[name]) : [];
-    this.silent.innerHTML = silent.map((name) => `<p><b>${METHODS[name].label}</b> has no answer here: ${escaped(typeset(theory.statements[name]))}</p>`).join("");
+    this.silent.innerHTML = silent.map((name) => `<p><b>${METHODS[name].label}</b> has no answer here: ${escaped(typeset(theory.statements[name], si))}</p>`).join("");
     const said = [];
-    if (theory && !theory.recommended) said.push(["theory", "no method has a stationary answer here."]);
+    if (theory && !theory.recommended) {
+      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is to be trusted here."]);
+    }
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
@@ -89,9 +95,11 @@ export class Table {
         for (const sentence of answer.warnings) said.push([METHODS[name].label, sentence]);
       }
     }
-    this.warnings.innerHTML = said.map(([who, sentence]) => `<p><span aria-hidden="true">⚠</span> <b>${who}:</b> ${escaped(typeset(sentence))}</p>`).join("");
+    this.warnings.innerHTML = said.map(([who, sentence]) => `<p><span aria-hidden="true">⚠</span> <b>${who}:</b> ${escaped(typeset(sentence, si))}</p>`).join("");
   }
 }
+
+export const isSilent = (theory) => Object.keys(theory.methods).length === 0;
 
 export function escaped(text) {
   return text.replace(/[&<>"']/g, (c) => `&#${c.charCodeAt(0)};`);
