@@ -33,7 +33,7 @@ class Gap:
     percent : float
         100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero within three standard errors.
     standard_errors : float
-        (theory - Monte Carlo) / standard error.
+        (theory - Monte Carlo) / standard error, with what the run's budget leaves of step and start added in squares.
     """
 
     percent: float
@@ -86,7 +86,8 @@ class Comparison:
         moments = asdict(self.answers[method].moments)
         found = {}
         for name in MOMENTS:
-            theory, value, error = moments[name], self.simulation.values[name], self.simulation.errors[name]
+            theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
+            error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
             if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
                 percent = 100.0 * (theory / value - 1.0) if abs(value) > 3.0 * error else math.nan
                 found[name] = Gap(percent, (theory - value) / error)

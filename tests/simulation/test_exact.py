@@ -217,7 +217,8 @@ def _free_response(
 @pytest.mark.parametrize("order", [0.0, 0.2, 0.5, 0.8, 1.0])
 def test_free_response_converges_to_the_laplace_inversion(order: float, scheme: str, derivative: str) -> None:
     times = np.arange(1.0, 11.0)
-    exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, times, derivative == "caputo")
+    # at order 0 both kinds are x itself
+    exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, times, derivative == "caputo" and order > 0.0)
     problem = oscillator(order, 0.7, 1.3, 0.0, None)
     errors = []
     for step in (0.05, 0.0125):

@@ -151,7 +151,7 @@ class Gathering:
         values, errors = self.estimates()
         return (
             *doubts(self.oscillator, self.settings, self.adapted, values, errors, self._rows[: self.paths]),
-            *about_slow_impacts(self.oscillator, self.settings),
+            *about_slow_impacts(self.oscillator, self.settings, values),
         )
 
     def distributions(self) -> dict[str, Distribution]:

@@ -29,10 +29,10 @@ from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tab
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
 from springpot.simulation.statistics import controlled, linearised, standard_error
-from springpot.theory.mckean import slow_impact_power
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import MOMENTS
 
-__all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "reach"]
+__all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "missed_impacts", "reach", "slow_impact_order"]
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
@@ -341,6 +341,31 @@ def slow_impact_order(restitution: float) -> float:
     [1.0, 0.5, 0.125, 0.0]
     """
     return 0.5 * slow_impact_power(restitution)
+
+
+def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square: float) -> float:
+    """Share of the impacts that a run with this step misses behind a lossy wall, by its own mean square impact speed.
+
+    A step h blurs speeds of the order sqrt(q h), and of the impacts slower than u there are u^m: the share is
+    B (q h / <u^2>)^(m/2).  Against the Fokker-Planck equation at order 1, for r from 0.2 to 0.9, c from 0.1 to 2 and
+    b = 0 and -0.5, B = exp(-3.41 (r - 0.163)^(3/4)) within a tenth of itself at b = 0 and a fifth at b = -0.5.  What
+    the missing ones hand over is next to nothing: the rate is that share too low, the mean speed as much too high.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Barrier
+    >>> round(missed_impacts(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, 1.0), 3)
+    0.022
+    """
+    if oscillator.barrier is None or not impact_speed_mean_square > 0.0:
+        return 0.0
+    restitution = oscillator.barrier.restitution
+    blur = oscillator.excitation.intensity * step / impact_speed_mean_square
+    front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
+    missed = 0.0
+    for _ in range(50):  # with the slow ones missing, the mean square of the others is too high
+        missed = min(front * (blur / (1.0 - missed)) ** slow_impact_order(restitution), 0.95)
+    return missed
 
 
 def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:

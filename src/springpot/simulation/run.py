@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import Budget, reach, slow_impact_order
+from springpot.simulation.accuracy import Budget, Reached, missed_impacts, reach, slow_impact_order
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.kernel import COLUMNS
@@ -44,6 +44,7 @@ FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is cal
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_TRANSIENT = 0.01  # left where the window begins
+MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
@@ -267,7 +268,7 @@ def run(
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
             *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
-            *about_slow_impacts(oscillator, settings),
+            *about_slow_impacts(oscillator, settings, values),
             *(
                 f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
                 for name in observed.means
@@ -302,7 +303,11 @@ def _run_to(
     diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
     # the coarse level's step is corrected for, and part of the budget
     fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
-    warned = doubts(oscillator, fine, adapted, found.values, found.errors, found.rows)
+    warned = [
+        *doubts(oscillator, fine, adapted, found.values, found.errors, found.rows),
+        *_about_impacts_not_asked_for(found, quantities, rtol),
+        *([found.shortfall] if found.shortfall else []),
+    ]
     return Run(
         oscillator=oscillator,
         settings=settings,
@@ -310,7 +315,7 @@ def _run_to(
         errors=found.errors,
         budgets=found.budgets,
         diagnostics={**diagnostics, "pairs": found.pairs},
-        warnings=(*warned, found.shortfall) if found.shortfall else warned,
+        warnings=tuple(warned),
         time=np.zeros(0),
         record=np.zeros((0, settings.steps + 1, 2)),
     )
@@ -516,6 +521,8 @@ def doubts(
             f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
             "window."
         )
+    if settled:
+        found.extend(_about_memory(oscillator, values, errors))
     residual, error = values["energy_residual"], errors["energy_residual"]
     # what single-precision memory and rounding make of a large energy is no failure
     fed = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
@@ -526,6 +533,20 @@ def doubts(
             f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
         )
     return tuple(found)
+
+
+def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict[str, float]) -> list[str]:
+    """Of a start that the springpot still remembers: its force has no mean in the stationary state."""
+    order = oscillator.springpot.order
+    force, error = values["springpot_force_mean"], errors["springpot_force_mean"]
+    spring = oscillator.natural_frequency**2 * abs(values["x_mean"])
+    if not 0.0 < order < 1.0 or abs(force) <= max(FAR_OFF * error, MOST_REMEMBERED * spring):
+        return []
+    return [
+        f"the springpot remembers the start: its mean force is {_per_cent(abs(force) / spring)} of the spring's, where "
+        f"a stationary one has none, and falls only like t^-{order:.2g}; mean displacement and impact rate are not yet "
+        "stationary (energies hardly notice). Use start='stationary' for those."
+    ]
 
 
 def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
@@ -561,21 +582,38 @@ def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str
     return found
 
 
-def about_slow_impacts(oscillator: Oscillator, settings: Settings) -> list[str]:
+def about_slow_impacts(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
     """Of a run at one step: what slow impacts that it misses are likely to be worth."""
     if oscillator.barrier is None or not impacts_are_countable(oscillator):
         return []
-    order = slow_impact_order(oscillator.barrier.restitution)
-    # seen with coupled runs: 14 % of step^0.5 at r = 0.5, 1.6 % of step^0.86 at r = 0.8
-    share = 0.56 * (1.0 - oscillator.barrier.restitution) ** 2
-    missed = share * (settings.step * fastest_rate(oscillator)) ** order
+    missed = missed_impacts(oscillator, settings.step, values["impact_speed_mean_square"])
     if missed <= MOST_MISSED:
         return []
+    order = slow_impact_order(oscillator.barrier.restitution)
     return [
-        f"impact rate and mean impact speeds are off by about {100.0 * missed:.1g} % at a step of {settings.step:g} s: "
-        f"the wall is so lossy that slow impacts crowd, and the error falls only like step^{order:.2g}; energies are "
-        f"right. Use rtol= to have it bounded."
+        f"impact rate is about {_per_cent(missed)} too low and the mean impact speed "
+        f"{_per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the wall is so lossy that "
+        f"slow impacts crowd, and the error falls only like step^{order:.2g}; energies are right. Use rtol= to have it "
+        "bounded."
     ]
+
+
+def _about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: float) -> list[str]:
+    """Of a run to a tolerance: what is left of the step in the impacts that nobody asked to have bounded."""
+    left = {
+        name: found.budgets[name].total / abs(found.values[name])
+        for name in ("impact_rate", "impact_speed_mean")
+        if name not in asked and found.values[name] != 0.0
+    }
+    off = [f"{name} {_per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
+    if not off:
+        return []
+    return [f"not asked for, and known to no better than: {', '.join(off)}; name it in quantities to have it bounded."]
+
+
+def _per_cent(share: float) -> str:
+    """With two digits at most, and no powers of ten."""
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def _transient_left(oscillator: Oscillator, settings: Settings) -> float:

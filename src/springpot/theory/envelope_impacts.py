@@ -96,7 +96,7 @@ def impacts(balance: Balance) -> Impacts | None:
 
     def moment(flux: FloatArray, power: float, k: int) -> float:
         """Sum over the grid, and what is slower: the impacts below u go like u^power."""
-        return float(flux @ v ** (k + 1)) * step + float(flux[0]) * v[0] ** (k + 1) / (power + k)
+        return float(flux @ v ** (k + 1)) * step + float(flux[0] * v[0] ** (k + 1)) / (power + k)
 
     # the grid's sums serve only to compare both fluxes; the elastic one's moments are known better from the cycles
     gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
