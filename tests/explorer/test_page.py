@@ -386,6 +386,30 @@ def test_what_has_no_answer_is_said(context: BrowserContext, server: Server) -> 
         assert page.page.locator("#slider-restitution").is_disabled()
 
 
+def test_numbers_share_their_power_of_ten_with_their_error(tab: Tab) -> None:
+    written = tab.page.evaluate(
+        """import("/static/js/numbers.js").then(({ withError, typeset }) => [
+            withError(2.1234e6, 40000), withError(-9.8e-4, 1.2e-4), withError(1.23456, 0.004), withError(5, null),
+            typeset("a wall at 0.3 m, at 2 m/s or 5 steps of 0.1 s (m^2)", false)])"""
+    )
+    assert written == [
+        "(2.12 ± 0.04)·10⁶", "(−9.8 ± 1.2)·10⁻⁴", "1.235 ± 0.004", "5", "a wall at 0.3, at 2 or 5 steps of 0.1 (m^2)"
+    ]  # fmt: skip
+
+
+def test_a_wall_that_is_never_struck_is_said(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, f"a=0.5&C=2&b=-15&{QUICK}") as page:
+        assert page.number("impact_rate") == 0.0
+        shown = page.page.evaluate(
+            """(async () => { const text = CanvasRenderingContext2D.prototype.fillText, said = [];
+                CanvasRenderingContext2D.prototype.fillText = function (...a) { said.push(a[0]); text.apply(this, a); };
+                theme.click(); await new Promise((done) => setTimeout(done, 500));
+                CanvasRenderingContext2D.prototype.fillText = text; return said; })()"""
+        )
+        assert "no impacts" in shown
+        page.page.locator("#theme").click()
+
+
 def test_a_chart_tells_its_numbers(tab: Tab) -> None:
     over = tab.page.locator("#growth .u-over")
     over.scroll_into_view_if_needed()

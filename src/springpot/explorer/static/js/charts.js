@@ -20,11 +20,11 @@ export const methodSeries = (name, width = 2) => ({
   label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
 });
 
-// labels of a logarithmic axis: 1, 2, 5, and all of them where there is less than a decade
+// labels of a logarithmic axis: 1, 2, 5; all of them where there is less than a decade, 1 only where there are many
 function ofLogarithm(u, splits) {
-  const few = u.scales.y.max / u.scales.y.min < 12;
+  const ratio = u.scales.y.max / u.scales.y.min, few = ratio < 12, shown = ratio > 3e3 ? /^1/ : /^[125]/;
   const round = (v) => Math.abs(Number(v.toPrecision(1)) / v - 1) < 1e-9; // the axis may begin in between
-  return splits.map((v) => (round(v) && (few || /^[125]/.test(v.toExponential())) ? v : null));
+  return splits.map((v) => (round(v) && (few || shown.test(v.toExponential())) ? v : null));
 }
 
 export class Chart {

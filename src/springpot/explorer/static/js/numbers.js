@@ -31,7 +31,7 @@ function fixed(value, error) {
 
 // the number large, its error smaller
 export function withErrorHtml(value, error) {
-  return withError(value, error).replace(/± [\d.]+/, "<span>$&</span>");
+  return withError(value, error).replace(/± .*/, "<span>$&</span>");
 }
 
 // what the library says, in a typesetter's hand; numbers without dimensions carry no units

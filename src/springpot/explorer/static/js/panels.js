@@ -192,7 +192,7 @@ function curve(view, host, height, onOrder) {
     yRange: () => {
       const curves = CURVES.flatMap((method) => view.curve?.methods[method] ?? []);
       const all = [...curves, view.marker?.value].filter((v) => v > 0);
-      return all.length ? [Math.min(...all) / 1.25, Math.max(...all) * 1.25] : [0.1, 10];
+      return all.length ? [roundBelow(Math.min(...all) / 1.1), Math.max(...all) * 1.25] : [0.1, 10];
     },
     over: (u, g, ratio) => {
       const at = u.valToPos(view.values.order, "x", true);
@@ -233,6 +233,12 @@ function curve(view, host, height, onOrder) {
     ["order", view.curve?.orders ?? []], ...CURVES.map((method) => [method, view.curve?.methods[method] ?? []]),
   ];
   return chart;
+}
+
+// ticks of a logarithmic axis are counted from its lower end
+function roundBelow(value) {
+  const decade = 10 ** Math.floor(Math.log10(value));
+  return Number((Math.floor(value / decade) * decade).toPrecision(1));
 }
 
 // those that have an answer here

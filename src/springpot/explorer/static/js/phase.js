@@ -92,7 +92,8 @@ export class Phase {
     g.textBaseline = "top";
     for (const x of ticks(low, high, Math.max((right - left) / 60, 2))) {
       line(g, Math.round(X(x)) + 0.5, top, Math.round(X(x)) + 0.5, bottom);
-      g.fillText(short(x, 3), X(x), bottom + 6);
+      const said = short(x, 3), most = this.canvas.width - g.measureText(said).width / 2;
+      g.fillText(said, Math.min(X(x), most), bottom + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
