@@ -29,6 +29,7 @@ extensions = [
 ]
 exclude_patterns = [
     "_build", "_jupyter", "gallery/**", "auto_gallery/**.ipynb", "auto_gallery/**.py", "**.ipynb_checkpoints",
+    "sg_execution_times.rst",
 ]  # fmt: skip
 templates_path = ["_templates"]
 nitpicky = True
@@ -127,6 +128,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "remove_config_comments": True,
     "show_signature": False,
     "min_reported_time": 1,
+    "write_computation_times": False,  # that page takes its scripts from the network
     "capture_repr": (),
     "doc_module": ("springpot",),
     "backreferences_dir": "api/backreferences",
