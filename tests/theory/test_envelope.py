@@ -439,3 +439,23 @@ def test_slow_rates_survive_fast_cells(order, c):
         assert float(np.sum(passage.weights / passage.rates)) == pytest.approx(passage.mean_time, rel=1e-6)
         assert float(passage.survival(passage.mean_time)) == pytest.approx(math.exp(-1.0), abs=2e-3)
         assert float(passage.survival(math.inf)) == 0.0
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.8])
+@pytest.mark.parametrize(("order", "c"), [(0.1, 0.01), (0.3, 1.0), (0.5, 0.1), (0.9, 0.5), (0.9, 2.0)])
+def test_a_wall_ever_farther_off_matters_ever_less(order, c, restitution):
+    """Also where it is so far off that the striking cycles are about to leave the reach of the grid."""
+    free = envelope(make(order, c, b=None)).amplitude_mean_square
+    spread = math.sqrt(free / 2.0)
+    rates, gaps = [], []
+    for far in np.arange(4.0, 12.0, 0.4):
+        found = envelope(make(order, c, -far * spread, restitution))
+        rates.append(found.impact_rate)
+        gaps.append(abs(found.amplitude_mean_square / free - 1.0))
+    assert np.all(np.diff(rates) <= 0.0)
+    assert gaps[-1] < 1e-6
+
+
+@pytest.mark.parametrize("c", [1.95, 1.99, 2.0, 2.01, 2.05, 2.1])
+def test_an_answer_does_not_hang_on_rounding(c):
+    assert envelope(make(0.9, c, -3.0, 0.999)).amplitude_mean_square > 0.0

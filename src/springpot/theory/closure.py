@@ -44,7 +44,7 @@ from springpot.theory.closure_steps import (
     solve_without_wall,
 )
 from springpot.theory.distributions import normal, numbers_only, real_array
-from springpot.theory.result import Moments, NotCovered, Result
+from springpot.theory.result import ROUNDED, Moments, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
 
@@ -404,21 +404,21 @@ def _moments(oscillator: Oscillator, plane: Plane) -> Moments:
 
 def _check_covered(oscillator: Oscillator) -> None:
     wall, c, b = oscillator.barrier, oscillator.dimensionless_coefficient, oscillator.dimensionless_position
-    if c > _STRONG:
+    if c > _STRONG * ROUNDED:
         raise NotCovered(f"The memory closure covers c = C Omega^(alpha-2) up to {_STRONG:g}, not {c:.3g}.")
     if wall is None:
         return
-    if wall.position != 0.0 and abs(b) > _REACH:
+    if wall.position != 0.0 and abs(b) > _REACH * ROUNDED:
         raise NotCovered(
             f"The memory closure covers no wall, or a wall within {_REACH:g} sqrt(q / Omega^3) of equilibrium, "
             f"not one at {b:g} times that."
         )
-    if -b * c > _GAP:
+    if -b * c > _GAP * ROUNDED:
         raise NotCovered(
             f"The memory closure covers a gap up to {_GAP:g} / c in units of sqrt(q / Omega^3) "
             f"(c = C Omega^(alpha-2) = {c:.3g}), not {-b:g}."
         )
-    if wall.restitution < _LOSSY:
+    if wall.restitution < _LOSSY / ROUNDED:
         raise NotCovered(f"The memory closure covers a restitution of at least {_LOSSY:g}, not {wall.restitution:g}.")
     if not oscillator.dissipates:
         return
@@ -475,7 +475,7 @@ def _warnings(oscillator: Oscillator) -> tuple[str, ...]:
         found.append(
             f"The wall takes much (r = {wall.restitution:g}): at r = 0.7 and 0.5 <A^2> was up to 3 % too low for c up "
             "to 1 and 4 % at c = 3.  The polynomials miss the slowest impacts, whose number grows without bound as r "
-            "falls to 0.163: at r = 0.5 the impact rate was 1.6, 2.7, 7 % too low at c = 0.1, 1, 3 and alpha = 1."
+            "falls to 0.163: at r = 0.5 the impact rate was 4, 8, 12 % too low at c = 0.1, 1, 3 and alpha = 1."
         )
     if b < 0.0 and c > _LIGHT and oscillator.springpot.order < 1.0:
         found.append(

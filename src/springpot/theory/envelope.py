@@ -53,7 +53,7 @@ from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, portrait
 from springpot.theory.envelope_impacts import Impacts, impacts
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
+from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
 from springpot.theory.tabulated import Tabulated
 
 __all__ = ["Envelope", "envelope"]
@@ -443,11 +443,11 @@ def _solve(oscillator: Oscillator, scales: _Scales) -> Balance:
     wall, element = oscillator.barrier, oscillator.springpot
     position = -math.inf if wall is None else scales.side * wall.position / scales.length
     order, c = element.order, oscillator.dimensionless_coefficient
-    if position > _DEEPEST_PRELOAD:
+    if position > _DEEPEST_PRELOAD * ROUNDED:
         raise NotCovered(
             f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {position:.3g}."
         )
-    if 0.0 < order < 1.0 and c > _STRONGEST:
+    if 0.0 < order < 1.0 and c > _STRONGEST * ROUNDED:
         raise NotCovered(f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, not {c:.3g}.")
     problem = Problem(
         order=order if order > 0.0 else 1.0,
@@ -457,11 +457,12 @@ def _solve(oscillator: Oscillator, scales: _Scales) -> Balance:
     )
     try:
         return balance(problem)
-    except ValueError as crossing:
+    except ValueError as unsettled:
         raise NotCovered(
-            "The envelope covers oscillators whose mean field settles on cycles that do not cross, not "
-            f"c = C Omega^(alpha-2) = {c:.3g} with a wall at {position:.3g} sqrt(q / Omega^3)."
-        ) from crossing
+            f"The envelope does not settle at c = C Omega^(alpha-2) = {c:.3g} with a wall at {position:.3g} "
+            "sqrt(q / Omega^3): the cycles of interest cannot be reached, or what they say of the mean does not agree "
+            "with it."
+        ) from unsettled
 
 
 def _no_stationary_state(oscillator: Oscillator) -> str | None:

@@ -24,9 +24,10 @@ FloatArray = NDArray[np.float64]
 _NODES = 10  # Gauss-Legendre nodes of a panel
 _FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of second order
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
-_STEPS = 80
+_STEPS, _FREE = 80, 19  # in all, and those that are taken whole
 _SETTLED = 1e-8
-_UNSETTLED = 0.02
+_UNSETTLED = 0.1  # change of the numbers per step at which an answer is none; a smaller one is warned of
+_STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
 _STRIKING_PANELS = 9
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
@@ -250,17 +251,26 @@ def balance(problem: Problem) -> Balance:
     1.0
     """
     closure, reach = Closure(), _first_reach(problem)
+    short, long = 0.0, math.inf  # reaches that were too short and too long
     change = math.inf
     for steps in range(1, _STEPS + 1):
         found, fall = _sweep(problem, closure, reach)
         target = _close(found)
         change = _distance(closure, target)
-        fits = 0.9 * _FAR < fall < 1.3 * _FAR
+        # all cycles that reach a far wall may be too long, and all others too short
+        fits = 0.9 * _FAR < fall and (fall < 1.3 * _FAR or reach == long)
         if change < _SETTLED and fits:
             break
-        if not fits:
-            reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
-        closure = target if steps < 20 else _between(closure, target)
+        if not fits and long < 1.001 * short:
+            reach = long
+        elif not fits:
+            if steps > _FREE:
+                short, long = (reach, long) if fall < _FAR else (short, reach)
+            if 0.0 < short and long < math.inf:  # at a far wall the step below would go there and back
+                reach = math.sqrt(short * long)
+            else:
+                reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
+        closure = _between(closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
     settled = Balance(**{**found, "steps": steps, "change": change})  # type: ignore[arg-type]
     if not fits or change > _UNSETTLED or float(settled.phase.min()) < 1.1 * SMALLEST_PHASE:
         raise ValueError("the cycles of interest are out of reach, or their mean field does not settle.")
@@ -277,9 +287,10 @@ def _first_reach(problem: Problem) -> float:
     return reach
 
 
-def _between(old: Closure, new: Closure) -> Closure:
-    """A third of a step, for the strong springpots on which the whole one does not settle."""
-    return Closure(*((2.0 * before + after) / 3.0 for before, after in zip(astuple(old), astuple(new), strict=True)))
+def _between(old: Closure, new: Closure, part: float) -> Closure:
+    """A part of a step, for the strong springpots and far walls on which the whole one does not settle."""
+    pairs = zip(astuple(old), astuple(new), strict=True)
+    return Closure(*(before + part * (after - before) for before, after in pairs))
 
 
 def _distance(old: Closure, new: Closure) -> float:
@@ -434,7 +445,7 @@ def _close(found: dict[str, object]) -> Closure:
     kept = np.isin(b.action, b.diffusion.action)
     rates, squares = b.diffusion.spectrum(b.mean[kept])
     variance = float(squares.sum())
-    if variance <= 1e-24 * b.average(b.x_square) or alpha == 1.0 or c == 0.0:
+    if variance <= _STRUCK * b.average(b.x_square) or alpha == 1.0 or c == 0.0:
         return Closure(0.0, b.average(b.mean), decay, frequency, 0.0)
     memory = float(squares @ rates**alpha) / variance
     slow = squares @ (

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 from springpot.oscillator import Oscillator
 
-__all__ = ["MOMENTS", "Moments", "NoStationaryState", "NotCovered", "Result", "no_answer"]
+__all__ = ["MOMENTS", "ROUNDED", "Moments", "NoStationaryState", "NotCovered", "Result", "no_answer"]
+
+ROUNDED = 1.0 + 1e-9
+"""Factor to a limit of what is covered: a number that is beyond it by rounding only is not beyond it."""
 
 MOMENTS = (
     "amplitude_mean_square",
