@@ -75,7 +75,7 @@ class Play(BaseModel):
 
 
 class Step(BaseModel):
-    """While time stands: on by a little, and one more block of paths."""
+    """While time stands: on by a little, and a few more paths."""
 
     model_config = _STRICT
 

@@ -203,9 +203,9 @@ function drawNumbers() {
   const value = measured?.values.amplitude_mean_square, error = measured?.errors.amplitude_mean_square;
   const gap = answer && measured && !old ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
   element("tile-theory-note").textContent = gap ? `gap ${gap}` : view.theory && !best && !old ? (isSilent(view.theory) ? "no stationary answer" : "no method to trust here") : "\u00a0";
-  element("tile-measured").innerHTML = measured ? withErrorHtml(value, error) + unit("m²") : "–";
+  element("tile-measured").innerHTML = measured ? withErrorHtml(value, error, unit("m²")) : "–";
   element("tile-measured-note").textContent = measured ? `± one standard error, t > ${short(measured.settings.window[0], 3)}${si ? " s" : ""}` : "\u00a0";
-  element("tile-rate").innerHTML = measured ? withErrorHtml(measured.values.impact_rate, measured.errors.impact_rate) + unit("1/s") : "–";
+  element("tile-rate").innerHTML = measured ? withErrorHtml(measured.values.impact_rate, measured.errors.impact_rate, unit("1/s")) : "–";
   element("tile-rate-note").textContent = answer && !old && view.values.wall ? `${METHODS[best].label}: ${short(answer.moments.impact_rate)}` : "\u00a0";
   element("tile-paths").textContent = measured ? grouped(measured.paths) : "0";
   element("progress").value = measured ? measured.paths / measured.of : 0;

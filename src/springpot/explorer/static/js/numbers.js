@@ -29,9 +29,10 @@ function fixed(value, error) {
   return `${value.toFixed(places).replace("-", "−")} ± ${error.toFixed(places)}`;
 }
 
-// the number large, its error smaller
-export function withErrorHtml(value, error) {
-  return withError(value, error).replace(/± .*/, "<span>$&</span>");
+// the number large, its error smaller and on one line with the unit
+export function withErrorHtml(value, error, unit) {
+  const [number, deviation] = withError(value, error).split(" ± ");
+  return number + (deviation ? ` <span>± ${deviation}</span>\u00a0${unit.trim()}` : unit);
 }
 
 // what the library says, in a typesetter's hand; numbers without dimensions carry no units
