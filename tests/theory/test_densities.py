@@ -126,3 +126,23 @@ def test_any_argument_is_safe(result):
     for x in (0.3, 1e305, -1e305, math.inf):
         assert np.all(result.joint_density(x, np.array([1e305, -1e305, 1e160, math.inf])) == 0.0)
     assert np.isnan(result.joint_density(math.nan, 0.0))
+
+
+def test_a_spectrum_takes_nothing_and_refuses_what_is_no_number():
+    problems = (Oscillator(barrier=None), Oscillator())
+    for result in [method(problem) for method in (averaging, closure) for problem in problems]:
+        for function in (result.spectrum, getattr(result, "correlation", result.spectrum)):
+            assert function([]).shape == (0,)
+            with pytest.raises(ValueError, match="must be finite|not a time"):
+                function([0.5, math.nan])
+            with pytest.raises(TypeError, match="must be a real number"):
+                function("fast")
+
+
+def test_densities_below_zero_are_said():
+    lossy = closure(Oscillator(springpot=Springpot(0.7, 0.03), barrier=Barrier(1.0, 0.5)))
+    v = np.linspace(-5.0, 5.0, 401) * math.sqrt(lossy.v_mean_square)
+    dip = float(-lossy.v_density(v).min() / lossy.v_density(v).max())
+    assert dip > 0.02
+    assert any(f"below 0 by up to {100.0 * dip:.1g} %" in sentence for sentence in lossy.warnings)
+    assert not any("below 0" in sentence for sentence in closure(Oscillator()).warnings)

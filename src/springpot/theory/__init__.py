@@ -97,7 +97,7 @@ def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
     >>> round(result.x_mean, 2), statement
     (0.78, '')
     """
-    if method not in _METHODS:
+    if not isinstance(method, str) or method not in _METHODS:
         raise ValueError(f"method must be one of {', '.join(_METHODS)}, not {method!r}.")
     try:
         result = _METHODS[method](oscillator)

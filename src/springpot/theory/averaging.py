@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.theory.distributions import hoyt, normal, numbers_only, rayleigh, real_array
+from springpot.theory.distributions import finite_array, hoyt, normal, numbers_only, rayleigh, real_array
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Averaging", "averaging", "harmonic_sum"]
@@ -309,9 +309,7 @@ class Averaging(Result):
         array([0.1466, 0.0383, 0.0789])
         """
         variance = self.x_mean_square
-        w = np.abs(real_array(frequency, "frequency"))
-        if not np.all(np.isfinite(w)):
-            raise ValueError("frequency must be finite.")
+        w = np.abs(finite_array(frequency, "frequency"))
         if self.oscillator.barrier is None:
             return np.asarray(variance * _lines(w, self.frequency, np.array([self.decay_rate]), np.ones(1)))
         power, count = _power_rule()
@@ -399,7 +397,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
     """
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    if form not in _METHODS:
+    if not isinstance(form, str) or form not in _METHODS:
         raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
     _check_covered(oscillator, form)
     frequency = _shifted_frequency(oscillator) if form == "shifted" else oscillator.natural_frequency

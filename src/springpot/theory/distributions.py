@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-__all__ = ["hoyt", "normal", "numbers_only", "rayleigh", "real_array"]
+__all__ = ["finite_array", "hoyt", "normal", "numbers_only", "rayleigh", "real_array"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,6 +39,25 @@ def real_array(value: ArrayLike, name: str) -> FloatArray:
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
     return np.asarray(array, dtype=float)
+
+
+def finite_array(value: ArrayLike, name: str) -> FloatArray:
+    """Finite real numbers as an array of floats, or one sentence that names the argument.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a real number, or is NaN or infinite.
+
+    Examples
+    --------
+    >>> finite_array(1, "lag")
+    array(1.)
+    """
+    array = real_array(value, name)
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name} must be finite.")
+    return array
 
 
 def normal(value: FloatArray, variance: float) -> FloatArray:

@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from springpot.theory.distributions import real_array
+
 __all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
 
 FloatArray = NDArray[np.float64]
@@ -58,6 +60,8 @@ class FirstPassage:
 
         Raises
         ------
+        TypeError
+            If a time is not a number.
         ValueError
             If a time is negative or NaN.
 
@@ -67,7 +71,7 @@ class FirstPassage:
         >>> float(passage.survival(2.0).round(4))
         0.3679
         """
-        t = np.asarray(time, dtype=float)
+        t = real_array(time, "time")
         if not np.all(t >= 0.0):
             raise ValueError("time must be at least 0 s.")
         decay = np.exp(-np.multiply.outer(np.minimum(t, 800.0 / self.rates.min()), self.rates))

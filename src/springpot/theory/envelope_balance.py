@@ -258,7 +258,7 @@ def balance(problem: Problem) -> Balance:
         target = _close(found)
         change = _distance(closure, target)
         # all cycles that reach a far wall may be too long, and all others too short
-        fits = 0.9 * _FAR < fall and (fall < 1.3 * _FAR or reach == long)
+        fits = fall > 0.9 * _FAR and (fall < 1.3 * _FAR or reach == long)
         if change < _SETTLED and fits:
             break
         if not fits and long < 1.001 * short:
@@ -266,7 +266,7 @@ def balance(problem: Problem) -> Balance:
         elif not fits:
             if steps > _FREE:
                 short, long = (reach, long) if fall < _FAR else (short, reach)
-            if 0.0 < short and long < math.inf:  # at a far wall the step below would go there and back
+            if short > 0.0 and long < math.inf:  # at a far wall the step below would go there and back
                 reach = math.sqrt(short * long)
             else:
                 reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
