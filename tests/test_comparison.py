@@ -266,3 +266,25 @@ def test_an_exact_rate_is_not_blamed_for_the_impacts_that_the_step_misses() -> N
     for gap in found.gaps("fokker_planck").values():
         assert abs(gap.standard_errors) < 4.0
     assert any("impact_rate" in sentence and "not asked for" in sentence for sentence in found.simulation.warnings)
+
+
+def test_the_readme_counts_the_cells_of_the_map() -> None:
+    cells = read_map()
+
+    def good(i: int, amplitude: float, others: float) -> bool:
+        limits = {"amplitude_mean_square": amplitude, "x_mean": others, "impact_rate": others}
+        return any(
+            all(not abs(cells[f"{method}:{name}"][i]) > most for name, most in limits.items())
+            for method in ("envelope", "closure")
+        )
+
+    near: dict[str, list[bool]] = {"light losses": [], "losses and gaps": []}
+    for i in range(cells["c"].size):
+        if cells["c"][i] <= 1.0 and cells["restitution"][i] >= 0.9 and cells["position"][i] == 0.0:
+            near["light losses"].append(good(i, 2.0, 4.0))
+        if cells["c"][i] <= 1.0 and cells["restitution"][i] >= 0.5 and abs(cells["position"][i]) <= 1.0:
+            near["losses and gaps"].append(good(i, 5.0, 4.0))
+    readme = (Path(__file__).parents[1] / "README.md").read_text()
+    for found in near.values():
+        assert f"{sum(found)} of {len(found)}" in readme
+        assert sum(found) >= 0.9 * len(found)
