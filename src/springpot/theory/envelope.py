@@ -263,6 +263,12 @@ class Envelope(Result):
         NotCovered
             If nothing is struck, or slow impacts are infinitely many.
 
+        Notes
+        -----
+        Its mean is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, |b| up to 1 and r from 0.5.  Where cycles
+        of different size cross it is made of those that do not, and its mean was up to 18 % off (c = 3, b = -1,
+        r = 0.5): there the moments are the better answer.
+
         Examples
         --------
         >>> from springpot.oscillator import Springpot
