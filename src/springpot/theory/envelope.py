@@ -265,8 +265,8 @@ class Envelope(Result):
 
         Notes
         -----
-        Its mean is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, |b| up to 1 and r from 0.5.  Where cycles
-        of different size cross it is made of those that do not, and its mean was up to 18 % off (c = 3, b = -1,
+        Its mean is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, b from -1 to 1 and r from 0.5.  Where
+        cycles of different size cross it is made of those that do not, and its mean was up to 18 % off (c = 3, b = -1,
         r = 0.5): there the moments are the better answer.
 
         Examples
