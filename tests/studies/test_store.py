@@ -20,9 +20,9 @@ import pytest
 import zarr
 from zarr.codecs import BytesCodec, Crc32cCodec
 
+from springpot.files import read_chunk
 from springpot.studies import store as stores
 from springpot.studies.estimate import status
-from springpot.studies.files import read_chunk
 from springpot.studies.layout import SENTENCES, metadata
 from springpot.studies.running import run_study
 from springpot.studies.store import Store, StoreError, open_store

@@ -387,9 +387,9 @@ def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square
     restitution = oscillator.barrier.restitution
     blur = oscillator.excitation.intensity * step / impact_speed_mean_square
     front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
-    missed = 0.0
+    order, missed = slow_impact_order(restitution), 0.0
     for _ in range(50):  # with the slow ones missing, the mean square of the others is too high
-        missed = min(front * (blur / (1.0 - missed)) ** slow_impact_order(restitution), 0.95)
+        missed = min(front * (blur / (1.0 - missed)) ** order, 0.95)
     return missed
 
 

@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 import pickle
-import uuid
 from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
+
+from springpot.files import write
 
 __all__ = ["cache_folder", "cached"]
 
@@ -58,12 +58,7 @@ class _Files:
     def save(self, key: Any, data: Any) -> None:
         """Save under a key: at once or not at all, whoever else does so."""
         content = dumps((key, data))
-        unfinished = self.folder / f"{self.base}.{uuid.uuid4().hex}.unfinished"
-        try:
-            unfinished.write_bytes(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
-            os.replace(unfinished, self._place(key))
-        finally:
-            unfinished.unlink(missing_ok=True)
+        write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
 
 
 class _SourceCache(FunctionCache):  # type: ignore[misc]

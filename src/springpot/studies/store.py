@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.studies.files import Damaged, checksum, partial_name, read_chunk, remove_orphans, write, write_chunk
+from springpot.files import Damaged, checksum, partial_name, read_chunk, remove_orphans, write, write_chunk
 from springpot.studies.layout import ARRAYS, SENTENCES, group, metadata, place_of
 from springpot.studies.question import Study, read_study
 from springpot.studies.tasks import Answer, Task, columns_of, tasks
