@@ -251,6 +251,27 @@ def test_standard_errors_cover_at_their_level() -> None:
     assert (np.abs(np.mean(z, axis=0)) < 4 / math.sqrt(60)).all()
 
 
+def test_nothing_is_read_before_it_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    """New memory holds what others left there: here numbers that raise as soon as one computes with them."""
+    settings: dict[str, Any] = {
+        "paths": 70, "record": 70, "duration": 20.0, "step": 0.01, "start": "rest", "initial_position": 0.5,
+        "distributions": True, "spectrum": [8.0, 12.0],
+    }  # fmt: skip
+    problem = oscillator(0.9, 0.3)
+    before = run(problem, **settings)
+
+    def unwritten(*shape: Any, _empty: Any = np.empty, **kind: Any) -> Any:
+        made = _empty(*shape, **kind)
+        if made.dtype == np.float64:
+            made.view(np.uint64)[...] = 0x7FF0000000000001  # a signalling NaN
+        return made
+
+    monkeypatch.setattr(np, "empty", unwritten)
+    found = run(problem, **settings)
+    assert np.array_equal(found.record, before.record)
+    assert found.values == before.values
+
+
 def test_window_averages_are_the_averages_of_the_record() -> None:
     found = run(oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5)
     low, high = found.settings.window_steps
