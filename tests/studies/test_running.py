@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -273,8 +275,7 @@ def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
     rng = random.Random(seed)
     file = write_toml(folder / "longer.toml", LONGER)
     store = folder / "study.zarr"
-    killed = 0
-    while killed < times:
+    for _ in range(times):
         shutil.rmtree(store, ignore_errors=True)
         process = start([file, "--store", store, "--workers", "2"], folder)
         wait_for_answers(process, store, rng.randint(1, 12))
@@ -284,9 +285,8 @@ def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
             for child in psutil.Process(process.pid).children(recursive=True)
             if "spawn_main" in " ".join(child.cmdline())
         ]
-        assert len(workers) == 2
+        assert workers  # of the two, one may still be starting
         rng.choice(workers).kill()
-        killed += 1
         out, errors = process.communicate(timeout=WAIT)
         assert (process.returncode, errors) == (0, "")
         assert out.startswith(f"{store}: 32 tasks, ")
@@ -302,6 +302,27 @@ def test_a_worker_killed_in_the_middle(longer: Path, tmp_path: Path) -> None:
 @pytest.mark.validation
 def test_workers_killed_at_random_moments(longer: Path, tmp_path: Path) -> None:
     kill_workers(10, longer, tmp_path, seed=2)
+
+
+def test_two_clusters_at_once(runs: Path, tmp_path: Path) -> None:
+    """They do not quarrel about a port; nothing listens to other machines."""
+    file = write_toml(tmp_path / "runs.toml", RUNS)
+    with socket.socket() as taken:
+        with contextlib.suppress(OSError):  # somebody else has taken it
+            taken.bind(("127.0.0.1", 8787))
+            taken.listen()
+        process = start([file, "--store", tmp_path / "study.zarr", "--workers", "1"], tmp_path)
+        heard: set[str] = set()
+        while process.poll() is None:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                ours = psutil.Process(process.pid)
+                for one in (ours, *ours.children(recursive=True)):
+                    heard |= {c.laddr.ip for c in one.net_connections("tcp") if c.status == psutil.CONN_LISTEN}
+            time.sleep(0.02)
+        _, errors = process.communicate(timeout=WAIT)
+    assert (process.returncode, errors) == (0, "")
+    assert heard == {"127.0.0.1"}
+    assert content(tmp_path / "study.zarr") == content(runs)
 
 
 def test_two_processes_on_one_store(longer: Path, tmp_path: Path) -> None:

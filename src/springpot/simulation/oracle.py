@@ -65,7 +65,7 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
     made = tables(oscillator, settings)
     weights = oracle_weights(oscillator, settings, made)
     g = normals(settings.seed, path + 1, settings.steps)[path]
-    x, v = np.empty(settings.steps + 1), np.empty(settings.steps + 1)
+    x, v = np.zeros((2, settings.steps + 1))  # the walk leaves the first to us
     impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
     ear = Ear(impacts, speeds, squares, collapses, NOBODY)
     _walk(made.scheme, made.wall, made.load, weights, made.drive, made.start, g, x, v, ear)

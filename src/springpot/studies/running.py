@@ -323,8 +323,10 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     with dask.config.set(quiet):
         with _ctrl_c_is_ours():
             cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, host="127.0.0.1"
-            )
+                n_workers=workers, threads_per_worker=1, silence_logs=50, host="127.0.0.1",
+                # no dashboard; without an address, Dask's server would claim port 8787, and complain where it is taken
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+            )  # fmt: skip
         with cluster, distributed.Client(cluster) as client:
             try:
                 yield client
