@@ -8,7 +8,7 @@ to which it rises above the wall; below grazing it never strikes it.  `balance` 
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -24,9 +24,11 @@ FloatArray = NDArray[np.float64]
 _NODES = 10  # Gauss-Legendre nodes of a panel
 _FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of second order
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
-_STEPS, _FREE = 80, 19  # in all, and those that are taken whole
+_STEPS, _FREE = 40, 19  # in all, and those that are taken whole
 _SETTLED = 1e-8
-_UNSETTLED = 0.1  # change of the numbers per step at which an answer is none; a smaller one is warned of
+_DEPTH = 3  # steps before this one that it is extrapolated from
+_UNSETTLED = 0.02  # change of the numbers per step at which an answer is none; a smaller one is warned of
+_FORGETFUL = 3.0  # decay over frequency of motions without cycles: there the broadened lines feed upon themselves
 _STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
 _STRIKING_PANELS = 9
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
@@ -206,6 +208,11 @@ class Balance:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
 
+    @property
+    def fundamental(self) -> float:
+        """Mean of the cycles' 2 pi / period."""
+        return self.average(math.pi * self.frequency / self.phase)
+
     def cycle(self, label: FloatArray, clear: int) -> tuple[FloatArray, FloatArray]:
         """Amplitude and frequency of the cycles with these labels, the first ``clear`` of which strike nothing."""
         cycles, slow_share = _mean_field(self.problem, self.closure)
@@ -252,15 +259,18 @@ def balance(problem: Problem) -> Balance:
     """
     closure, reach = Closure(), _first_reach(problem)
     short, long = 0.0, math.inf  # reaches that were too short and too long
-    change = math.inf
+    past, best = _Past(), None
     for steps in range(1, _STEPS + 1):
-        found, fall = _sweep(problem, closure, reach)
-        target = _close(found)
+        found = _sweep(problem, closure, reach)
+        target, fall = _close(found), float(found.fall[-1] - found.fall[0])
         change = _distance(closure, target)
         # all cycles that reach a far wall may be too long, and all others too short
         fits = fall > 0.9 * _FAR and (fall < 1.3 * _FAR or reach == long)
-        if change < _SETTLED and fits:
-            break
+        cycles = closure.decay < _FORGETFUL * found.fundamental
+        if fits and cycles and (best is None or change < best.change):  # where cycles nearly cross, steps are uneven
+            best = replace(found, steps=steps, change=change)
+            if change < _SETTLED:
+                break
         if not fits and long < 1.001 * short:
             reach = long
         elif not fits:
@@ -270,11 +280,10 @@ def balance(problem: Problem) -> Balance:
                 reach = math.sqrt(short * long)
             else:
                 reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
-        closure = _between(closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
-    settled = Balance(**{**found, "steps": steps, "change": change})  # type: ignore[arg-type]
-    if not fits or change > _UNSETTLED or float(settled.phase.min()) < 1.1 * SMALLEST_PHASE:
+        closure = past.next(closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
+    if best is None or best.change > _UNSETTLED or float(best.phase.min()) < 1.1 * SMALLEST_PHASE:
         raise ValueError("the cycles of interest are out of reach, or their mean field does not settle.")
-    return settled
+    return best
 
 
 def _first_reach(problem: Problem) -> float:
@@ -287,10 +296,32 @@ def _first_reach(problem: Problem) -> float:
     return reach
 
 
-def _between(old: Closure, new: Closure, part: float) -> Closure:
-    """A part of a step, for the strong springpots and far walls on which the whole one does not settle."""
-    pairs = zip(astuple(old), astuple(new), strict=True)
-    return Closure(*(before + part * (after - before) for before, after in pairs))
+class _Past:
+    """Anderson's acceleration: the step that would have been shortest, were all steps linear in the numbers.
+
+    D. G. Anderson, J. ACM 12 (1965) 547; a step that leads out of what the numbers may be is taken as it came.
+    """
+
+    def __init__(self) -> None:
+        self.at: list[FloatArray] = []
+        self.steps: list[FloatArray] = []
+
+    def next(self, old: Closure, new: Closure, part: float) -> Closure:
+        """Where to go, or a part of the way for the strong springpots and far walls on which the whole does not settle."""
+        here = np.array(astuple(old))
+        step = np.array(astuple(new)) - here
+        if self.steps and np.abs(step).max() > 2.0 * np.abs(self.steps[-1]).max():
+            self.at, self.steps = [], []  # they have led astray
+        self.at, self.steps = [*self.at[-_DEPTH:], here], [*self.steps[-_DEPTH:], step]
+        towards, there = part * step, here
+        if len(self.at) > 1:
+            by_step, by_place = np.diff(self.steps, axis=0).T, np.diff(self.at, axis=0).T
+            shares = np.linalg.lstsq(by_step, step, rcond=1e-8)[0]
+            there, towards = here - by_place @ shares, part * (step - by_step @ shares)
+        k0, mean, decay, frequency, share = there + towards
+        if k0 < 0.0 or min(decay, frequency) <= 0.0 or not 0.0 <= share <= 1.0:
+            k0, mean, decay, frequency, share = here + part * step
+        return Closure(float(k0), float(mean), float(decay), float(frequency), float(share))
 
 
 def _distance(old: Closure, new: Closure) -> float:
@@ -315,8 +346,8 @@ def _labels(clearance: float, reach: float) -> Labels:
     return Labels(np.r_[clear, 0.0, strike], clear.size, amplitude)
 
 
-def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, object], float]:
-    """Every cycle for one closure, and how far the density falls."""
+def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
+    """Every cycle for one closure."""
     alpha, c, b, r = problem.order, problem.coefficient, problem.position, problem.restitution
     k0, m = closure.slow_stiffness, closure.mean
     cycles, slow_share = _mean_field(problem, closure)
@@ -356,29 +387,30 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> tuple[dict[str, 
     weight = labels.weights.ravel() * density
     total = weight.sum()
     strength = np.exp(fall.min() - fall) / (2.0 * w1 * share**2)
-    arrays: dict[str, object] = {
-        "problem": problem,
-        "closure": closure,
-        "labels": labels,
-        "phase": p,
-        "amplitude": a,
-        "frequency": w,
-        "centre": centre,
-        "mean": mean,
-        "x_square": x_square,
-        "v_square": v_square,
-        "rate": rate,
-        "speed": speed,
-        "before": before,
-        "action": action,
-        "measure": measure,
-        "weight": weight / total,
-        "fall": fall - fall.min(),
-        "mobility": 1.0 / (2.0 * w1 * share**2),
-        "density": density / total,
-        "diffusion": make_energy_diffusion(action, weight, strength),
-    }
-    return arrays, float(fall[-1] - fall[0])
+    return Balance(
+        problem=problem,
+        closure=closure,
+        labels=labels,
+        steps=0,
+        change=math.inf,
+        phase=p,
+        amplitude=a,
+        frequency=w,
+        centre=centre,
+        mean=mean,
+        x_square=x_square,
+        v_square=v_square,
+        rate=rate,
+        speed=speed,
+        before=before,
+        action=action,
+        measure=measure,
+        weight=weight / total,
+        fall=fall - fall.min(),
+        mobility=1.0 / (2.0 * w1 * share**2),
+        density=density / total,
+        diffusion=make_energy_diffusion(action, weight, strength),
+    )
 
 
 def _mean_field(problem: Problem, closure: Closure) -> tuple[Cycles, float]:
@@ -435,13 +467,11 @@ def _broadening(
     return np.asarray(np.maximum(whole * w1**alpha * a * a * sums, 0.0))
 
 
-def _close(found: dict[str, object]) -> Closure:
+def _close(b: Balance) -> Closure:
     """The numbers that the cycles of a sweep imply."""
-    b = Balance(**{**found, "steps": 0, "change": 0.0})  # type: ignore[arg-type]
     alpha, c = b.problem.order, b.problem.coefficient
     decay = 1.0 / (4.0 * b.average(b.v_square))
     frequency = b.average(b.frequency)
-    fundamental = b.average(math.pi * b.frequency / b.phase)
     kept = np.isin(b.action, b.diffusion.action)
     rates, squares = b.diffusion.spectrum(b.mean[kept])
     variance = float(squares.sum())
@@ -449,7 +479,7 @@ def _close(found: dict[str, object]) -> Closure:
         return Closure(0.0, b.average(b.mean), decay, frequency, 0.0)
     memory = float(squares @ rates**alpha) / variance
     slow = squares @ (
-        rates**alpha * _saturated((rates / fundamental) ** (1.0 - alpha) * b.problem.out_of_phase, 1.0 / (1.0 - alpha))
+        rates**alpha * _saturated((rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase, 1.0 / (1.0 - alpha))
     )
     extra = b.average(
         _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
