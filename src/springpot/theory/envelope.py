@@ -52,6 +52,7 @@ from springpot.theory.energy_diffusion import FirstPassage
 from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, portrait
 from springpot.theory.envelope_impacts import Impacts, impacts
+from springpot.theory.envelope_losses import changed
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
 from springpot.theory.tabulated import Tabulated
@@ -186,7 +187,8 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(3))
         0.399
         """
-        return self._v_table.density(real_array(velocity, "velocity") / self._scales.speed) / self._scales.speed
+        v = self._scales.side * real_array(velocity, "velocity") / self._scales.speed
+        return self._v_table.density(v) / self._scales.speed
 
     @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
@@ -202,7 +204,7 @@ class Envelope(Result):
         """
         s = self._scales
         x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
-        return self._portrait.joint(s.side * x / s.length, v / s.speed) / (s.length * s.speed)
+        return self._portrait.joint(s.side * x / s.length, s.side * v / s.speed) / (s.length * s.speed)
 
     @numbers_only
     def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
@@ -423,7 +425,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
         stationary = _at_rest(oscillator)
     else:
         found = _solve(oscillator, scales)
-        struck = impacts(found)
+        found, struck = changed(found, impacts(found))
         stationary = _moments(found, struck, scales)
     return Envelope(
         method="envelope",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.envelope_cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 
-__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "balance", "missing_sinc"]
+__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "Stretch", "balance", "missing_sinc"]
 
 FloatArray = NDArray[np.float64]
 
@@ -141,6 +141,43 @@ class Labels:
 
 
 @dataclass(frozen=True)
+class Stretch:
+    """How the motion behind a lossy wall differs from its cycles: smaller on the way out than on the way back.
+
+    A point (x, v) of a cycle goes to  x' = wall + (x_factor - x_skew h) (x - wall),  v' = v_factor (v - v_skew s + lift)
+    with s = sqrt(v^2 + soft^2) and h = v / s; ``lift`` makes the mean velocity 0.
+
+    Parameters
+    ----------
+    wall, soft, lift, x_factor, x_skew, v_factor, v_skew : float
+        As above; the skews are below the factors, and v_skew below 1.
+    """
+
+    wall: float
+    soft: float
+    lift: float
+    x_factor: float
+    x_skew: float
+    v_factor: float
+    v_skew: float
+
+    def place(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where points of cycles go."""
+        s = np.hypot(v, self.soft)
+        along = self.wall + (self.x_factor - self.x_skew * v / s) * (x - self.wall)
+        return along, self.v_factor * (v - self.v_skew * s + self.lift)
+
+    def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Where points come from, and by how much areas grow on their way."""
+        z = v / self.v_factor - self.lift
+        rest = 1.0 - self.v_skew**2
+        before = (z + self.v_skew * np.sqrt(z * z + rest * self.soft**2)) / rest
+        h = before / np.hypot(before, self.soft)
+        wider = self.x_factor - self.x_skew * h
+        return self.wall + (x - self.wall) / wider, before, wider * self.v_factor * (1.0 - self.v_skew * h)
+
+
+@dataclass(frozen=True)
 class Cells:
     """Cells of the diffusion in time; one entry per cell for every array, named as in `Balance`."""
 
@@ -168,6 +205,8 @@ class Balance:
         p, A, w and x_e of the cycles.
     mean, x_square, v_square : ndarray
         Of x, x^2 and v^2 over a cycle.
+    dissipation : ndarray
+        Power that the springpot takes.
     rate, speed, before : ndarray
         Impacts per unit of time (0 without), the cycle's impact speed, and the square of the speed before an impact
         over the square of that.
@@ -179,6 +218,9 @@ class Balance:
         Stationary density per label.
     diffusion : EnergyDiffusion
         On the same cells, leaving out those of no weight.
+    stretch : Stretch or None
+        What the motion behind a lossy wall differs by from its cycles, of which the arrays above are; their mean,
+        x_square and v_square are those of the motion.
     """
 
     problem: Problem
@@ -193,6 +235,7 @@ class Balance:
     mean: FloatArray
     x_square: FloatArray
     v_square: FloatArray
+    dissipation: FloatArray
     rate: FloatArray
     speed: FloatArray
     before: FloatArray
@@ -203,6 +246,7 @@ class Balance:
     mobility: FloatArray
     density: FloatArray
     diffusion: EnergyDiffusion
+    stretch: Stretch | None = None
 
     def average(self, values: FloatArray) -> float:
         """Stationary mean of a quantity of the cycles."""
@@ -371,11 +415,10 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
     speed[:first] = 0.0
     rate = w1 / (2.0 * math.pi)
     rate[:first] = 0.0
-    lost = 0.5 * c * problem.out_of_phase * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
-    before = _before_impact(lost / v_square * 2.0 * p / w, r)
-    lost += rate * 0.5 * (1.0 - r * r) * before * speed**2
-    extra = _broadening(problem, closure, p, a, w, w1)
-    lost += closure.share * extra
+    dashpot = 0.5 * c * problem.out_of_phase * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
+    before = _before_impact(dashpot / v_square * 2.0 * p / w, r)
+    dissipation = dashpot + closure.share * _broadening(problem, closure, p, a, w, w1)
+    lost = dissipation + rate * 0.5 * (1.0 - r * r) * before * speed**2
     action = v_square / w1
     measure = np.maximum(labels.derivative(action), 1e-12 * action)
     # what is stored: motion and spring, (1 - alpha) of the springpot's harmonics, and the work of its slow force
@@ -400,6 +443,7 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
         mean=mean,
         x_square=x_square,
         v_square=v_square,
+        dissipation=dissipation,
         rate=rate,
         speed=speed,
         before=before,

@@ -121,8 +121,15 @@ class Portrait:
     def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Density of displacement and velocity."""
         x, v = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(v, dtype=float))
+        if (stretch := self.balance.stretch) is None:
+            return self._on_cycles(x, v)
+        place, speed, wider = stretch.origin(x, v)
+        return np.asarray(self._on_cycles(place, speed) / wider)
+
+    def _on_cycles(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """The same before the stretch of a lossy wall."""
         place, speed = x.ravel(), v.ravel()
-        left, right, top = self.ends
+        left, right, top = self._ends_of_cycles
         inside = (place >= left) & (place <= right) & (np.abs(speed) <= top)
         place, speed = place[inside], speed[inside]
         label = self._label(place, speed)
@@ -157,29 +164,38 @@ class Portrait:
 
     def x(self) -> Tabulated:
         """Density of the displacement."""
-        left, right, top = self.ends
+        left, right, back, out = self.ends
         wall = self.balance.problem.position
         corner = 0.0 if math.isinf(wall) else wall
         grid = _grid(left, right, corner)
-        v, weight = _cross(0.0, top)
-        return Tabulated.make(grid, self.joint(grid[:, None], v) @ weight, corner)
+        v, weight = _cross(0.0, out)
+        density = self.joint(grid[:, None], v) @ weight
+        if self.balance.stretch is not None:
+            v, weight = _cross(0.0, back)
+            density += self.joint(grid[:, None], v) @ weight
+        return Tabulated.make(grid, density, corner)
 
     def v(self) -> Tabulated:
-        """Density of the velocity, which is symmetric."""
-        left, right, top = self.ends
+        """Density of the velocity, symmetric but for a lossy wall."""
+        left, right, top = self._ends_of_cycles
         half = _grid(0.0, top, 0.0)
         middle = max(left, min(0.0, right))
         low, weight_low = _cross(middle, left) if middle > left else (np.zeros(0), np.zeros(0))
         high, weight_high = _cross(middle, right)
         x, weight = np.r_[low, high], np.r_[weight_low, weight_high]
-        density = self.joint(x, half[:, None]) @ weight
-        return Tabulated.make(np.r_[-half[:0:-1], half], np.r_[density[:0:-1], density])
+        density = self._on_cycles(*np.broadcast_arrays(x, half[:, None])) @ weight
+        v, density = np.r_[-half[:0:-1], half], np.r_[density[:0:-1], density]
+        if (stretch := self.balance.stretch) is None:
+            return Tabulated.make(v, density)
+        _, place = stretch.place(v, v)
+        _, still = stretch.place(np.zeros(1), np.zeros(1))
+        return Tabulated.make(place, density / np.gradient(place, v), float(still[0]))
 
     def energy(self, kappa: float) -> Tabulated:
         """Density of (x^2 + kappa v^2) / 2, as a function of the root of x^2 + kappa v^2."""
         wall = self.balance.problem.position
-        left, right, top = self.ends
-        farthest = math.hypot(max(abs(left), abs(right)), math.sqrt(kappa) * top)
+        left, right, back, out = self.ends
+        farthest = math.hypot(max(abs(left), abs(right)), math.sqrt(kappa) * max(-back, out))
         # where the circle first meets the wall
         corner = abs(wall) if abs(wall) < farthest else 0.0
         grid = _grid(max(wall, 0.0), farthest, corner)
@@ -188,16 +204,28 @@ class Portrait:
         last = np.arccos(np.clip(ratio, -1.0, 1.0))
         nodes, weights = legendre.leggauss(2 * _CROSS)
         angle = last[:, None] * (nodes + 1.0) / 2.0
-        values = self.joint(grid[:, None] * np.cos(angle) + 0.0, grid[:, None] * np.sin(angle) / math.sqrt(kappa))
+        x, v = grid[:, None] * np.cos(angle) + 0.0, grid[:, None] * np.sin(angle) / math.sqrt(kappa)
+        values = self.joint(x, v)
+        if self.balance.stretch is not None:
+            values += self.joint(x, -v)
         return Tabulated.make(grid, last * (values @ weights), corner, power=1)
 
     def shapes(self, label: FloatArray) -> Shapes:
         """The cycles with these labels."""
         return self._on_panels(label, np.searchsorted(self.edges, label, side="right") - 1)
 
+    @property
+    def ends(self) -> tuple[float, float, float, float]:
+        """Ends of the displacement and of the velocity."""
+        left, right, top = self._ends_of_cycles
+        if (stretch := self.balance.stretch) is None:
+            return left, right, -top, top
+        x, v = stretch.place(np.array([left, right, right]), np.array([0.0, -top, top]))
+        return float(x.min()), float(x.max()), float(v[1]), float(v[2])
+
     @cached_property
-    def ends(self) -> tuple[float, float, float]:
-        """Ends of the displacement, and the largest velocity."""
+    def _ends_of_cycles(self) -> tuple[float, float, float]:
+        """Ends of the displacement, and the largest velocity, before the stretch."""
         label = np.concatenate([np.linspace(*pair, 8) for pair in itertools.pairwise(self.edges)])
         cycles = self.shapes(label)
         return (
