@@ -62,6 +62,7 @@ _PHASES = 24
 _SOFT = 0.6  # of the turn between the way out and the way back, in standard deviations of v
 _V_SKEW = 2.0 / 3.0
 _MOST_SKEWED = 0.8
+_NARROWER = -3.0
 _NONE = np.zeros(6)
 
 
@@ -86,6 +87,7 @@ def _balance(found: Balance, y: float, yy: float, vv: float) -> Balance:
     """With the mean of y, of y^2 and of v^2 changed by these factors."""
     wall = found.problem.position
     origin = max(wall, 0.0)
+    yy = y * y * (yy / (y * y)) ** (found.average(found.frequency) ** _NARROWER)
     mean, square = _from_origin(found.average(found.mean), found.average(found.x_square), origin)
     wanted, wanted_square = _from_origin(y * mean, yy * square, wall - origin)
     above = found.mean - wall
