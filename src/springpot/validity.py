@@ -24,13 +24,10 @@ __all__ = ["CELLS", "gaps_of", "make_map", "simulate_cell"]
 Cell = tuple[float, float, float, float]
 ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
+PLACES = {r: (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0) for r in (1.0, 0.8, 0.5)} | {0.9: (0.0,), 0.7: (0.0,)}
 CELLS: tuple[Cell, ...] = tuple(
-    (order, c, r, b)
-    for r, places in ((1.0, (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)), (0.8, (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)))
-    for b in places
-    for c in COEFFICIENTS
-    for order in ORDERS
-) + tuple((order, c, r, 0.0) for r in (0.9, 0.7, 0.5) for c in COEFFICIENTS for order in ORDERS)
+    (order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
+)
 """(order, c, restitution, position), with Omega = q = 1."""
 
 PATH_TIMES = 2.8e5  # length of all windows together, in relaxation times

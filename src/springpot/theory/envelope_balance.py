@@ -31,6 +31,7 @@ _UNSETTLED = 0.02  # change of the numbers per step at which an answer is none; 
 _FORGETFUL = 3.0  # decay over frequency of motions without cycles: there the broadened lines feed upon themselves
 _STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
 _STRIKING_PANELS = 9
+_FASTEST = 1e150  # velocity at which its square is still a number
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
 
@@ -144,8 +145,8 @@ class Labels:
 class Stretch:
     """How the motion behind a lossy wall differs from its cycles: smaller on the way out than on the way back.
 
-    A point (x, v) of a cycle goes to  x' = wall + (x_factor - x_skew h) (x - wall),  v' = v_factor (v - v_skew s + lift)
-    with s = sqrt(v^2 + soft^2) and h = v / s; ``lift`` makes the mean velocity 0.
+    A point (x, v) of a cycle goes to x' = wall + (x_factor - x_skew h) (x - wall) and v' = v_factor (v - v_skew s +
+    lift), with s = sqrt(v^2 + soft^2) and h = v / s; ``lift`` makes the mean velocity 0.
 
     Parameters
     ----------
@@ -169,9 +170,9 @@ class Stretch:
 
     def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Where points come from, and by how much areas grow on their way."""
-        z = v / self.v_factor - self.lift
+        z = np.clip(v / self.v_factor - self.lift, -_FASTEST, _FASTEST)
         rest = 1.0 - self.v_skew**2
-        before = (z + self.v_skew * np.sqrt(z * z + rest * self.soft**2)) / rest
+        before = (z + self.v_skew * np.hypot(z, math.sqrt(rest) * self.soft)) / rest
         h = before / np.hypot(before, self.soft)
         wider = self.x_factor - self.x_skew * h
         return self.wall + (x - self.wall) / wider, before, wider * self.v_factor * (1.0 - self.v_skew * h)
@@ -351,7 +352,7 @@ class _Past:
         self.steps: list[FloatArray] = []
 
     def next(self, old: Closure, new: Closure, part: float) -> Closure:
-        """Where to go, or a part of the way for the strong springpots and far walls on which the whole does not settle."""
+        """Where to go; a part of the way for strong springpots and far walls, on which the whole does not settle."""
         here = np.array(astuple(old))
         step = np.array(astuple(new)) - here
         if self.steps and np.abs(step).max() > 2.0 * np.abs(self.steps[-1]).max():
@@ -522,9 +523,8 @@ def _close(b: Balance) -> Closure:
     if variance <= _STRUCK * b.average(b.x_square) or alpha == 1.0 or c == 0.0:
         return Closure(0.0, b.average(b.mean), decay, frequency, 0.0)
     memory = float(squares @ rates**alpha) / variance
-    slow = squares @ (
-        rates**alpha * _saturated((rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase, 1.0 / (1.0 - alpha))
-    )
+    late = (rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase
+    slow = squares @ (rates**alpha * _saturated(late, 1.0 / (1.0 - alpha)))
     extra = b.average(
         _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
     )

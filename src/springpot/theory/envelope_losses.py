@@ -28,7 +28,7 @@ import itertools
 import math
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -79,7 +79,10 @@ def changed(found: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | 
     """
     if found.problem.restitution == 1.0 or found.average(found.rate) <= 1e-15:
         return found, struck
-    y, yy, vv, rate, speed, speeds = np.exp(_logarithms(found))
+    y, yy, vv, rate, speed, speeds = np.exp(_logarithms(found)).tolist()
+    taken = 2.0 * found.average(found.dissipation)  # share of the power that the springpot takes; impacts take the rest
+    if taken * max(vv, 1.0) < 1.0:  # the less it is, the better the rest is known from it
+        speeds *= ((1.0 - taken * vv) / (1.0 - taken) / (rate * speeds)) ** (1.0 - taken)
     return _balance(found, y, yy, vv), None if struck is None else _impacts(struck, rate, speed, speeds)
 
 
@@ -120,24 +123,24 @@ def _balance(found: Balance, y: float, yy: float, vv: float) -> Balance:
 
 def _impacts(struck: Impacts, rate: float, speed: float, speeds: float) -> Impacts:
     """With the rate and the mean and mean square of the speed changed by these factors."""
-    mean, square = speed * struck.speed_mean, speeds * struck.speed_mean_square
     u = struck.speeds
-    width = np.gradient(u)
-    mass = struck.density * width
+    mass = struck.density * np.gradient(u)
+    size = u / struck.speed_mean
 
     def moments(power: float) -> tuple[float, float]:
-        weight = mass * (1.0 + u / struck.speed_mean) ** power
+        weight = mass * (1.0 + size) ** power
         return float(weight @ u / weight.sum()), float(weight @ u**2 / weight.sum())
 
-    power = _tilt(moments, square / mean**2)
-    stretch = mean / moments(power)[0]
-    density = struck.density * (1.0 + u / struck.speed_mean) ** power
+    mean, square = moments(0.0)  # where cycles cross, not quite those of the cycles
+    power = _tilt(moments, square / mean**2 * speeds / speed**2)
+    stretch = speed * mean / moments(power)[0]
+    tilt = (1.0 + size) ** power
     return Impacts(
         rate=rate * struck.rate,
-        speed_mean=mean,
-        speed_mean_square=square,
+        speed_mean=speed * struck.speed_mean,
+        speed_mean_square=speeds * struck.speed_mean_square,
         speeds=u * stretch,
-        density=density / (density @ width) / stretch,
+        density=struck.density * tilt * mass.sum() / (mass @ tilt) / stretch,
     )
 
 
