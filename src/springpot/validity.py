@@ -24,7 +24,7 @@ __all__ = ["CELLS", "gaps_of", "make_map", "simulate_cell"]
 Cell = tuple[float, float, float, float]
 ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
-PLACES = {r: (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0) for r in (1.0, 0.8, 0.5)} | {0.9: (0.0,), 0.7: (0.0,)}
+PLACES = dict.fromkeys((1.0, 0.8, 0.5), (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)) | {0.9: (0.0,), 0.7: (0.0,)}
 CELLS: tuple[Cell, ...] = tuple(
     (order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
 )

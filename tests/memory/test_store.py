@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from springpot import files
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
 
 sums = importlib.import_module("springpot.memory.exponential_sum")
@@ -144,7 +145,7 @@ def test_a_full_disk(fresh_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store.json, "dump", full)
+    monkeypatch.setattr(files.os, "replace", full)
     assert ask().rates.size
     assert not list(fresh_folder.iterdir())
 

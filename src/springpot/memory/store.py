@@ -13,12 +13,12 @@ import hashlib
 import json
 import os
 import sys
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from springpot.files import write
 from springpot.memory.weights import Floats
 
 __all__ = ["folder", "load", "save"]
@@ -73,17 +73,10 @@ def save(key: Key, rates: Floats, weights: Floats, relative_error: float) -> Non
     content = {
         "key": dict(key), "rates": rates.tolist(), "weights": weights.tolist(), "relative_error": relative_error,
     }  # fmt: skip
+    body = json.dumps({"content": content, "digest": _digest(content)}).encode()
     with contextlib.suppress(OSError):
         place.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".", dir=place.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                json.dump({"content": content, "digest": _digest(content)}, file)
-            os.replace(name, place)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(name)
-            raise
+        write(str(place), body)
 
 
 def _place(key: Key) -> Path | None:
