@@ -32,7 +32,10 @@ from springpot.simulation.statistics import controlled, linearised, standard_err
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import MOMENTS
 
-__all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "even_step", "missed_impacts", "reach", "slow_impact_order"]
+__all__ = [
+    "CONTROLLED", "Budget", "Reached", "checked_quantities", "even_step", "missed_impacts", "reach",
+    "slow_impact_order",
+]  # fmt: skip
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
@@ -195,7 +198,7 @@ def reach(
     base = resolve(oscillator, seed=seed, threads=threads, start="stationary")
     adapted = adapt(oscillator, base, paths=PILOT_PATHS)
     base = replace(base, initial_position=adapted.position)
-    step = min(COARSEST_STEP / fastest, 4.0 * even_step(oscillator))
+    step = max(min(COARSEST_STEP / fastest, 4.0 * even_step(oscillator)), FINEST_STEP / fastest)
     levels = _levels(oscillator, base, step, rtol)
     spent = 0.0
     targets = (FIRST_PATHS, FIRST_PATHS // 2)
@@ -372,7 +375,7 @@ def even_step(oscillator: Oscillator) -> float:
     """
     wall, q = oscillator.barrier, oscillator.excitation.intensity
     press = 0.0 if wall is None else oscillator.natural_frequency**2 * oscillator.direction * wall.position
-    if oscillator.restitution == 1.0 or not press > 0.0:
+    if oscillator.restitution == 1.0 or not press > 0.0 or q == 0.0:
         return math.inf
     return q * (0.2 * oscillator.restitution / press) ** 2
 

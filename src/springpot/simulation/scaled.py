@@ -31,6 +31,7 @@ ELASTIC_STEP = 0.05  # in units of the shortest time scale; leaves 0.1 %
 LOSSY_STEPS = (0.1, 0.025)
 LOSSIER_STEPS = (0.1, 0.0125)  # where slow impacts crowd
 CROWDED = 0.7  # power of the step below which they do
+SHORTEST = 0.05  # share of these steps that is taken at least
 EVEN = 8.0, 2.0  # largest first step behind a preload over the `even_step`, for these two pairs
 TRANSIENT, WINDOW = 6.0, 20.0  # relaxation times
 SHORTEST_RELAXATION, SHORTEST_WINDOW = 2.0, 30.0  # in units of 1 / Omega
@@ -104,7 +105,8 @@ def _steps(oscillator: Oscillator) -> tuple[float, ...]:
         return (ELASTIC_STEP,)
     crowded = slow_impact_order(oscillator.restitution) <= CROWDED
     first, last = LOSSIER_STEPS if crowded else LOSSY_STEPS
-    shorter = min(1.0, EVEN[crowded] * even_step(oscillator) * fastest_rate(oscillator) / first)
+    even = even_step(oscillator) * fastest_rate(oscillator)
+    shorter = max(min(1.0, EVEN[crowded] * even / first), SHORTEST)
     return first * shorter, last * shorter
 
 
