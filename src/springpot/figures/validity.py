@@ -46,8 +46,8 @@ def gaps(
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     restitution, position : float
-        Of the wall, the position in units of sqrt(q / Omega^3); the map has r = 1 and 0.8 at six positions, and
-        r = 0.9, 0.7 and 0.5 at position 0.
+        Of the wall, the position in units of sqrt(q / Omega^3); the map has r = 1, 0.8 and 0.5 at six positions, and
+        r = 0.9 and 0.7 at position 0.
     path : Path
         The map; the one that comes with the package if left out.
 

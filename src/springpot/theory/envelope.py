@@ -562,8 +562,8 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
         )
     if wall is not None and COLLAPSE_BELOW < wall.restitution < 0.5:
         said.append(
-            "Slow impacts crowd: at r = 0.3 the impact rate is within 2.5 % for c up to 0.3, and up to 7.5 % too low at "
-            "c = 1; below r = 0.25 it has not been compared with simulations."
+            "Slow impacts crowd: at r = 0.3 the impact rate is within 2.5 % for c up to 0.3, and up to 7.5 % too low "
+            "at c = 1; below r = 0.25 it has not been compared with simulations."
         )
     if wall is not None and wall.restitution <= COLLAPSE_BELOW:
         said.append(
