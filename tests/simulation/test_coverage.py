@@ -190,6 +190,16 @@ def far_wall(order: float, coefficient: float) -> Problem:
     )  # fmt: skip
 
 
+def lossy(position: float, restitution: float, coefficient: float) -> Problem:
+    """Order 1, lossy wall: known from the Fokker-Planck equation; slow impacts that steps miss are extrapolated."""
+    made = oscillator(1.0, coefficient, 1.0, 1.0, position, restitution)
+    found = sp.theory.fokker_planck(made)
+    return Problem(
+        f"order 1, wall at {position:g}, r {restitution:g}, C {coefficient:g}",
+        made, {name: getattr(found, name) for name in CONTROLLED}, {}, 0.05,
+    )  # fmt: skip
+
+
 def unknown(order: float, position: float, restitution: float) -> Problem:
     """A wall and memory: nobody knows the truth, but the spread between seeds must be what standard errors say."""
     return Problem(
@@ -221,6 +231,9 @@ PROBLEMS = (
     without_wall(1.0, 10.0, rtol=0.0),
     far_wall(0.5, 1.0),
     far_wall(0.2, 0.5),
+    *(lossy(*given) for given in (
+        (0.0, 0.5, 0.3), (-0.5, 0.65, 0.5), (0.5, 0.8, 0.5), (0.5, 0.5, 0.3), (1.0, 0.5, 0.3),
+    )),
     unknown(0.5, 0.0, 1.0),
     unknown(0.3, -0.5, 0.8),
     unknown(0.5, 0.0, 0.5),
@@ -255,7 +268,8 @@ def tried(number: int, problem: Problem) -> list[Held]:
         seeds = range(20_000 * number + 10_000, 20_000 * number + 10_000 + TRIALS)
         runs = [run(problem.oscillator, seed=seed, threads=1, rtol=problem.rtol) for seed in seeds]
         known = not math.isnan(min(problem.exact.values()))
-        if not known or (problem.oscillator.springpot.order == 1.0 and problem.oscillator.barrier is not None):
+        elastic = problem.oscillator.restitution == 1.0 and problem.oscillator.barrier is not None
+        if not known or (problem.oscillator.springpot.order == 1.0 and elastic):
             held.append(scaled(problem, "corrected", runs, sampling))
         if known:
             held.append(scaled(problem, "total", runs, total))

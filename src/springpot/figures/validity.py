@@ -67,7 +67,7 @@ def gaps(
     >>> import springpot as sp
     >>> axes = sp.figures.gaps("averaging")
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
-    '-0.0'
+    '+0.0'
     """
     if method not in METHODS or moment not in GOOD:
         known = f"method must be one of {', '.join(METHODS)} and moment one of {', '.join(GOOD)}"

@@ -413,7 +413,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
     >>> from springpot.oscillator import Barrier, Springpot
     >>> result = envelope(Oscillator(springpot=Springpot(0.5, 0.1), barrier=Barrier(position=-1.0, restitution=0.8)))
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
-    (6.5, 0.21)
+    (6.5, 0.207)
     """
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
