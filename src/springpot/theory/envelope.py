@@ -67,7 +67,8 @@ _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); beyond it cycles are 
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where the answer is already poor
 _LIGHT = 0.3  # the largest c at which every checked number is right within about 3 %
 _CHECKED = 1.0
-_NOT_SETTLED = 1e-3
+_NOT_SETTLED = 1e-5
+_PLACES = 201  # along a cycle, among which the largest amplitude is sought
 _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r: below it the cycles are too many for double precision
 
 
@@ -517,6 +518,11 @@ def _moments(found: Balance, struck: Impacts | None, scales: _Scales) -> Moments
 def _largest_amplitude(found: Cells, kappa: float) -> FloatArray:
     """Largest sqrt(x^2 + kappa v^2) along each cycle: at its ends, or at a place between them."""
     a, w, centre = found.amplitude, found.frequency, found.centre
+    if found.stretch is not None:
+        s = found.phase[:, None] * np.linspace(-1.0, 1.0, _PLACES)
+        x = found.stretch.x(centre[:, None] + a[:, None] * np.cos(s))
+        v = found.stretch.v(-(w * a)[:, None] * np.sin(s))
+        return np.maximum.accumulate(np.sqrt(np.max(x * x + kappa * v * v, axis=1)))
     lowest = np.cos(found.phase)
     curvature = kappa * w * w - 1.0
     # x^2 + kappa v^2 is centre^2 + 2 centre A y + A^2 (y^2 + kappa w^2 (1 - y^2)) with y the cosine of the phase

@@ -31,7 +31,8 @@ _UNSETTLED = 0.02  # change of the numbers per step at which an answer is none; 
 _FORGETFUL = 3.0  # decay over frequency of motions without cycles: there the broadened lines feed upon themselves
 _STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
 _STRIKING_PANELS = 9
-_FASTEST = 1e150  # velocity at which its square is still a number
+_SHORT = 2.0  # with which broadening dies out in short flights: of 1, 2 and 4 the best at r = 0.5 and 0.8, b = 1
+_FASTEST, _FARTHEST = 1e150, 1e60  # velocity and displacement at which their powers are still numbers
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
 
@@ -79,6 +80,8 @@ class Closure:
         Mean frequency w of the arcs.
     share : float
         Share of the broadened lines' extra dissipation that is not taken back by the line at zero frequency.
+    taken : float
+        Share of the power that the springpot takes; impacts take the rest.
     """
 
     slow_stiffness: float = 0.0
@@ -86,6 +89,7 @@ class Closure:
     decay: float = 0.0
     frequency: float = 1.0
     share: float = 0.0
+    taken: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -143,39 +147,45 @@ class Labels:
 
 @dataclass(frozen=True)
 class Stretch:
-    """How the motion behind a lossy wall differs from its cycles: smaller on the way out than on the way back.
+    """How the motion behind a lossy wall differs from its cycles: displacements, and velocities slower on the way out.
 
-    A point (x, v) of a cycle goes to x' = wall + (x_factor - x_skew h) (x - wall) and v' = v_factor (v - v_skew s +
-    lift), with s = sqrt(v^2 + soft^2) and h = v / s; ``lift`` makes the mean velocity 0.
+    A point (x, v) of a cycle goes to x' = wall + factor ((x - wall + near)^power - near^power) and
+    v' = v_factor (v - skew sqrt(v^2 + soft^2) + lift), where ``lift`` makes the mean velocity 0.
 
     Parameters
     ----------
-    wall, soft, lift, x_factor, x_skew, v_factor, v_skew : float
-        As above; the skews are below the factors, and v_skew below 1.
+    wall, near, factor, power, soft, skew, lift, v_factor : float
+        As above; ``near`` and ``soft`` keep both smooth at the wall and at rest, and the skew is below 1.
     """
 
     wall: float
+    near: float
+    factor: float
+    power: float
     soft: float
+    skew: float
     lift: float
-    x_factor: float
-    x_skew: float
     v_factor: float
-    v_skew: float
 
-    def place(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where points of cycles go."""
-        s = np.hypot(v, self.soft)
-        along = self.wall + (self.x_factor - self.x_skew * v / s) * (x - self.wall)
-        return along, self.v_factor * (v - self.v_skew * s + self.lift)
+    def x(self, x: FloatArray) -> FloatArray:
+        """Where displacements of cycles go."""
+        above = np.maximum(x - self.wall, 0.0) + self.near
+        return np.asarray(self.wall + self.factor * (above**self.power - self.near**self.power))
+
+    def v(self, v: FloatArray) -> FloatArray:
+        """Where velocities of cycles go."""
+        return np.asarray(self.v_factor * (v - self.skew * np.hypot(v, self.soft) + self.lift))
 
     def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Where points come from, and by how much areas grow on their way."""
         z = np.clip(v / self.v_factor - self.lift, -_FASTEST, _FASTEST)
-        rest = 1.0 - self.v_skew**2
-        before = (z + self.v_skew * np.hypot(z, math.sqrt(rest) * self.soft)) / rest
-        h = before / np.hypot(before, self.soft)
-        wider = self.x_factor - self.x_skew * h
-        return self.wall + (x - self.wall) / wider, before, wider * self.v_factor * (1.0 - self.v_skew * h)
+        rest = 1.0 - self.skew**2
+        before = (z + self.skew * np.hypot(z, math.sqrt(rest) * self.soft)) / rest
+        wider = self.v_factor * (1.0 - self.skew * before / np.hypot(before, self.soft))
+        away = np.clip(x - self.wall, 0.0, _FARTHEST) / self.factor
+        above = (away + self.near**self.power) ** (1.0 / self.power)
+        place = np.where(x < self.wall, x, self.wall + above - self.near)
+        return place, before, wider * self.factor * self.power * above ** (self.power - 1.0)
 
 
 @dataclass(frozen=True)
@@ -190,6 +200,7 @@ class Cells:
     frequency: FloatArray
     centre: FloatArray
     diffusion: EnergyDiffusion
+    stretch: Stretch | None
 
 
 @dataclass(frozen=True)
@@ -279,7 +290,7 @@ class Balance:
         diffusion = make_energy_diffusion(fine[0, likely], mass[likely], (density * fine[3])[likely])
         kept = likely & np.isin(fine[0], diffusion.action)
         x_square, v_square, phase, amplitude, frequency, centre = fine[4:, kept]
-        return Cells(label[kept], x_square, v_square, phase, amplitude, frequency, centre, diffusion)
+        return Cells(label[kept], x_square, v_square, phase, amplitude, frequency, centre, diffusion, self.stretch)
 
 
 def balance(problem: Problem) -> Balance:
@@ -311,7 +322,7 @@ def balance(problem: Problem) -> Balance:
         change = _distance(closure, target)
         # all cycles that reach a far wall may be too long, and all others too short
         fits = fall > 0.9 * _FAR and (fall < 1.3 * _FAR or reach == long)
-        cycles = closure.decay < _FORGETFUL * found.fundamental
+        cycles = problem.order == 1.0 or closure.decay < _FORGETFUL * found.fundamental
         if fits and cycles and (best is None or change < best.change):  # where cycles nearly cross, steps are uneven
             best = replace(found, steps=steps, change=change)
             if change < _SETTLED:
@@ -363,10 +374,10 @@ class _Past:
             by_step, by_place = np.diff(self.steps, axis=0).T, np.diff(self.at, axis=0).T
             shares = np.linalg.lstsq(by_step, step, rcond=1e-8)[0]
             there, towards = here - by_place @ shares, part * (step - by_step @ shares)
-        k0, mean, decay, frequency, share = there + towards
-        if k0 < 0.0 or min(decay, frequency) <= 0.0 or not 0.0 <= share <= 1.0:
-            k0, mean, decay, frequency, share = here + part * step
-        return Closure(float(k0), float(mean), float(decay), float(frequency), float(share))
+        k0, _, decay, frequency, share, taken = following = there + towards
+        if k0 < 0.0 or min(decay, frequency) <= 0.0 or not (0.0 <= share <= 1.0 and 0.0 <= taken <= 1.0):
+            following = here + part * step
+        return Closure(*following.tolist())
 
 
 def _distance(old: Closure, new: Closure) -> float:
@@ -503,13 +514,18 @@ def _before_impact(damping: FloatArray, r: float) -> FloatArray:
 def _broadening(
     problem: Problem, closure: Closure, p: FloatArray, a: FloatArray, w: FloatArray, w1: FloatArray
 ) -> FloatArray:
-    """Power that the springpot takes because the harmonics are lines of a finite width, beyond the whole cosine's."""
+    """Power that the springpot takes because the harmonics are lines of a finite width, beyond the whole cosine's.
+
+    The width is that of an amplitude which forgets, and what impacts make it forget is no power of the springpot's: in
+    short flights off a lossy wall hardly any of it counts.
+    """
     alpha = problem.order
     if alpha == 1.0 or closure.decay == 0.0:
         return np.zeros_like(p)
     sums = (w1 / w) ** 2 * harmonic_sum(p, 2.0 + alpha) - harmonic_sum(p, alpha)
     whole = 0.25 * problem.coefficient * problem.in_phase * (1.0 - alpha) * closure.decay
-    return np.asarray(np.maximum(whole * w1**alpha * a * a * sums, 0.0))
+    counts = closure.taken ** (_SHORT * np.maximum(1.0 - 2.0 * p / math.pi, 0.0))
+    return np.asarray(np.maximum(whole * counts * w1**alpha * a * a * sums, 0.0))
 
 
 def _close(b: Balance) -> Closure:
@@ -520,8 +536,11 @@ def _close(b: Balance) -> Closure:
     kept = np.isin(b.action, b.diffusion.action)
     rates, squares = b.diffusion.spectrum(b.mean[kept])
     variance = float(squares.sum())
-    if variance <= _STRUCK * b.average(b.x_square) or alpha == 1.0 or c == 0.0:
-        return Closure(0.0, b.average(b.mean), decay, frequency, 0.0)
+    taken = 1.0 if b.problem.restitution == 1.0 else min(2.0 * b.average(b.dissipation), 1.0)
+    mean, origin = b.average(b.mean), max(b.problem.position, 0.0)
+    from_origin = b.average(b.x_square) - 2.0 * origin * mean + origin * origin
+    if variance <= _STRUCK * from_origin or alpha == 1.0 or c == 0.0:
+        return Closure(0.0, mean, decay, frequency, 0.0, taken)
     memory = float(squares @ rates**alpha) / variance
     late = (rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase
     slow = squares @ (rates**alpha * _saturated(late, 1.0 / (1.0 - alpha)))
@@ -530,7 +549,7 @@ def _close(b: Balance) -> Closure:
     )
     taken_back = c * float(squares @ rates) * memory
     share = float(_saturated(np.array(taken_back / extra), 1.0 / alpha)) if extra > 0.0 else 0.0
-    return Closure(c * float(slow) / variance, b.average(b.mean), decay, frequency, share)
+    return Closure(c * float(slow) / variance, mean, decay, frequency, share, taken)
 
 
 def _saturated(y: FloatArray, power: float) -> FloatArray:

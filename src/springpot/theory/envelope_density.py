@@ -187,9 +187,8 @@ class Portrait:
         v, density = np.r_[-half[:0:-1], half], np.r_[density[:0:-1], density]
         if (stretch := self.balance.stretch) is None:
             return Tabulated.make(v, density)
-        _, place = stretch.place(v, v)
-        _, still = stretch.place(np.zeros(1), np.zeros(1))
-        return Tabulated.make(place, density / np.gradient(place, v), float(still[0]))
+        slope = stretch.v_factor * (1.0 - stretch.skew * v / np.hypot(v, stretch.soft))
+        return Tabulated.make(stretch.v(v), density / slope, float(stretch.v(np.zeros(1))[0]))
 
     def energy(self, kappa: float) -> Tabulated:
         """Density of (x^2 + kappa v^2) / 2, as a function of the root of x^2 + kappa v^2."""
@@ -220,8 +219,8 @@ class Portrait:
         left, right, top = self._ends_of_cycles
         if (stretch := self.balance.stretch) is None:
             return left, right, -top, top
-        x, v = stretch.place(np.array([left, right, right]), np.array([0.0, -top, top]))
-        return float(x.min()), float(x.max()), float(v[1]), float(v[2])
+        (left, right), (back, out) = stretch.x(np.array([left, right])), stretch.v(np.array([-top, top]))
+        return float(left), float(right), float(back), float(out)
 
     @cached_property
     def _ends_of_cycles(self) -> tuple[float, float, float]:
