@@ -311,6 +311,12 @@ class Envelope(Result):
             If not exactly one level is given, it is not a positive number, it is below that of rest, or it is so high
             that the stationary probability of it is nothing.
 
+        Notes
+        -----
+        At order 1, c = 0.1 and levels of 1.5 to 2.5 root mean squares the mean time was 4 to 9 % shorter than simulated
+        behind an elastic wall, 6 % at r = 0.8, and 20 to 35 % at r = 0.5, where a cycle is larger on its way back than
+        its law of the energy knows.
+
         Examples
         --------
         >>> from springpot.oscillator import Springpot
