@@ -28,11 +28,10 @@ from springpot.theory.result import MOMENTS
 __all__ = ["Scaled", "stationary"]
 
 ELASTIC_STEP = 0.05  # in units of the shortest time scale; leaves 0.1 %
-LOSSY_STEPS = (0.1, 0.025)
-LOSSIER_STEPS = (0.1, 0.0125)  # where slow impacts crowd
+LOSSY_STEPS = (0.1, 0.025, 8.0)  # two steps, and how many `even_step` the first may be behind a preload
+LOSSIER_STEPS = (0.1, 0.0125, 2.0)  # where slow impacts crowd
 CROWDED = 0.7  # power of the step below which they do
 SHORTEST = 0.05  # share of these steps that is taken at least
-EVEN = 8.0, 2.0  # largest first step behind a preload over the `even_step`, for these two pairs
 TRANSIENT, WINDOW = 6.0, 20.0  # relaxation times
 SHORTEST_RELAXATION, SHORTEST_WINDOW = 2.0, 30.0  # in units of 1 / Omega
 FEWEST_PATHS = 2048
@@ -103,10 +102,10 @@ def stationary(
 def _steps(oscillator: Oscillator) -> tuple[float, ...]:
     if not oscillator.restitution < 1.0:
         return (ELASTIC_STEP,)
-    crowded = slow_impact_order(oscillator.restitution) <= CROWDED
-    first, last = LOSSIER_STEPS if crowded else LOSSY_STEPS
-    even = even_step(oscillator) * fastest_rate(oscillator)
-    shorter = max(min(1.0, EVEN[crowded] * even / first), SHORTEST)
+    order = slow_impact_order(oscillator.restitution)
+    first, last, even = LOSSY_STEPS if order > CROWDED else LOSSIER_STEPS
+    longest = even * even_step(oscillator) * fastest_rate(oscillator)
+    shorter = max(min(1.0, longest / first), SHORTEST)
     return first * shorter, last * shorter
 
 

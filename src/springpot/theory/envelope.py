@@ -55,7 +55,7 @@ from springpot.theory.energy_diffusion import FirstPassage
 from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
 from springpot.theory.envelope_density import Portrait, portrait
 from springpot.theory.envelope_impacts import Impacts, impacts
-from springpot.theory.envelope_losses import changed
+from springpot.theory.envelope_losses import DAMPINGS, changed
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
 from springpot.theory.tabulated import Tabulated
@@ -68,7 +68,6 @@ _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); beyond it cycles are 
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where the answer is already poor
 _LIGHT = 0.3  # the largest c at which every checked number is right within about 3 %
 _CHECKED = 1.0
-_KNOWN_LOSSES = 4.0  # the largest c of the tables of lossy walls
 _NOT_SETTLED = 1e-5
 _PLACES = 201  # along a cycle, among which the largest amplitude is sought
 _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r: below it the cycles are too many for double precision
@@ -574,7 +573,7 @@ def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
             "Slow impacts crowd: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
             "with a preload, where speeds are 9 % too high; below r = 0.25 it has been compared at order 1 only."
         )
-    if wall is not None and wall.restitution < 1.0 and c > _KNOWN_LOSSES:
+    if wall is not None and wall.restitution < 1.0 and c > DAMPINGS[-1]:
         said.append(
             f"The dashpot is too strong for what is known of lossy walls ({here}): at c = 10 impact rate and speeds "
             "were up to 15 % off; the Fokker-Planck equation has them."

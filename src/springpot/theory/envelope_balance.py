@@ -176,16 +176,19 @@ class Stretch:
         """Where velocities of cycles go."""
         return np.asarray(self.v_factor * (v - self.skew * np.hypot(v, self.soft) + self.lift))
 
+    def v_slope(self, v: FloatArray) -> FloatArray:
+        """Derivative of where velocities go."""
+        return np.asarray(self.v_factor * (1.0 - self.skew * v / np.hypot(v, self.soft)))
+
     def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Where points come from, and by how much areas grow on their way."""
         z = np.clip(v / self.v_factor - self.lift, -_FASTEST, _FASTEST)
         rest = 1.0 - self.skew**2
         before = (z + self.skew * np.hypot(z, math.sqrt(rest) * self.soft)) / rest
-        wider = self.v_factor * (1.0 - self.skew * before / np.hypot(before, self.soft))
         away = np.clip(x - self.wall, 0.0, _FARTHEST) / self.factor
         above = (away + self.near**self.power) ** (1.0 / self.power)
         place = np.where(x < self.wall, x, self.wall + above - self.near)
-        return place, before, wider * self.factor * self.power * above ** (self.power - 1.0)
+        return place, before, self.v_slope(before) * self.factor * self.power * above ** (self.power - 1.0)
 
 
 @dataclass(frozen=True)
@@ -263,6 +266,16 @@ class Balance:
     def average(self, values: FloatArray) -> float:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
+
+    def from_origin(self, origin: float) -> tuple[float, float]:
+        """Mean and mean square of x - origin."""
+        mean = self.average(self.mean)
+        return mean - origin, self.average(self.x_square) - 2.0 * origin * mean + origin * origin
+
+    @property
+    def taken(self) -> float:
+        """Share of the power that the springpot takes; impacts take the rest."""
+        return 2.0 * self.average(self.dissipation)
 
     @property
     def fundamental(self) -> float:
@@ -533,14 +546,16 @@ def _close(b: Balance) -> Closure:
     alpha, c = b.problem.order, b.problem.coefficient
     decay = 1.0 / (4.0 * b.average(b.v_square))
     frequency = b.average(b.frequency)
+    mean = b.average(b.mean)
+    taken = 1.0 if b.problem.restitution == 1.0 else min(b.taken, 1.0)
+    plain = Closure(0.0, mean, decay, frequency, 0.0, taken)
+    if alpha == 1.0 or c == 0.0:
+        return plain
     kept = np.isin(b.action, b.diffusion.action)
     rates, squares = b.diffusion.spectrum(b.mean[kept])
     variance = float(squares.sum())
-    taken = 1.0 if b.problem.restitution == 1.0 else min(2.0 * b.average(b.dissipation), 1.0)
-    mean, origin = b.average(b.mean), max(b.problem.position, 0.0)
-    from_origin = b.average(b.x_square) - 2.0 * origin * mean + origin * origin
-    if variance <= _STRUCK * from_origin or alpha == 1.0 or c == 0.0:
-        return Closure(0.0, mean, decay, frequency, 0.0, taken)
+    if variance <= _STRUCK * b.from_origin(max(b.problem.position, 0.0))[1]:
+        return plain
     memory = float(squares @ rates**alpha) / variance
     late = (rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase
     slow = squares @ (rates**alpha * _saturated(late, 1.0 / (1.0 - alpha)))

@@ -187,8 +187,7 @@ class Portrait:
         v, density = np.r_[-half[:0:-1], half], np.r_[density[:0:-1], density]
         if (stretch := self.balance.stretch) is None:
             return Tabulated.make(v, density)
-        slope = stretch.v_factor * (1.0 - stretch.skew * v / np.hypot(v, stretch.soft))
-        return Tabulated.make(stretch.v(v), density / slope, float(stretch.v(np.zeros(1))[0]))
+        return Tabulated.make(stretch.v(v), density / stretch.v_slope(v), float(stretch.v(np.zeros(1))[0]))
 
     def energy(self, kappa: float) -> Tabulated:
         """Density of (x^2 + kappa v^2) / 2, as a function of the root of x^2 + kappa v^2."""

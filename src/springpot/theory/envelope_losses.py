@@ -27,7 +27,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
@@ -82,8 +81,8 @@ def changed(found: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | 
     if found.problem.restitution == 1.0 or found.average(found.rate) <= 1e-15:
         return found, struck
     y, yy, vv, rate, speeds = np.exp(_logarithms(found)).tolist()
-    taken = 2.0 * found.average(found.dissipation)  # share of the power that the springpot takes; impacts take the rest
-    if taken * max(vv, 1.0) < 1.0:  # the less it is, the better the rest is known from it
+    taken = found.taken
+    if taken * max(vv, 1.0) < 1.0:  # the less it is, the better is what impacts take known from it
         speeds *= ((1.0 - taken * vv) / (1.0 - taken) / (rate * speeds)) ** (1.0 - taken)
     better = _balance(found, y, yy, vv)
     if struck is None:
@@ -97,9 +96,9 @@ def _balance(found: Balance, y: float, yy: float, vv: float) -> Balance:
     """With the mean of y, of y^2 and of v^2 changed by these factors."""
     wall = found.problem.position
     origin = max(wall, 0.0)
-    mean, square = _from_origin(found.average(found.mean), found.average(found.x_square), origin)
+    mean, square = found.from_origin(origin)
     wanted, wanted_square = _from_origin(y * mean, yy * square, wall - origin)
-    mean, square = _from_origin(mean, square, wall - origin)
+    mean, square = found.from_origin(wall)
     wider = (wanted_square / wanted**2) / (square / mean**2)
     wanted_square = wanted**2 * square / mean**2 * wider ** (found.average(found.frequency) ** _NARROWER)
     points, weights = legendre.leggauss(_PHASES)
@@ -115,21 +114,22 @@ def _balance(found: Balance, y: float, yy: float, vv: float) -> Balance:
         return found.average(there @ weights), found.average(there**2 @ weights)
 
     power = _matched(moments, wanted_square / wanted**2, *_POWERS)
-    there = wanted / moments(power)[0] * displaced(power)
+    factor = wanted / moments(power)[0]
+    there = factor * displaced(power)
+    above_wall = there @ weights
     v_square = found.average(found.v_square)
     soft = _SOFT * math.sqrt(v_square)
     speed = found.frequency[:, None] * found.amplitude[:, None] * np.sin(s)
     length = found.average(np.hypot(speed, soft) @ weights)
-    at_wall = 1.0 - 2.0 * found.average(found.dissipation) * vv  # share of the power that impacts take
     r = found.problem.restitution
-    skew = _V_SKEW * max(at_wall, 0.0) * (1.0 - r) / (1.0 + r)
+    skew = _V_SKEW * max(1.0 - found.taken * vv, 0.0) * (1.0 - r) / (1.0 + r)
     v_factor = math.sqrt(vv * v_square / (v_square + skew**2 * (v_square + soft**2 - length**2)))
     return replace(
         found,
-        mean=wall + there @ weights,
-        x_square=wall * wall + 2.0 * wall * (there @ weights) + there**2 @ weights,
+        mean=wall + above_wall,
+        x_square=wall * wall + 2.0 * wall * above_wall + there**2 @ weights,
         v_square=vv * found.v_square,
-        stretch=Stretch(wall, near, wanted / moments(power)[0], power, soft, skew, skew * length, v_factor),
+        stretch=Stretch(wall, near, factor, power, soft, skew, skew * length, v_factor),
     )
 
 
@@ -213,6 +213,8 @@ def tabulate(path: Path = FILE) -> None:
 
     ``python -c "from springpot.theory.envelope_losses import tabulate; tabulate()"``
     """
+    from concurrent.futures import ProcessPoolExecutor  # nobody else here needs processes
+
     points = list(itertools.product(DAMPINGS, RESTITUTIONS))
     with ProcessPoolExecutor() as pool:
         rows = np.array(list(pool.map(_rows, points))).reshape(DAMPINGS.size, RESTITUTIONS.size, -1, _NONE.size)
@@ -248,7 +250,7 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
     found, origin = light(position), max(position, 0.0)
     struck = impacts(found)
     assert struck is not None
-    plain = _from_origin(found.average(found.mean), found.average(found.x_square), origin)
+    plain = found.from_origin(origin)
     real = _from_origin(truth.x_mean, truth.x_mean_square, origin)
     changes = [
         real[0] / plain[0],
