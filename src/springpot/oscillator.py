@@ -14,7 +14,10 @@ from __future__ import annotations
 import math
 import numbers
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from springpot.device import DensityUnit, Excited, Sides
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "finite_number"]
 
@@ -248,6 +251,86 @@ class Oscillator:
             raise TypeError(f"barrier must be a Barrier or None, not {self.barrier!r}.")
         if not isinstance(self.excitation, WhiteNoise):
             raise TypeError(f"excitation must be a WhiteNoise, not {self.excitation!r}.")
+
+    @classmethod
+    def from_device(
+        cls,
+        *,
+        mass: float,
+        stiffness: float,
+        springpot: tuple[float, float],
+        psd: float,
+        psd_unit: DensityUnit,
+        gap: float | None = None,
+        restitution: float = 1.0,
+        side: Literal["above", "below"] = "above",
+        sides: Sides = 1,
+        of: Excited | None = None,
+    ) -> Oscillator:
+        """The oscillator of a device whose data are in SI units.
+
+        The device obeys m x'' + k_alpha D^alpha x + k x = -m a_base(t), or F(t) instead of -m a_base(t), where x is the
+        displacement relative to the base.  Then Omega = sqrt(k / m) and C = k_alpha / m.  The intensity q of the
+        noise is the two-sided density of the acceleration, in (m/s^2)^2/Hz, which is half of a one-sided density; a
+        density of force is divided by m^2.
+
+        Parameters
+        ----------
+        mass : float
+            m > 0 in kg.
+        stiffness : float
+            k > 0 in N/m: the spring's, without the springpot.
+        springpot : (float, float)
+            Order alpha in [0, 1], and k_alpha >= 0 in N s^alpha/m.  A dashpot c in N s/m is ``(1, c)``.
+        psd : float
+            Spectral density of the excitation, flat over the frequencies that matter.
+        psd_unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
+            Of a base acceleration in standard gravity (9.80665 m/s^2) or in m/s^2, or of a force on the mass.
+        gap : float, optional
+            Distance in m that the mass moves from its equilibrium before it touches the stop.  0: it just touches; a
+            negative gap is a preload: the stop holds the mass that far from the spring's equilibrium.  Without it there
+            is no stop.
+        restitution : float
+            Of the stop, in (0, 1].
+        side : {"above", "below"}
+            Where the mass moves: ``"above"`` a stop at x = -gap, ``"below"`` a stop at x = gap.
+        sides : {1, 2}
+            1: the density is one-sided (positive frequencies only), as test equipment and standards state it;
+            2: two-sided.
+        of : {"base", "force"}, optional
+            What the density is of, if you want to state it: it must agree with ``psd_unit``.
+
+        Returns
+        -------
+        Oscillator
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number is not one, not finite or out of its range, a word is not one of those above, or two of them
+            do not fit together.
+
+        Examples
+        --------
+        A harvester of 50 g at 25 Hz, shaken with 0.01 g^2/Hz, with a stop at 4 mm:
+
+        >>> harvester = Oscillator.from_device(
+        ...     mass=0.050, stiffness=1234.0, springpot=(1.0, 0.20), gap=0.004, restitution=0.6,
+        ...     psd=0.01, psd_unit="g2/Hz",
+        ... )
+        >>> round(harvester.natural_frequency, 1), harvester.springpot.coefficient
+        (157.1, 4.0)
+        >>> round(harvester.excitation.intensity, 3)  # 0.01 * 9.80665^2 / 2
+        0.481
+        >>> harvester.barrier
+        Barrier(position=-0.004, restitution=0.6, side='above')
+        """
+        from springpot.device import oscillator_from_device
+
+        return oscillator_from_device(
+            mass=mass, stiffness=stiffness, springpot=springpot, psd=psd, psd_unit=psd_unit, gap=gap,
+            restitution=restitution, side=side, sides=sides, of=of,
+        )  # fmt: skip
 
     @property
     def time_scale(self) -> float:
