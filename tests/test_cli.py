@@ -166,7 +166,7 @@ def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     for name, parameter in signature(resolve).parameters.items():
         default = parameter.default
-        if name in signature(cli.simulate).parameters and default is not None:
+        if name in signature(cli.commands.simulate).parameters and default is not None:
             entry = text.partition(f" --{name.replace('_', '-')} ")[2].partition(" --")[0]
             assert f"{default if isinstance(default, str) else format(default, 'g')} if not given" in entry, name
 
@@ -299,7 +299,7 @@ def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> No
     ],
 )
 def test_values_have_the_digits_of_their_errors(value: float | None, error: float | None, text: str) -> None:
-    assert cli._with_error(value, error) == text
+    assert cli.tables.with_error(value, error) == text
 
 
 @pytest.mark.parametrize(
@@ -368,7 +368,7 @@ def test_a_refused_argument_is_named_as_its_flag(
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:
-    assert cli._in_flags(library) == command
+    assert cli.messages.in_flags(library) == command
 
 
 def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def test_the_examples_print_what_they_say(example: str, output: str) -> None:
 def test_the_commands_exist(line: str) -> None:
     program, *words = line.split()
     assert program == "springpot"
-    cli.app.parse_args(words, exit_on_error=False, print_error=False)
+    cli.commands.app.parse_args(words, exit_on_error=False, print_error=False)
 
 
 def test_a_study_from_file_to_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

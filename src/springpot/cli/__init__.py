@@ -1,0 +1,87 @@
+"""The ``springpot`` command: parses, calls the library, prints.  No physics here.
+
+`commands` has a function for each command, `flags` what they share, `tables` what they print, and `messages` the one
+sentence of each failure.
+
+Exit codes: 0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted; other than 0, one sentence on
+stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import CycloptsError
+
+from springpot.cli.commands import app
+from springpot.cli.messages import in_flags, of_the_system, one_sentence, usage
+from springpot.terminal import say
+
+__all__ = ["main"]
+
+
+def _flush() -> None:
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _drop_output() -> None:
+    """What can no longer be written must not be tried once more when the process ends."""
+    try:
+        _flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after ``springpot``; those of this process if not given.
+
+    Returns
+    -------
+    int
+        0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted.
+
+    Examples
+    --------
+    >>> main(["--version"])
+    0.1.0
+    0
+    """
+    try:
+        code = app(
+            sys.argv[1:] if arguments is None else list(arguments),
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+        _flush()
+    except CycloptsError as error:
+        say(usage(error))
+        return 2
+    except (TypeError, ValueError) as error:
+        say(in_flags(one_sentence(error)))
+        return 2
+    except KeyboardInterrupt:
+        say("interrupted.")
+        return 130
+    except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
+        _drop_output()
+        return 1
+    except OSError as error:
+        _drop_output()
+        say(of_the_system(error))
+        return 1
+    except MemoryError:
+        say("there is not enough memory for this; fewer --paths need less.")
+        return 1
+    except Exception as error:
+        say(f"{type(error).__name__}: {one_sentence(error)}")
+        return 1
+    return int(code or 0)

@@ -1,0 +1,347 @@
+"""The commands: each calls the library and prints.  No physics here.
+
+Everything heavy (Numba, SciPy, xarray, matplotlib) is imported inside the commands, so that ``springpot --help`` is
+quick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import App, Group, Parameter
+
+from springpot.cli.flags import STANDARD, Flags, Threads
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
+from springpot.interrupt import leave_at_once
+from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+
+__all__ = ["app", "simulate"]
+
+_MONTE_CARLO = Group("Monte Carlo", sort_key=1)
+
+
+def _version() -> str:
+    from springpot import __version__
+
+    return __version__
+
+
+app = App(
+    name="springpot",
+    help="Random vibration of oscillators with a fractional derivative that strike a wall.",
+    help_format="plaintext",
+    version=_version,
+    suppress_keyboard_interrupt=False,  # main() turns it into one sentence and 130
+)
+
+
+@app.command
+def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
+    """Answers without dice: every method side by side, their warnings, and the one to trust here."""
+    oscillator = flags.oscillator()
+    with leave_at_once():
+        from springpot.theory import all_methods
+        from springpot.units import UNITS
+
+    found = all_methods(oscillator)
+    if json_:
+        print_json({"oscillator": asdict(oscillator), **found})
+        return 0
+    best = found.pop("recommended")
+    answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
+    silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
+    shown = {name: answer for name, answer in answers.items() if name not in silent}
+    units = {name: unit for name, unit in {**UNITS, "decay_rate": "s-1"}.items() if name in names(shown)}
+    rows = [
+        [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
+        for name, unit in units.items()
+    ]
+    print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
+    for name, statement in silent.items():
+        print(f"{name}: {statement}")
+    none = "no method can be trusted here." if shown else "no method has an answer here."
+    print(f"* recommended here: {best}" if best else none)
+    # of the others --json tells
+    for sentence in sentences(answers.get(str(best), {}), "warnings"):
+        say(f"warning: {best}: {sentence}")
+    return 0
+
+
+@app.command
+def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
+    """Stationary moments from the atlas of Monte Carlo that comes with the library, with their errors, at once."""
+    oscillator = flags.oscillator()
+    with leave_at_once():
+        from springpot.atlases import atlas as look_up
+        from springpot.theory.result import MOMENTS
+        from springpot.units import UNITS
+
+    found = look_up(oscillator)
+    if json_:
+        print_json({"oscillator": asdict(oscillator), **found.to_dict()})
+        return 0
+    rows = [[name, with_error(getattr(found, name), found.errors[name], UNITS[name])] for name in MOMENTS]
+    print_table([["", "value +- half-width of the 95 % interval"], *rows])
+    return 0
+
+
+@app.command
+def compare(
+    *,
+    flags: Flags = STANDARD,
+    rtol: Annotated[float, Parameter(group=_MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
+    seed: Annotated[Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
+    threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
+    plot: Annotated[
+        str | None,
+        Parameter(metavar="FILE", help="PNG to draw densities and spectra of theory and Monte Carlo into."),
+    ] = None,
+    json_: Json = False,
+) -> int:
+    """Theory beside Monte Carlo: the gap of each method in per cent and in standard errors."""
+    oscillator = flags.oscillator()
+    with leave_at_once():
+        from springpot.comparison import compare as set_side_by_side
+        from springpot.comparison import observe
+        from springpot.theory.result import MOMENTS
+        from springpot.units import UNITS
+
+    if plot is not None:
+        check_picture(plot, "plot")
+    with Bar("simulating", first="finding the stationary start") as bar:
+        found = set_side_by_side(oscillator, rtol=rtol, seed=seed, threads=threads, progress=bar)
+        observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
+    for sentence in found.simulation.warnings:
+        say(f"warning: {sentence}")
+    if found.recommended:
+        for sentence in found.answers[found.recommended].warnings:
+            say(f"warning: {found.recommended}: {sentence}")
+    if observed is not None and plot is not None:
+        from springpot.figures.comparison import draw_comparison
+        from springpot.figures.style import save
+
+        save(draw_comparison(observed, found.answers), Path(plot))
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    gaps = {name: found.gaps(name) for name in found.answers}
+    table = [["", "Monte Carlo", *(f"{name} *" if name == found.recommended else name for name in gaps)]]
+    for name in MOMENTS:
+        value, error = found.simulation.values[name], found.simulation.errors[name]
+        if not math.isfinite(value):
+            continue
+        cells = [gap(gaps[method].get(name)) for method in gaps]
+        table.append([name, with_error(value, error, UNITS[name]), *cells])
+    print_table(table)
+    for name, statement in found.statements.items():
+        print(f"{name}: {statement}")
+    print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
+    print(f"* recommended here: {found.recommended}" if found.recommended else "no method has an answer here.")
+    if plot is not None:
+        print(plot)
+    return 0
+
+
+@app.command
+def simulate(
+    *,
+    flags: Flags = STANDARD,
+    rtol: Annotated[
+        float | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Total relative error wanted.  It decides on all of the below; only seed and threads can be given "
+            "with it.",
+        ),
+    ] = None,
+    quantity: Annotated[
+        list[str] | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            negative="",
+            metavar="NAME",
+            help="With --rtol: what must be known so well, amplitude_mean_square if not given; can be repeated.",
+        ),
+    ] = None,
+    paths: Annotated[
+        Whole | None, Parameter(group=_MONTE_CARLO, help="Number of independent paths; 5000 if not given.")
+    ] = None,
+    duration: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="End of the run, in s.")] = None,
+    step: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="Time step, in s.")] = None,
+    window: Annotated[
+        tuple[float, float] | None,
+        Parameter(
+            group=_MONTE_CARLO, negative="", metavar="START END", help="Times between which averages are taken, in s."
+        ),
+    ] = None,
+    seed: Annotated[
+        Whole | None,
+        Parameter(group=_MONTE_CARLO, help="Seed: the same seed gives the same paths; 1 if not given."),
+    ] = None,
+    threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
+    scheme: Annotated[
+        Literal["default", "grunwald"] | None,
+        Parameter(group=_MONTE_CARLO, help="Our scheme, or the paper's; default if not given."),
+    ] = None,
+    start: Annotated[
+        Literal["rest", "stationary"] | None,
+        Parameter(group=_MONTE_CARLO, help="From rest, or adapted: from the stationary mean of x; rest if not given."),
+    ] = None,
+    initial_position: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="x(0), in m.")] = None,
+    initial_velocity: Annotated[
+        float | None, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s; 0 if not given.")
+    ] = None,
+    derivative: Annotated[
+        Literal["caputo", "riemann-liouville"] | None,
+        Parameter(group=_MONTE_CARLO, help="They differ when x(0) is not 0; caputo if not given."),
+    ] = None,
+    memory_tolerance: Annotated[
+        float | None,
+        Parameter(group=_MONTE_CARLO, help="Relative error allowed to the memory kernel; 1e-06 if not given."),
+    ] = None,
+    contact_tolerance: Annotated[
+        float | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Distance at which the paper's scheme sees an impact, in m; 1e-05 if not given.",
+        ),
+    ] = None,
+    distributions: Annotated[
+        bool,
+        Parameter(
+            group=_MONTE_CARLO,
+            negative="",
+            help="Quantiles of x, v, amplitude and impact speed, and of the extremes of each path, as well.",
+        ),
+    ] = False,
+    json_: Json = False,
+) -> int:
+    """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
+    oscillator = flags.oscillator()
+    if quantity is not None and rtol is None:
+        raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
+    settings: dict[str, Any] = {
+        "rtol": rtol,
+        "quantities": quantity,
+        "paths": paths,
+        "duration": duration,
+        "step": step,
+        "window": window,
+        "seed": seed,
+        "threads": threads,
+        "scheme": scheme,
+        "start": start,
+        "initial_position": initial_position,
+        "initial_velocity": initial_velocity,
+        "derivative": derivative,
+        "memory_tolerance": memory_tolerance,
+        "contact_tolerance": contact_tolerance,
+        "distributions": distributions or None,
+    }
+    given = {name: value for name, value in settings.items() if value is not None}
+    with leave_at_once():
+        from springpot.simulation import run
+
+    adapted = start == "stationary" or rtol is not None
+    with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
+        answer = run(oscillator, **given, progress=bar).to_dict()
+    for warning in sentences(answer, "warnings"):
+        say(f"warning: {warning}")
+    if json_:
+        print_json(answer)
+        return 0
+    print(f"oscillator: {plain(answer['oscillator'])}")
+    print(f"settings: {plain(answer['settings'])}")
+    print_estimates(answer)
+    return 0
+
+
+app.command("springpot.studies.commands:app", name="study")
+
+
+@app.command
+def doctor(*, json_: Json = False) -> int:
+    """What this machine gives: versions, processor, threads, cache, and a check of about a second."""
+    with leave_at_once():
+        from springpot import simulation  # noqa: F401  (what takes long to load)
+        from springpot.doctor import diagnose
+
+    findings = diagnose()
+    if json_:
+        print_json(findings)
+    else:
+        print_table([[name, plain(value)] for name, value in findings.items() if name != "self_check"])
+        print(findings["self_check"]["statement"])
+    if findings["self_check"]["passed"]:
+        return 0
+    say("the self-check failed: do not trust results from this installation.")
+    return 1
+
+
+@app.command
+def reproduce(
+    what: Annotated[Literal["fig1", "fig2", "errata", "all"], Parameter(help="Which part of the paper.")] = "all",
+    *,
+    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
+    threads: Threads = None,
+) -> int:
+    """The paper's figures, their numbers, and the list of its errata."""
+    with leave_at_once():
+        from springpot import simulation  # noqa: F401  (what takes long to load)
+        from springpot.paper import reproduce as make
+
+    with Bar(f"reproducing {what}") as bar:
+        written = make(what, out, progress=bar, threads=threads)
+    for path in written:
+        print(path)
+    return 0
+
+
+@app.command
+def validity(
+    *,
+    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
+    simulate_again: Annotated[
+        bool, Parameter(negative="", help="Make the map's Monte Carlo anew first: half an hour, and it can be stopped.")
+    ] = False,
+    threads: Threads = None,
+) -> int:
+    """The validity map: how far each method of the theory is from Monte Carlo, as pictures and as a table."""
+    with leave_at_once():
+        from springpot.figures.style import save
+        from springpot.figures.validity import draw_gaps
+        from springpot.theory.reliability import MAP_FILE
+
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    source = MAP_FILE
+    if simulate_again:
+        from springpot.validity import make_map
+
+        with Bar("simulating the validity map") as bar:
+            source = make_map(path=folder / MAP_FILE.name, threads=threads, progress=bar)
+    else:
+        (folder / MAP_FILE.name).write_bytes(MAP_FILE.read_bytes())
+    print(folder / MAP_FILE.name)
+    for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
+        for along in ("restitution", "position"):
+            print(save(draw_gaps(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
+    return 0
+
+
+@app.command
+def explore(
+    *,
+    port: Annotated[Whole, Parameter(help="Port to listen on; 0 takes any that is free.")] = 8765,
+    host: Annotated[str, Parameter(help="Numerical address to listen on; by default only this computer's own.")] = (
+        "127.0.0.1"
+    ),
+    browser: Annotated[bool, Parameter(help="Whether to open the page in the browser.")] = True,
+) -> int:
+    """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo."""
+    from springpot.explorer.commands import open_page
+
+    open_page(host=host, port=port, browser=browser)
+    return 0

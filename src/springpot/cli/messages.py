@@ -1,0 +1,115 @@
+"""One sentence for each failure: what is wrong with the words of a command, and what would be right."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import fields
+from inspect import signature
+from typing import get_args
+
+from cyclopts import (
+    CoercionError,
+    CycloptsError,
+    MissingArgumentError,
+    RepeatArgumentError,
+    Token,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
+
+from springpot.cli.commands import app, simulate
+from springpot.cli.flags import OscillatorFlags
+
+__all__ = ["in_flags", "of_the_system", "one_sentence", "usage"]
+
+_TIMES = "two times, START and END"
+
+
+def one_sentence(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def usage(error: CycloptsError) -> str:
+    """What is wrong with the words of a command, and what would be right."""
+    command = " ".join(["springpot", *(error.command_chain or ())])
+    match error:
+        case UnknownCommandError(unused_tokens=[word, *_]):
+            names = [name for name in app if not name.startswith("-")]
+            return f"there is no command {word!r}{_meant(word, names) or f': the commands are {_listed(names)}.'}"
+        case UnknownOptionError(token=token):
+            word = token.keyword or token.value
+            names = [name for argument in error.argument_collection for name in argument.names]
+            return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
+        case UnusedCliTokensError(unused_tokens=[word, *_]):
+            flag = _flag_before(word, error.root_input_tokens or [])
+            right = f"--window takes {_TIMES}" if flag == "--window" else f"{command} --help shows what it takes"
+            return f"{word!r} is one word too many: {right}."
+        case MissingArgumentError(argument=argument) if argument is not None:
+            wanted = _TIMES if argument.token_count()[0] == 2 else f"a value: {command} --help says which"
+            return f"{error.keyword or argument.name} needs {wanted}."
+        case RepeatArgumentError(token=token):
+            return f"{token.keyword} must be given only once."
+        case CoercionError(token=Token() as token):
+            return _unfit(error, token)
+    error.verbose = False
+    return one_sentence(error)
+
+
+def _unfit(error: CoercionError, token: Token) -> str:
+    """A word that is not of the kind its flag asks for."""
+    name = token.keyword or (error.argument.name.lstrip("-").upper() if error.argument else "the word")
+    if error.target_type is bool:
+        return f"{name} is a switch: it takes no value such as {token.value!r}."
+    chosen = [repr(word) for word in get_args(error.target_type) if isinstance(word, str)]
+    if chosen:
+        wanted = _listed(chosen, "or")
+    elif error.argument and error.argument.token_count()[0] == 2:
+        wanted = _TIMES
+    else:
+        wanted = "a whole number" if error.target_type is int else "a number"
+    return f"{name} must be {wanted}, not {token.value!r}."
+
+
+def _listed(words: Sequence[str], last: str = "and") -> str:
+    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+
+
+def _meant(word: str, names: Sequence[str]) -> str:
+    """A question, if one of the names is close; without their hyphens, or all flags would look alike."""
+    plain = {name.lstrip("-"): name for name in names}
+    close = difflib.get_close_matches(word.lstrip("-"), plain, n=1, cutoff=0.7)
+    return f"; did you mean {plain[close[0]]}?" if close else ""
+
+
+def _flag_before(word: str, words: Sequence[str]) -> str:
+    before = words[: words.index(word)] if word in words else []
+    return next((flag for flag in reversed(before) if flag.startswith("--")), "")
+
+
+def in_flags(sentence: str) -> str:
+    """The library's sentences speak of arguments; whoever typed a command knows them as flags."""
+    names = {field.name for field in fields(OscillatorFlags)} | set(signature(simulate).parameters)
+    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
+        "quantities": "--quantity",
+        "out": "--out",
+        "plot": "--plot",
+    }
+    any_flag = "|".join(flags)
+    sentence = re.sub(rf"\b({any_flag})='([\w-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
+    # in the middle of a sentence, only those names that are no English words
+    alone = "|".join(name for name in flags if "_" in name or name == "rtol")
+    sentence = re.sub(rf"(?<![\w-])({alone})\b", lambda found: flags[found[1]], sentence)
+    first, space, rest = sentence.partition(" ")
+    return flags.get(first, first) + space + rest
+
+
+def of_the_system(error: OSError) -> str:
+    """A failure of the operating system without its number; those of the library are sentences already."""
+    if error.strerror is None:
+        return one_sentence(error)
+    place = "reading or writing" if error.filename is None else repr(os.fspath(error.filename))
+    return f"{place} failed: {error.strerror}."

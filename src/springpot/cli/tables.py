@@ -1,0 +1,109 @@
+"""What the commands print: numbers with their errors, and tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from springpot.terminal import print_table
+
+if TYPE_CHECKING:
+    from springpot.comparison import Gap
+
+__all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences", "with_error"]
+
+
+def gap(found: Gap | None) -> str:
+    if found is None:
+        return ""
+    near = f"({found.standard_errors:+.1f})"
+    return f"{found.percent:+.1f} % {near}" if math.isfinite(found.percent) else near
+
+
+def names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
+    """Names of all numbers that any of the answers has."""
+    return {name for answer in answers.values() for name, value in answer.items() if is_number(value)}
+
+
+def sentences(answer: Mapping[str, object], name: str) -> list[str]:
+    found = answer.get(name)
+    return [str(sentence) for sentence in found] if isinstance(found, list | tuple) else []
+
+
+def is_number(value: object) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def with_error(value: float | None, error: float | None, unit: str = "1") -> str:
+    """The error to two digits, the value to as many decimals, both with one power of ten where that is shorter."""
+    unit = "" if unit == "1" else f" {unit}"
+    if value is None:
+        return "none"
+    if error is None:
+        return f"{value:.5g}{unit} (no error known)"
+    if error == 0.0:
+        return f"{value:.5g} +- 0{unit}"
+    scale = max(abs(value), error)
+    power = 0 if 1e-4 <= scale < 1e6 else _power(scale)
+    decimals = max(0, power - _power(error) + 1)
+    if decimals > 8:
+        return f"{value:.7g} +- {error:.1e}{unit}"
+    digits = f"{Decimal(value).scaleb(-power):.{decimals}f} +- {Decimal(error).scaleb(-power):.{decimals}f}"
+    return f"({digits})e{power:+03d}{unit}" if power else f"{digits}{unit}"
+
+
+def _power(number: float) -> int:
+    """The power of ten of a number written with two digits."""
+    return int(f"{number:.1e}".partition("e")[2])
+
+
+def plain(value: object) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {plain(part)}" for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return " ".join(map(plain, value))
+    if value is None:
+        return "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def print_estimates(answer: Mapping[str, Any]) -> None:
+    """Estimates with a budget first, its parts in columns; then those with a standard error only."""
+    from springpot.units import UNITS
+
+    controlled = [name for name in UNITS if f"{name}_error" in answer]
+    rest = [name for name in UNITS if name not in controlled]
+    if controlled:
+        columns = ("se", "step_bias", "memory_bias", "transient")
+        rows = [
+            [name, with_error(answer[name], answer[f"{name}_error"], UNITS[name])]
+            + [_plain_short(answer[f"{name}_{column}"]) for column in columns]
+            for name in controlled
+        ]
+        print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
+    rows = [[name, with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
+    print_table([["", "value +- standard error"], *rows] if controlled else rows)
+    if "probability" in answer:
+        _print_quantiles(answer)
+
+
+def _print_quantiles(answer: Mapping[str, Any]) -> None:
+    """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
+    from springpot.simulation.observers import EXTREMES, SKETCHED
+
+    units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
+    shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
+    print()
+    print_table(
+        [["quantile +- standard error", *(f"{100.0 * answer['probability'][i]:g} %" for i in shown)]]
+        + [
+            [name, *(with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
+            for name, unit in units.items()
+        ]
+    )
+
+
+def _plain_short(value: float | None) -> str:
+    return "none" if value is None else f"{value:.2g}"
