@@ -451,7 +451,7 @@ def test_what_the_bar_says_first(
 ) -> None:
     said: list[str] = []
     bar = terminal.Bar
-    monkeypatch.setattr(cli, "Bar", lambda text, first: said.append(first) or bar(text, first))
+    monkeypatch.setattr(cli.commands, "Bar", lambda text, first: said.append(first) or bar(text, first))
     assert cli.main(["simulate", *words.split()]) == 0
     assert said == [first]
     capsys.readouterr()
