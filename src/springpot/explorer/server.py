@@ -40,7 +40,7 @@ STATIC = Path(__file__).with_name("static")
 FRAMES_PER_SECOND = 60.0
 PATIENCE = 1.0  # s, for a first page to come
 MOST_SESSIONS = 16
-MOST_CONNECTIONS = 64
+FIRST_MESSAGE_SECONDS = 5.0  # after which a tab that has sent nothing gives its place back
 MOST_REFUSED = 20  # messages of one tab, before it is shown out
 MESSAGES_PER_SECOND, MOST_AT_ONCE = 100.0, 200.0
 HEADERS = {
@@ -212,8 +212,14 @@ async def _attend(websocket: WebSocket, session: Session) -> None:
 
 async def _listen(websocket: WebSocket, session: Session) -> None:
     allowance, refused = Allowance(MESSAGES_PER_SECOND, MOST_AT_ONCE), 0
+    first = True
     while True:
-        event = await websocket.receive()
+        try:
+            event = await asyncio.wait_for(websocket.receive(), FIRST_MESSAGE_SECONDS if first else None)
+        except TimeoutError:
+            await websocket.close(1008, "the page sent no question: reload it.")
+            return
+        first = False
         if event["type"] == "websocket.disconnect":
             return
         if not allowance.take():
@@ -289,6 +295,8 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
 
     import uvicorn
 
+    from springpot.explorer.connections import HttpConnection, WebSocketConnection
+
     address, port = sockets[0].getsockname()[:2]
 
     class Server(uvicorn.Server):
@@ -304,10 +312,10 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
-        ws="websockets-sansio",
+        http=HttpConnection,
+        ws=WebSocketConnection,
         ws_max_size=4 * LONGEST_MESSAGE,
         ws_per_message_deflate=False,
-        limit_concurrency=MOST_CONNECTIONS,
         timeout_graceful_shutdown=1,
     )
     Server(config).run(list(sockets))

@@ -127,18 +127,16 @@ class Session:
                 self._slots = {kind: said for kind, said in self._slots.items() if kind in ("status", "refused")}
                 self._post("accepted", command=as_command(problem), python=as_python(problem))
                 work = asyncio.gather(
-                    self._guarded(self._theory(problem)),
-                    self._guarded(self._simulation(problem)),
-                    self._guarded(self._curve(problem)),
+                    *(self._guarded(part, problem) for part in (self._theory, self._simulation, self._curve))
                 )
         finally:
             if work is not None:
                 await _drop(work)
 
-    async def _guarded(self, work: Awaitable[None]) -> None:
+    async def _guarded(self, part: Callable[[Problem], Awaitable[None]], problem: Problem) -> None:
         """Whatever goes wrong for one question is said in its tab, and hurts nobody else."""
         try:
-            await work
+            await part(problem)
         except Exception as error:
             said = " ".join(str(error).split())[:400]
             self._post("trouble", sentence=said if isinstance(error, ValueError) else f"{type(error).__name__}: {said}")

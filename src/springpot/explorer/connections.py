@@ -1,0 +1,107 @@
+"""How many connections the page's server holds at once, and how long each may take: uvicorn itself sets no such limit.
+
+A browser sends its whole request at once and reads the answer at once.  What does neither - half a request, a byte now
+and then, an answer that nobody reads - is ended after a time that no such byte extends, and sooner when its place is
+needed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, cast
+
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+if TYPE_CHECKING:
+    from uvicorn._types import ASGISendEvent
+
+__all__ = ["ANSWER_SECONDS", "MOST_CONNECTIONS", "REQUEST_SECONDS", "HttpConnection", "WebSocketConnection"]
+
+MOST_CONNECTIONS = 256  # open at once, of both kinds
+REQUEST_SECONDS = 5.0  # from the connection, or the answer before, until a request is complete
+ANSWER_SECONDS = 30.0  # from the request until its answer has been sent
+
+
+class HttpConnection(H11Protocol):
+    """One HTTP connection, with a time limit on each request and each answer."""
+
+    _deadline: asyncio.TimerHandle | None = None
+    _since = 0.0  # when it began to wait for the request that has not come
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take a connection, in the place of the one that waits longest if there are too many."""
+        super().connection_made(transport)
+        self._await_request()
+        if len(self.connections) > MOST_CONNECTIONS:
+            waiting = [one for one in self.connections if isinstance(one, HttpConnection) and one.waiting]
+            min(waiting, key=lambda one: one._since).end()  # this one at least waits
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there is no complete request that is being answered."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def handle_events(self) -> None:
+        """Begin to answer what has come in."""
+        before = self.cycle
+        super().handle_events()
+        if self.cycle is not before and not self.waiting:
+            self._limit(ANSWER_SECONDS)
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        self._await_request()
+        super().on_response_complete()
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        """Hand the connection over."""
+        self._cancel()
+        super().handle_websocket_upgrade(event)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Nothing is left to be ended."""
+        self._cancel()
+        super().connection_lost(exc)
+
+    def shutdown(self) -> None:
+        """End at once what waits for a request; an answer that is under way is completed."""
+        if self.waiting:
+            self.end()
+        else:
+            super().shutdown()
+
+    def end(self) -> None:
+        """Close the connection, whatever is still to be sent."""
+        self._cancel()
+        self.connections.discard(self)  # what counts places need not wait for the event loop
+        self.transport.abort()
+
+    def _await_request(self) -> None:
+        self._since = self.loop.time()
+        self._limit(REQUEST_SECONDS)
+
+    def _limit(self, seconds: float) -> None:
+        self._cancel()
+        self._deadline = self.loop.call_later(seconds, self.end)
+
+    def _cancel(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+
+class WebSocketConnection(WebSocketsSansIOProtocol):
+    """One WebSocket, closed in time even if its other end reads nothing."""
+
+    def keepalive_timeout(self) -> None:
+        """No answer to a ping: what has not been read by now will not be."""
+        super().keepalive_timeout()
+        self.transport.abort()
+
+    async def send(self, message: ASGISendEvent) -> None:
+        """Send a message; one that closes the connection sets a time for it."""
+        await super().send(message)
+        if cast("dict[str, Any]", message)["type"] == "websocket.close":
+            self.loop.call_later(self.close_timeout, self.transport.abort)
