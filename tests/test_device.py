@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from springpot import Barrier, Oscillator, Springpot, WhiteNoise, theory
+from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli, theory
 from springpot.device import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
 
 RATE = 1000.0  # samples per second
@@ -157,3 +159,83 @@ def test_what_a_device_cannot_be(changed: dict[str, Any], sentence: str) -> None
 def test_a_density_of_force_needs_the_mass() -> None:
     with pytest.raises(ValueError, match=r"^mass must be given with psd_unit='N2/Hz'"):
         intensity_from_psd(1.0, "N2/Hz")
+
+
+# --- on the command line ----------------------------------------------------------------------------------------------
+
+WORDS = "--mass 2 --stiffness 18 --springpot 0.5 1 --psd 4 --psd-unit N2/Hz"
+
+
+@pytest.mark.parametrize("command", ["theory", "atlas"])
+def test_a_device_on_the_command_line(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([command, *f"{WORDS} --gap 0 --restitution 0.8 --side below --json".split()]) == 0
+    asked = json.loads(capsys.readouterr().out)["oscillator"]
+    assert asked == asdict(
+        Oscillator.from_device(
+            mass=2.0, stiffness=18.0, springpot=(0.5, 1.0), psd=4.0, psd_unit="N2/Hz", gap=0.0, restitution=0.8,
+            side="below",
+        )
+    )  # fmt: skip
+
+
+def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> None:
+    words = [*WORDS.replace("0.5", "1").split(), "--sides", "2", "--of", "force"]
+    assert cli.main(["simulate", *words, "--paths", "100", "--duration", "2", "--json"]) == 0
+    asked = json.loads(capsys.readouterr().out)["oscillator"]
+    assert asked["barrier"] is None
+    assert asked["excitation"]["intensity"] == 1.0
+    assert cli.main(["compare", *words, "--rtol", "0.1", "--json"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            "--mass 2 --psd 1 --order 0.5",
+            "Either a device (--mass and --psd) or an oscillator per unit mass (--order) can be given, not both.",
+        ),
+        (
+            f"{WORDS} --natural-frequency 1 --position 0",
+            "Either a device (--mass, --stiffness, --springpot, --psd and --psd-unit) or an oscillator per unit mass "
+            "(--natural-frequency and --position) can be given, not both.",
+        ),
+        (
+            "--mass 2 --stiffness 18 --springpot 0.5 1",
+            "--psd and --psd-unit must be given too: a device needs --mass, --stiffness, --springpot, --psd and "
+            "--psd-unit.",
+        ),
+        (f"{WORDS} --gap 1 --no-barrier", "--no-barrier leaves no wall for --gap to describe."),
+        (
+            f"{WORDS} --restitution 0.5",
+            "--gap must be given with restitution or side: without a gap there is no wall.",
+        ),
+        (f"{WORDS} --of base", "--of base needs --psd-unit g2/Hz or --psd-unit m2/s4/Hz, not 'N2/Hz'."),
+        (f"{WORDS} --sides 3", "--sides must be 1 or 2, not '3'."),
+        (WORDS.replace("N2/Hz", "N^2/Hz"), "--psd-unit must be 'g2/Hz', 'm2/s4/Hz' or 'N2/Hz', not 'N^2/Hz'."),
+        (WORDS.replace("0.5 1", "0.5"), "--springpot needs two numbers, ORDER and K_ALPHA."),
+        (
+            WORDS.replace("0.5 1", "0.5 1 3"),
+            "'3' is one word too many: --springpot takes two numbers, ORDER and K_ALPHA.",
+        ),
+        (WORDS.replace("0.5 1", "0.5 x"), "--springpot must be two numbers, ORDER and K_ALPHA, not 'x'."),
+        (WORDS.replace("mass 2", "mass -2"), "--mass must be in (0, 1e+50], not -2. It is in kg."),
+    ],
+)
+def test_a_device_refused_on_the_command_line(words: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["theory", *words.split()]) == 2
+    assert capsys.readouterr() == ("", f"springpot: {sentence}\n")
+
+
+def test_help_shows_the_defaults_of_an_oscillator(capsys: pytest.CaptureFixture[str]) -> None:
+    """They are shown as text, since a flag that was not given is None."""
+    assert cli.main(["theory", "--help"]) == 0
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    default = Oscillator()
+    assert default.barrier is not None
+    shown = {
+        "order": default.springpot.order, "coefficient": default.springpot.coefficient,
+        "natural-frequency": default.natural_frequency, "intensity": default.excitation.intensity,
+        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": default.barrier.side,
+    }  # fmt: skip
+    for name, value in shown.items():
+        assert f"[default: {value}]" in text.partition(f" --{name} ")[2].partition(" --")[0], name

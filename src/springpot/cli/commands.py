@@ -19,7 +19,7 @@ from springpot.terminal import Bar, Json, Whole, check_picture, print_json, prin
 
 __all__ = ["app", "simulate"]
 
-_MONTE_CARLO = Group("Monte Carlo", sort_key=1)
+_MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 
 
 def _version() -> str:

@@ -22,11 +22,11 @@ from cyclopts import (
 )
 
 from springpot.cli.commands import app, simulate
-from springpot.cli.flags import OscillatorFlags
+from springpot.cli.flags import OscillatorFlags, listed
 
 __all__ = ["in_flags", "of_the_system", "one_sentence", "usage"]
 
-_TIMES = "two times, START and END"
+_PAIRS = {"--window": "two times, START and END", "--springpot": "two numbers, ORDER and K_ALPHA"}
 
 
 def one_sentence(error: BaseException) -> str:
@@ -39,18 +39,18 @@ def usage(error: CycloptsError) -> str:
     match error:
         case UnknownCommandError(unused_tokens=[word, *_]):
             names = [name for name in app if not name.startswith("-")]
-            return f"there is no command {word!r}{_meant(word, names) or f': the commands are {_listed(names)}.'}"
+            return f"there is no command {word!r}{_meant(word, names) or f': the commands are {listed(names)}.'}"
         case UnknownOptionError(token=token):
             word = token.keyword or token.value
             names = [name for argument in error.argument_collection for name in argument.names]
             return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
         case UnusedCliTokensError(unused_tokens=[word, *_]):
             flag = _flag_before(word, error.root_input_tokens or [])
-            right = f"--window takes {_TIMES}" if flag == "--window" else f"{command} --help shows what it takes"
+            right = f"{flag} takes {_PAIRS[flag]}" if flag in _PAIRS else f"{command} --help shows what it takes"
             return f"{word!r} is one word too many: {right}."
         case MissingArgumentError(argument=argument) if argument is not None:
-            wanted = _TIMES if argument.token_count()[0] == 2 else f"a value: {command} --help says which"
-            return f"{error.keyword or argument.name} needs {wanted}."
+            name = error.keyword or argument.name
+            return f"{name} needs {_PAIRS.get(name, f'a value: {command} --help says which')}."
         case RepeatArgumentError(token=token):
             return f"{token.keyword} must be given only once."
         case CoercionError(token=Token() as token):
@@ -64,18 +64,14 @@ def _unfit(error: CoercionError, token: Token) -> str:
     name = token.keyword or (error.argument.name.lstrip("-").upper() if error.argument else "the word")
     if error.target_type is bool:
         return f"{name} is a switch: it takes no value such as {token.value!r}."
-    chosen = [repr(word) for word in get_args(error.target_type) if isinstance(word, str)]
+    chosen = [repr(word) for word in get_args(error.target_type) if isinstance(word, str | int)]
     if chosen:
-        wanted = _listed(chosen, "or")
-    elif error.argument and error.argument.token_count()[0] == 2:
-        wanted = _TIMES
+        wanted = listed(chosen, "or")
+    elif name in _PAIRS:
+        wanted = _PAIRS[name]
     else:
         wanted = "a whole number" if error.target_type is int else "a number"
     return f"{name} must be {wanted}, not {token.value!r}."
-
-
-def _listed(words: Sequence[str], last: str = "and") -> str:
-    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def _meant(word: str, names: Sequence[str]) -> str:
@@ -99,7 +95,7 @@ def in_flags(sentence: str) -> str:
         "plot": "--plot",
     }
     any_flag = "|".join(flags)
-    sentence = re.sub(rf"\b({any_flag})='([\w-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
+    sentence = re.sub(rf"\b({any_flag})='([\w/-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
     # in the middle of a sentence, only those names that are no English words
     alone = "|".join(name for name in flags if "_" in name or name == "rtol")
     sentence = re.sub(rf"(?<![\w-])({alone})\b", lambda found: flags[found[1]], sentence)
