@@ -12,6 +12,7 @@ from typing import Any
 
 from springpot.oscillator import Oscillator, Springpot
 from springpot.processors import control_group_quota, threads_available
+from springpot.trusted import UntrustedFolder, make_folder
 
 __all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
 
@@ -82,36 +83,43 @@ def threads() -> dict[str, Any]:
 
 
 def cache_folder() -> dict[str, Any]:
-    """Where compiled kernels are kept between runs, and whether that folder can be written.
+    """Where compiled kernels and sums of the memory are kept between runs, and whether they are.
 
     Returns
     -------
     dict
-        ``folder`` (None if Numba finds no place at all: every run then compiles anew) and ``writable``.
+        ``folder`` and ``memory_folder``, each with ``used`` or ``memory_used``; and ``reason`` or ``memory_reason``,
+        the sentence that says why it is not used, or None.  Where no folder is used, every process computes anew.
 
     Examples
     --------
     >>> sorted(cache_folder())
-    ['folder', 'writable']
+    ['folder', 'memory_folder', 'memory_reason', 'memory_used', 'reason', 'used']
     """
-    from numba.core.caching import CompileResultCacheImpl
+    from springpot.memory import store
+    from springpot.simulation.cache import find_folder
+    from springpot.simulation.kernel import block
 
-    from springpot import simulation
+    folder, reason = find_folder(block)
+    memory = store.folder()
+    against = "this user has no home" if memory is None else _against(memory)
+    return {
+        "folder": folder, "used": folder is not None, "reason": reason,
+        "memory_folder": None if memory is None else str(memory), "memory_used": against is None,
+        "memory_reason": against,
+    }  # fmt: skip
 
+
+def _against(folder: Path) -> str | None:
+    """Why files cannot be kept in a folder, or None."""
     try:
-        folder = Path(CompileResultCacheImpl(simulation.run).locator.get_cache_path())
-    except RuntimeError:  # "cannot cache function ...: no locator available"
-        return {"folder": None, "writable": False}
-    return {"folder": str(folder), "writable": _writable(folder)}
-
-
-def _writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
-            return True
+            return None
+    except UntrustedFolder as error:
+        return str(error)
     except OSError:
-        return False
+        return f"{str(folder)!r} cannot be written"
 
 
 def self_check() -> dict[str, Any]:

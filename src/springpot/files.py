@@ -57,17 +57,17 @@ def partial_name(name: str) -> str:
     return f".{name}.{socket.gethostname()}.{os.getpid()}.{threading.get_native_id()}"
 
 
-def write(path: str, content: bytes, *, durable: bool = False) -> None:
+def write(path: str, content: bytes, *, durable: bool = False, private: bool = False) -> None:
     """Write a file beside its place and move it there.
 
     ``durable`` waits until the disk has it, so that even a power failure leaves the old file or the new one: for files
-    that could not be computed anew.
+    that could not be computed anew.  A ``private`` file nobody but this user can read or write.
     """
     folder, name = os.path.split(path)
     partial = os.path.join(folder, partial_name(name))
     for attempt in range(ATTEMPTS):
         try:
-            with open(partial, "wb") as file:
+            with open(partial, "wb", opener=_for_this_user if private else None) as file:
                 file.write(content)
                 if durable:
                     file.flush()
@@ -81,6 +81,10 @@ def write(path: str, content: bytes, *, durable: bool = False) -> None:
                 continue
             raise
         return
+
+
+def _for_this_user(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
 
 
 def remove_orphans(folder: str, name: str = "") -> int:

@@ -7,7 +7,8 @@ import json
 import math
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from types import TracebackType
@@ -15,10 +16,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import CoercionError, Parameter, Token
 
+from springpot.trusted import UnusedCache
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-__all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table", "say"]
+__all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table", "say", "warnings_as_sentences"]
 
 QUIET_SECONDS = 2.0
 
@@ -107,6 +110,24 @@ def _without_nan(value: Any) -> Any:
 
 def print_json(answer: Mapping[str, Any]) -> None:
     print(json.dumps(_without_nan(answer), indent=2, allow_nan=False))
+
+
+@contextlib.contextmanager
+def warnings_as_sentences() -> Iterator[None]:
+    """While a command runs, a cache that is not used is one sentence like all others, without a place in the code."""
+    before = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if issubclass(category, UnusedCache):
+            say(f"warning: {message}")
+        else:
+            before(message, category, *place, **more)
+
+    warnings.showwarning = show  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        warnings.showwarning = before
 
 
 def say(sentence: str) -> None:

@@ -6,14 +6,17 @@ import os
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from springpot import files
+from springpot import files, trusted
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
+from tests.strangers import STRANGER, needs_another_user, needs_owners
 
 sums = importlib.import_module("springpot.memory.exponential_sum")
 
@@ -114,6 +117,129 @@ def test_a_damaged_or_foreign_file_is_replaced(fresh_folder: Path, damage: Calla
     forget()
     assert same(first, ask())
     assert [f.read_bytes() for f in fresh_folder.iterdir()] == [sound]
+
+
+def _sealed(change: Callable[[dict[str, Any]], None]) -> Callable[[bytes], bytes]:
+    """A file with another content and the right digest of it."""
+
+    def forged(text: bytes) -> bytes:
+        content = json.loads(text)["content"]
+        change(content)
+        return json.dumps({"content": content, "digest": store._digest(content)}).encode()
+
+    return forged
+
+
+def _scaled(content: dict[str, Any]) -> None:
+    content["weights"] = [0.45 * weight for weight in content["weights"]]
+
+
+def _one_mode_off(content: dict[str, Any]) -> None:
+    content["weights"][7] *= 1.0003
+
+
+def _negative(content: dict[str, Any]) -> None:
+    content["weights"].append(-1e-30)
+    content["rates"].append(3.0)
+
+
+def _growing(content: dict[str, Any]) -> None:
+    content["weights"].append(1e-300)
+    content["rates"].append(-1e-12)
+
+
+def _boast(content: dict[str, Any]) -> None:
+    content["relative_error"] = 1e-9
+
+
+def _worse(content: dict[str, Any]) -> None:
+    _scaled(content)
+    content["relative_error"] = 1.0
+
+
+def _no_number(content: dict[str, Any]) -> None:
+    content["weights"][0] = float("nan")
+
+
+def _no_terms(content: dict[str, Any]) -> None:
+    content["weights"], content["rates"] = [], []
+
+
+def _a_table(content: dict[str, Any]) -> None:
+    content["weights"], content["rates"] = [content["weights"]], [content["rates"]]
+
+
+def _far_too_large(content: dict[str, Any]) -> None:
+    content["weights"][0] = 10**400
+
+
+@pytest.mark.parametrize(
+    "change",
+    [_scaled, _one_mode_off, _negative, _growing, _boast, _worse, _no_number, _no_terms, _a_table, _far_too_large],
+)
+def test_a_forged_sum_with_the_right_digest_is_not_believed(
+    fresh_folder: Path, change: Callable[[dict[str, Any]], None]
+) -> None:
+    first = ask()
+    (file,) = fresh_folder.iterdir()
+    sound = file.read_bytes()
+    file.write_bytes(_sealed(change)(sound))
+    forget()
+    assert same(first, ask())
+    assert file.read_bytes() == sound
+
+
+@needs_another_user
+@pytest.mark.parametrize("mode", [0o777, 0o1777, 0o755])
+def test_a_folder_in_which_another_user_can_write(
+    fresh_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: int
+) -> None:
+    """Nothing is read there or written, and one sentence says so."""
+    trusted.say_unused.cache_clear()
+    first = ask()
+    (file,) = fresh_folder.iterdir()
+    if mode == 0o755:
+        os.chown(fresh_folder, STRANGER, STRANGER)
+    fresh_folder.chmod(mode)
+    forget()
+    file.unlink()
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert same(first, ask())
+        forget()
+        assert same(first, ask())
+    assert len(said) == 1
+    assert str(said[0].message).startswith("Sums of the memory are not kept on disk, and each is computed anew in")
+    assert str(fresh_folder) in str(said[0].message)
+    assert list(fresh_folder.iterdir()) == []
+
+
+@needs_owners
+@pytest.mark.parametrize("place", ["pipe", "huge", "zeros"])
+def test_no_proper_file_costs_neither_time_nor_memory(fresh_folder: Path, place: str) -> None:
+    first = ask()
+    (file,) = fresh_folder.iterdir()
+    file.unlink()
+    if place == "pipe":
+        os.mkfifo(file)
+    elif place == "huge":
+        with file.open("wb") as stream:
+            stream.truncate(1 << 40)
+    else:
+        file.symlink_to("/dev/zero")
+    forget()
+    begun = time.monotonic()
+    assert same(first, ask())
+    assert time.monotonic() - begun < 10.0
+    forget()
+    assert same(first, ask())
+
+
+@needs_owners
+def test_the_folder_and_its_files_are_for_this_user_alone(fresh_folder: Path) -> None:
+    ask()
+    assert fresh_folder.stat().st_mode & 0o777 == 0o700
+    assert [file.stat().st_mode & 0o777 for file in fresh_folder.iterdir()] == [0o600]
 
 
 def test_a_folder_where_the_file_should_be(fresh_folder: Path) -> None:

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import os
+import pickle
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+import numba
+import pytest
+
+from springpot import trusted
+from springpot.simulation.cache import cached, find_folder
+from tests.strangers import as_stranger, needs_another_user, needs_owners
 
 TINY = """
 import resource
 import sys
 import numba
-from springpot.simulation.cache import cache_folder, cached
+from springpot.simulation.cache import cached, find_folder
 
 def twice(number):
     return 2 * number
@@ -19,7 +32,7 @@ def twice(number):
 kernel = cached(numba.njit(twice))
 if sys.argv[1] == "limited":
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-print(kernel(21), cache_folder(kernel) is not None)
+print(kernel(21), find_folder(kernel)[0] is not None)
 """
 
 
@@ -102,3 +115,153 @@ def test_a_damaged_kernel_is_compiled_anew(tmp_path: Path) -> None:
         kept.write_bytes(damaged)
         assert _asked(script, cache).communicate(timeout=300) == ("0\n", "")
     assert _asked(script, cache).communicate(timeout=300) == ("1\n", "")
+
+
+def twice(number: float) -> float:
+    return 2 * number
+
+
+def kernel(cache: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A small kernel that is kept in a folder, called once."""
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(cache))
+    made = cached(numba.njit(twice))
+    assert made(21) == 42
+    return made
+
+
+def hits(kernel: Any) -> int:
+    return sum(kernel.stats.cache_hits.values())
+
+
+def _forged(kept: bytes, command: str) -> bytes:
+    """The file of a kernel with its key, which runs a command when it is unpickled, and the right checksum."""
+
+    class Command:
+        def __reduce__(self) -> tuple[object, ...]:
+            return os.system, (command,)
+
+    key, _ = pickle.loads(kept.split(b"\n", 1)[1])
+    content = pickle.dumps((key, Command()))
+    return hashlib.sha256(content).hexdigest().encode() + b"\n" + content
+
+
+@pytest.fixture
+def shared() -> Iterator[Path]:
+    """A folder that all users reach, and in which all can write."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        os.chmod(folder, 0o1777)
+        yield Path(folder)
+
+
+@needs_another_user
+@pytest.mark.parametrize("where", ["the folder", "the folder above", "a link", "its own folder"])
+def test_a_kernel_forged_by_another_user_is_not_run(
+    tmp_path: Path, shared: Path, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The attack: where another user can write he replaces a kernel."""
+    cache, ran = tmp_path / "cache", tmp_path / "ran"
+    assert hits(kernel(cache, monkeypatch)) == 0
+    (kept,) = cache.rglob("*.nbc")
+    forged = _forged(kept.read_bytes(), f"touch {ran}")
+    kept.write_bytes(forged)  # it does what it says, where it is trusted
+    with contextlib.suppress(Exception):
+        kernel(cache, monkeypatch)
+    assert ran.exists()
+    ran.unlink()
+    open_to_all = shared / "cache"
+    its = open_to_all / kept.parent.name / kept.name
+    if where in ("the folder", "the folder above"):
+        its.parent.mkdir(parents=True)
+        (its.parent if where == "the folder" else open_to_all).chmod(0o777)
+    with as_stranger():
+        if where == "the folder above":
+            its.parent.rename(open_to_all / "away")
+        if where == "a link":
+            (shared / "its").mkdir()
+            open_to_all.symlink_to(shared / "its")
+        its.parent.mkdir(parents=True, exist_ok=True)
+        its.write_bytes(forged)
+    if where == "a link":  # even where it leads to what is this user's
+        for path in (shared / "its", *(shared / "its").rglob("*")):
+            os.chown(path, 0, 0)
+    trusted.say_unused.cache_clear()
+    with pytest.warns(trusted.UnusedCache, match="Compiled kernels are not kept") as said:
+        made = kernel(open_to_all, monkeypatch)
+    assert hits(made) == 0
+    assert not ran.exists()
+    folder, reason = find_folder(made)
+    assert folder is None
+    assert reason is not None
+    assert str(shared) in reason
+    assert "can be written by other users" in reason or "belongs to the user" in reason
+    assert str(said[0].message).endswith(f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.")
+
+
+@needs_owners
+@pytest.mark.parametrize("place", ["pipe", "huge", "for all", "folder"])
+def test_a_kernel_in_no_proper_file_is_compiled_anew(
+    tmp_path: Path, place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / "cache"
+    assert hits(kernel(cache, monkeypatch)) == 0
+    (kept,) = cache.rglob("*.nbc")
+    assert kept.stat().st_mode & 0o777 == 0o600
+    assert {folder.stat().st_mode & 0o777 for folder in (cache, kept.parent)} == {0o700}
+    assert hits(kernel(cache, monkeypatch)) == 1
+    if place == "for all":
+        kept.chmod(0o666)
+    else:
+        kept.unlink()
+    if place == "pipe":
+        os.mkfifo(kept)
+    elif place == "huge":
+        with kept.open("wb") as file:
+            file.truncate(1 << 36)
+    elif place == "folder":
+        kept.mkdir()
+    assert hits(kernel(cache, monkeypatch)) == 0
+    assert hits(kernel(cache, monkeypatch)) == (0 if place == "folder" else 1)
+
+
+@needs_owners
+def test_beside_the_source_where_others_can_write_is_no_place(tmp_path: Path) -> None:
+    """Then the user's own cache folder is, without a word."""
+    script, home = tmp_path / "shared" / "one.py", tmp_path / "home"
+    script.parent.mkdir()
+    home.mkdir()
+    script.write_text(ONE)
+    script.parent.chmod(0o777)
+    places = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    environment = {name: value for name, value in os.environ.items() if name not in places}
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=300,
+        env={**environment, "HOME": str(home)},
+    )  # fmt: skip
+    assert (done.stdout, done.stderr) == ("0\n", "")
+    assert not list(script.parent.rglob("*.nbc"))
+    assert len(list(home.rglob("one*.nbc"))) == 1
+
+
+@needs_owners
+def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
+    """And the doctor says it among its findings."""
+    tmp_path.chmod(0o777)
+    code = (
+        "from springpot import cli, doctor, trusted; from springpot.simulation import kernel\n"
+        "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
+        "doctor.diagnose.__globals__['processor'] = lambda: kernel.block._cache.load_overload((), None)\n"
+        "assert cli.main(['doctor']) == 0"
+    )
+    places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPRINGPOT_CACHE_DIR": str(tmp_path / "sums")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env={**os.environ, **places}
+    )
+    reason = f"{str(tmp_path)!r} can be written by other users"
+    assert done.stderr == (
+        "springpot: warning: Compiled kernels are not kept, and every process compiles them anew for some seconds, "
+        f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.\n"
+    )
+    (shown,) = (line for line in done.stdout.splitlines() if line.strip().startswith("cache"))
+    assert f"folder none, used False, reason {reason}" in shown
+    assert f"memory_folder {places['SPRINGPOT_CACHE_DIR']}/memory, memory_used False, memory_reason {reason}" in shown
+    assert list(tmp_path.iterdir()) == []

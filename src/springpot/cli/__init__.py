@@ -17,7 +17,7 @@ from cyclopts import CycloptsError
 
 from springpot.cli.commands import app
 from springpot.cli.messages import in_flags, of_the_system, one_sentence, usage
-from springpot.terminal import say
+from springpot.terminal import say, warnings_as_sentences
 
 __all__ = ["main"]
 
@@ -55,12 +55,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0
     """
     try:
-        code = app(
-            sys.argv[1:] if arguments is None else list(arguments),
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
+        with warnings_as_sentences():
+            code = app(
+                sys.argv[1:] if arguments is None else list(arguments),
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
         _flush()
     except CycloptsError as error:
         say(usage(error))

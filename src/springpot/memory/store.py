@@ -2,8 +2,9 @@
 
 The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder of the platform; it may be deleted at any time.  A
 file is written under another name and then moved into place, so that readers never see half of one, and it is read only
-if its digest is right and it answers the very question.  Whatever goes wrong with the folder or a file, a sum is
-computed anew: the store saves time and decides nothing.
+if nobody else can have written it (:mod:`springpot.trusted`), its digest is right and it answers the very question; who
+asks compares what was read with the kernel (:mod:`springpot.memory.exponential_sum`).  Whatever goes wrong with the
+folder or a file, a sum is computed anew: the store saves time and decides nothing.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
+from springpot import trusted
 from springpot.files import write
 from springpot.memory.weights import Floats
 
 __all__ = ["folder", "load", "save"]
 
 Key = Mapping[str, str | float]
+_LARGEST = 1 << 20  # bytes of a file; a sum takes a few kB
 
 
 def folder() -> Path | None:
@@ -55,14 +58,22 @@ def load(key: Key) -> tuple[Floats, Floats, float] | None:
     """Rates, weights and relative error kept under this key, to the bit, or None."""
     if (place := _place(key)) is None:
         return None
+    if reason := trusted.reason_against(place.parent):
+        trusted.say_unused(
+            f"Sums of the memory are not kept on disk, and each is computed anew in about 0.1 s, because {reason}. Set "
+            "SPRINGPOT_CACHE_DIR to a folder that only you can write."
+        )
+        return None
+    if (text := trusted.read(place, _LARGEST)) is None:
+        return None
     try:
-        kept = json.loads(place.read_bytes())
+        kept = json.loads(text)
         content = kept["content"]
         if kept["digest"] != _digest(content) or content["key"] != key:
             return None
         rates, weights = (np.array(content[name], np.float64) for name in ("rates", "weights"))
         return rates, weights, float(content["relative_error"])
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):  # no such file, or not one of ours
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):  # not one of ours
         return None
 
 
@@ -75,8 +86,8 @@ def save(key: Key, rates: Floats, weights: Floats, relative_error: float) -> Non
     }  # fmt: skip
     body = json.dumps({"content": content, "digest": _digest(content)}).encode()
     with contextlib.suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        write(str(place), body)
+        trusted.make_folder(place.parent)
+        write(str(place), body, private=True)
 
 
 def _place(key: Key) -> Path | None:

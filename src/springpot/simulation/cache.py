@@ -5,27 +5,79 @@ also holds a digest of every source file of this folder.  And Numba numbers its 
 compile at the same moment take from one another, so that one may be handed the other's kernel; here each kernel has a
 file of its own, named by its key, that says whose it is and carries a checksum.
 
-A kernel with a part from elsewhere is not kept on disk, for nobody can tell what that part's code depends on.  Where
-no folder can be written, the kernel is compiled anew in each process.
+A kernel with a part from elsewhere is not kept on disk, for nobody can tell what that part's code depends on.
+
+A file of the cache holds machine code, and loading it runs it.  So only a folder is used that no other user can write
+(:mod:`springpot.trusted`): NUMBA_CACHE_DIR if it is set, else the first of Numba's places that is so, which are beside
+the source and in the user's cache folder.  Where there is none, the kernel is compiled anew in each process.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import inspect
 import pickle
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import FunctionCache
+import llvmlite
+import numba
+from numba.core import caching
 from numba.core.serialize import dumps
 
+from springpot import trusted
 from springpot.files import write
 
-__all__ = ["cache_folder", "cached"]
+__all__ = ["cached", "find_folder"]
 
-_DIGEST = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
+_SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))
+_COMPILER = f"{numba.__version__} {llvmlite.__version__}"
+_DIGEST = hashlib.sha256(_SOURCES + _COMPILER.encode()).hexdigest()
+_LARGEST = 64 << 20  # bytes of a file; kernels take less than one MiB
 _HERE = __name__.rpartition(".")[0]
+
+
+class _OnlyTrusted:
+    """Mixed into Numba's places for a cache: a folder is made for this user alone, and one of others' is none."""
+
+    get_cache_path: Callable[[], str]
+
+    def ensure_cache_path(self) -> None:
+        path = self.get_cache_path()
+        trusted.make_folder(path)
+        tempfile.TemporaryFile(dir=path).close()
+
+
+class _Chosen(_OnlyTrusted, caching.UserProvidedCacheLocator):  # type: ignore[misc]
+    """NUMBA_CACHE_DIR."""
+
+
+class _BesideTheSource(_OnlyTrusted, caching.InTreeCacheLocator):  # type: ignore[misc]
+    """``__pycache__``."""
+
+
+class _OfTheUser(_OnlyTrusted, caching.UserWideCacheLocator):  # type: ignore[misc]
+    """Numba's folder among the user's caches."""
+
+
+class _InTrustedFolders(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    """Finds the folder, or raises RuntimeError with a reason that follows "because"."""
+
+    def __init__(self, function: Any) -> None:
+        chosen = caching.config.CACHE_DIR
+        # never another place than the one chosen
+        self._locator_classes = (_Chosen,) if chosen else (_BesideTheSource, _OfTheUser)
+        try:
+            super().__init__(function)
+            folder = self.locator.get_cache_path()  # NUMBA_CACHE_LOCATOR_CLASSES may have named another than ours
+        except RuntimeError:
+            last = self._locator_classes[-1](function, inspect.getfile(function)).get_cache_path()
+            raise RuntimeError(trusted.reason_against(last) or f"{last!r} cannot be written") from None
+        if reason := trusted.reason_against(folder):
+            raise RuntimeError(reason)
 
 
 def _from_elsewhere(kind: Any) -> bool:
@@ -45,11 +97,8 @@ class _Files:
         return self.folder / f"{self.base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:24]}.nbc"
 
     def load(self, key: Any) -> Any:
-        """What was saved under a key, or None if nothing was, or it is damaged."""
-        try:
-            checksum, content = self._place(key).read_bytes().split(b"\n", 1)
-        except (OSError, ValueError):
-            return None
+        """What was saved under a key, or None if nothing was, or it is damaged, or others could have written it."""
+        checksum, _, content = (trusted.read(self._place(key), _LARGEST) or b"").partition(b"\n")
         if hashlib.sha256(content).hexdigest().encode() != checksum:
             return None
         saved_under, data = pickle.loads(content)
@@ -58,10 +107,13 @@ class _Files:
     def save(self, key: Any, data: Any) -> None:
         """Save under a key: at once or not at all, whoever else does so."""
         content = dumps((key, data))
-        write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+        if trusted.reason_against(self.folder) is None:
+            write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content, private=True)
 
 
-class _SourceCache(FunctionCache):  # type: ignore[misc]
+class _SourceCache(caching.FunctionCache):  # type: ignore[misc]
+    _impl_class = _InTrustedFolders
+
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         self._cache_file = _Files(self._cache_path, self._impl.filename_base)
@@ -78,13 +130,28 @@ class _SourceCache(FunctionCache):  # type: ignore[misc]
                 super().save_overload(sig, data)
 
 
+class _NoCache(caching.NullCache):  # type: ignore[misc]
+    """Keeps nothing, and says why when it is first asked."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+
+    def load_overload(self, sig: Any, target_context: Any) -> None:
+        trusted.say_unused(
+            f"Compiled kernels are not kept, and every process compiles them anew for some seconds, because "
+            f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
+        )
+
+
 def cached(dispatcher: Any) -> Any:
     """Give a Numba dispatcher the disk cache, if there is a folder for it, and return it."""
-    with contextlib.suppress(RuntimeError):  # Numba found no folder that it can write to
+    try:
         dispatcher._cache = _SourceCache(dispatcher.py_func)
+    except RuntimeError as error:
+        dispatcher._cache = _NoCache(str(error))
     return dispatcher
 
 
-def cache_folder(dispatcher: Any) -> str | None:
-    """The folder in which a dispatcher's compiled code is kept, or None."""
-    return getattr(dispatcher._cache, "cache_path", None)
+def find_folder(dispatcher: Any) -> tuple[str | None, str | None]:
+    """The folder in which a dispatcher's compiled code is kept, or None and the reason why there is none."""
+    return getattr(dispatcher._cache, "cache_path", None), getattr(dispatcher._cache, "reason", None)

@@ -1,0 +1,224 @@
+"""Files that nobody but this user can have written: where a cache may be read from.
+
+A cached kernel is machine code, and whoever can write it runs commands as the user who loads it.  So a cache is used
+only where its folder and its files belong to this user or to the administrator, nobody else can write them, and nobody
+else can put another folder in their place: each folder above is checked in the same way, with each symbolic link on the
+way.  A folder like ``/tmp``, in which others can write and where the sticky bit keeps them from moving what is not
+theirs, may be one of those above.
+
+A group may write where it is this user's own (the group of one user that many systems make).  Without user numbers
+(Windows) a folder is trusted if it lies in the user's home, which other users cannot write unless they are let in.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import warnings
+from functools import lru_cache
+from pathlib import Path
+
+__all__ = ["UntrustedFolder", "UnusedCache", "make_folder", "read", "reason_against", "say_unused"]
+
+_MOST_LINKS = 40  # as in Linux
+
+
+class UntrustedFolder(OSError):
+    """Somebody else can write in a folder, or put another one in its place; the message is the reason."""
+
+
+class UnusedCache(UserWarning):
+    """A cache is not used, and what it would hold is computed anew."""
+
+
+@lru_cache(maxsize=64)
+def say_unused(sentence: str) -> None:
+    """Warn that a cache is not used, once in a process."""
+    warnings.warn(sentence, UnusedCache, stacklevel=2)
+
+
+def reason_against(folder: str | os.PathLike[str]) -> str | None:
+    """Why files in a folder are not to be trusted, or None if they are.
+
+    Parameters
+    ----------
+    folder : path
+        What does not exist yet is not looked at; what exists of the folders above it is.
+
+    Returns
+    -------
+    str or None
+        The reason, in words that follow "because".
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as private:
+    ...     alone = reason_against(private)
+    ...     os.chmod(private, 0o777)
+    ...     open_to_all = reason_against(private)
+    >>> alone is None, "can be written by other users" in open_to_all
+    (True, True)
+    """
+    path = Path(os.path.abspath(folder))
+    if not hasattr(os, "geteuid"):
+        return _against_outside_home(path)
+    try:
+        return _against(path)
+    except OSError as error:
+        return f"{str(path)!r} cannot be looked at ({error.strerror})"
+
+
+def make_folder(folder: str | os.PathLike[str]) -> None:
+    """Make a folder, and those above it, for this user alone, if it can be trusted.
+
+    Raises
+    ------
+    UntrustedFolder
+        If it cannot; nothing was made then.
+    OSError
+        If it cannot be made.
+    """
+    if reason := reason_against(folder):
+        raise UntrustedFolder(reason)
+    path = Path(os.path.abspath(folder))
+    for place in (*reversed(path.parents), path):
+        with contextlib.suppress(FileExistsError):
+            if not place.is_dir():
+                place.mkdir(mode=0o700)
+    if reason := reason_against(path):  # of what was made meanwhile by another
+        raise UntrustedFolder(reason)
+
+
+def read(path: str | os.PathLike[str], most: int) -> bytes | None:
+    """What a file holds, or None if there is no such file, or it is not to be trusted, or it is longer than ``most``.
+
+    Only a regular file is read, and the file that is opened is the one that is checked: what is put in its place
+    afterwards is not read.  Neither a pipe nor a device can keep the caller waiting.
+
+    Parameters
+    ----------
+    path : path
+    most : int
+        In bytes.
+
+    Returns
+    -------
+    bytes or None
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as private:
+    ...     place = Path(private) / "some"
+    ...     _ = place.write_bytes(b"words")
+    ...     os.chmod(place, 0o600)
+    ...     read(place, 5), read(place, 4)
+    (b'words', None)
+    """
+    path = Path(path)
+    if reason_against(path.parent) is not None:
+        return None
+    flags = os.O_RDONLY
+    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY"):
+        flags |= getattr(os, name, 0)
+    try:
+        opened = os.open(path, flags)
+    except OSError:
+        return None
+    try:
+        found = os.fstat(opened)
+        if not stat.S_ISREG(found.st_mode) or found.st_size > most:
+            return None
+        if hasattr(os, "geteuid") and (not _ours(found) or _writable_by_others(found, opened)):
+            return None
+        parts, left = [], most + 1
+        while left and (part := os.read(opened, left)):
+            parts.append(part)
+            left -= len(part)
+    except OSError:
+        return None
+    finally:
+        os.close(opened)
+    return b"".join(parts) if left else None
+
+
+def _against(path: Path) -> str | None:
+    """Go down from the root as the system does, link by link; what is not there yet, nobody can have written."""
+    waiting, here, links = list(reversed(path.parts[1:])), Path(path.anchor), 0
+    while True:
+        try:
+            found = os.lstat(here)
+        except FileNotFoundError:
+            return None
+        if stat.S_ISLNK(found.st_mode):
+            links += 1
+            if not _ours(found):
+                return f"the link {str(here)!r} belongs to {_owner(found)}"
+            if links > _MOST_LINKS:
+                return f"{str(path)!r} leads in a circle"
+            target = Path(os.readlink(here))
+            here = Path(target.anchor) if target.is_absolute() else here.parent
+            waiting += reversed(target.parts[1:] if target.is_absolute() else target.parts)
+            continue
+        if not stat.S_ISDIR(found.st_mode):
+            return f"{str(here)!r} is not a folder"
+        if not _ours(found):
+            return f"{str(here)!r} belongs to {_owner(found)}"
+        if _writable_by_others(found, here) and not (waiting and found.st_mode & stat.S_ISVTX):
+            return f"{str(here)!r} can be written by other users"
+        if not waiting:
+            return None
+        name = waiting.pop()
+        here = here.parent if name == ".." else here / name
+
+
+def _ours(found: os.stat_result) -> bool:
+    return found.st_uid in (0, os.geteuid())
+
+
+def _owner(found: os.stat_result) -> str:
+    import pwd
+
+    with contextlib.suppress(KeyError):
+        return f"the user {pwd.getpwuid(found.st_uid).pw_name!r}"
+    return f"the user of number {found.st_uid}"
+
+
+def _writable_by_others(found: os.stat_result, place: Path | int) -> bool:
+    if found.st_mode & stat.S_IWOTH:
+        return True
+    return bool(found.st_mode & stat.S_IWGRP) and not (_group_of_one(found.st_gid) and not _has_list(place))
+
+
+@lru_cache(maxsize=64)
+def _group_of_one(group: int) -> bool:
+    """Whether no other user is in a group."""
+    import grp
+    import pwd
+
+    try:
+        mine = pwd.getpwuid(os.geteuid())
+        members = set(grp.getgrgid(group).gr_mem)
+        members |= {user.pw_name for user in pwd.getpwall() if user.pw_gid == group}
+    except (KeyError, OSError):
+        return False
+    return mine.pw_gid == group and members == {mine.pw_name}
+
+
+def _has_list(place: Path | int) -> bool:
+    """Whether an access list lets in others than those of the mode."""
+    try:
+        return "system.posix_acl_access" in os.listxattr(place)
+    except (AttributeError, OSError):
+        return False
+
+
+def _against_outside_home(path: Path) -> str | None:
+    try:
+        home = Path.home().resolve()
+        inside = path.resolve().is_relative_to(home)
+    except (OSError, RuntimeError):
+        return "this user has no home"
+    return None if inside else f"{str(path)!r} is outside this user's home {str(home)!r}"
