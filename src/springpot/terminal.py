@@ -123,7 +123,7 @@ def warnings_as_sentences() -> Iterator[None]:
         else:
             before(message, category, *place, **more)
 
-    warnings.showwarning = show  # type: ignore[assignment]
+    warnings.showwarning = show
     try:
         yield
     finally:
