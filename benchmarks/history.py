@@ -76,7 +76,7 @@ def paper_by_history(quick: bool) -> list[Row]:
     def point(order: float) -> object:
         return run(
             Oscillator(springpot=Springpot(order, 1.0)), scheme="grunwald", paths=ours_paths, threads=1,
-            duration=STEP * ours_steps, step=STEP,
+            duration=STEP * ours_steps, step=STEP, start="rest",
         )  # fmt: skip
 
     point(0.5)

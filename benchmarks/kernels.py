@@ -156,7 +156,7 @@ def parts_of(
     oscillator: Oscillator, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
 ) -> Parts:
     """What `block` needs for ``steps`` steps."""
-    settings = resolve(oscillator, duration=step * steps, step=step)
+    settings = resolve(oscillator, duration=step * steps, step=step, start="rest")
     if precision == "float64":
         settings = replace(settings, memory_tolerance=9e-8)
     made = tables(oscillator, settings)

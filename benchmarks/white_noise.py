@@ -135,7 +135,7 @@ def white_noise_wall(quick: bool) -> list[Row]:
     times = 1 if quick else 3
 
     def ours() -> dict[str, float]:
-        found = run(oscillator, paths=paths, duration=STEP * steps, step=STEP)
+        found = run(oscillator, paths=paths, duration=STEP * steps, step=STEP, start="rest")
         return {"mean": found.values["amplitude_mean_square"], "error": found.errors["amplitude_mean_square"]}
 
     found = ours()

@@ -54,7 +54,7 @@ def _peak_bytes(paths: int, steps: int) -> int:
     """The most memory that NumPy and Python held during a run."""
     tracemalloc.start()
     try:
-        run(Oscillator(), paths=paths, duration=0.01 * steps, step=0.01, threads=1)
+        run(Oscillator(), paths=paths, duration=0.01 * steps, step=0.01, start="rest", threads=1)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -436,7 +436,9 @@ def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pyte
 @pytest.mark.parametrize(
     ("words", "first"),
     [
-        ("", "simulating"),
+        ("", "finding the stationary start"),
+        ("--initial-position 1", "simulating"),
+        ("--coefficient 0", "simulating"),
         ("--start rest", "simulating"),
         ("--start stationary", "finding the stationary start"),
         ("--rtol 0.01", "finding the stationary start"),

@@ -253,7 +253,7 @@ def test_the_envelope_on_its_way_from_rest(order: float, position: float, restit
     theory = envelope(problem)
     for share in (0.3, 0.7, 1.2, 2.0, 4.0):
         end = round(share * theory.amplitude_mean_square, 1)
-        found = run(problem, paths=20_000, duration=end, step=0.05)
+        found = run(problem, paths=20_000, duration=end, step=0.05, start="rest")
         value, error = found.values["amplitude_mean_square_end"], found.errors["amplitude_mean_square_end"]
         gap = abs(float(theory.amplitude_mean_square_at(end)) - value)
         assert error < 0.01 * value

@@ -23,7 +23,7 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
     runs = [
         sp.run(
             sp.Oscillator(OMEGA, sp.Springpot(order, C), excitation=sp.WhiteNoise(q)),
-            scheme="grunwald", paths=1500, step=2e-3, seed=int(100 * order + q),
+            scheme="grunwald", start="rest", paths=1500, step=2e-3, seed=int(100 * order + q),
         )
         for order in orders
     ]  # fmt: skip

@@ -15,7 +15,7 @@ oscillator = sp.Oscillator(
     springpot=sp.Springpot(order=0.5, coefficient=0.1), barrier=sp.Barrier(position=-1.0, restitution=0.9)
 )
 envelope = sp.theory.envelope(oscillator)
-run = sp.run(oscillator, paths=2000, record=2000, duration=120.0, step=0.05)
+run = sp.run(oscillator, paths=2000, record=2000, duration=120.0, step=0.05, start="rest")
 spread = np.sqrt(envelope.amplitude_mean_square)
 
 figure, axes = plt.subplots(figsize=(6.6, 4.2))

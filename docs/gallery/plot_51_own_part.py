@@ -36,7 +36,7 @@ def push_of_the_hardening_spring(load, n, x, v, e, g):
 
 def x_mean_square(kappa, step=0.02):
     oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0))
-    settings = resolve(oscillator, paths=6400, duration=60.0, step=step, window=(15.0, 60.0))
+    settings = resolve(oscillator, paths=6400, duration=60.0, step=step, window=(15.0, 60.0), start="rest")
     made = tables(oscillator, settings)  # with unit scales, since this oscillator's are 1
     rows = advance(oscillator, settings, replace(made, load=HardeningSpring(made.load.strength, kappa * step))).rows
     squares = rows[:, COLUMNS.index("x_square")] / np.diff(settings.window_steps)

@@ -63,9 +63,9 @@ def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) ->
 
 
 def test_a_shown_path_is_a_path_of_the_run() -> None:
-    settings = resolve(LOSSY, paths=129, seed=5)
+    settings = resolve(LOSSY, paths=129, seed=5, start="rest")
     gathering = Gathering(LOSSY, settings)
-    run = sp.run(LOSSY, paths=129, seed=5, record=129)
+    run = sp.run(LOSSY, paths=129, seed=5, record=129, start="rest")
     assert blocks(settings) == 3
     for number in range(3):
         shown = record(LOSSY, settings, gathering.made, number)
@@ -79,7 +79,9 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
     from springpot.simulation.ensemble import advance, tables
 
     for oscillator in (sp.Oscillator(), LOSSY):
-        settings = resolve(oscillator, paths=64, record=64, seed=2, window=(0.0, 100.0 / oscillator.natural_frequency))
+        settings = resolve(
+            oscillator, paths=64, record=64, seed=2, window=(0.0, 100.0 / oscillator.natural_frequency), start="rest"
+        )
         found = advance(oscillator, settings, tables(oscillator, settings))
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
         marked = sum(impacts(oscillator, settings.step, *path.T).size for path in found.record)
@@ -88,10 +90,10 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
 
 
 def test_growth_is_the_mean_over_recorded_paths() -> None:
-    gathering = gathered(LOSSY, paths=256, seed=3)
+    gathering = gathered(LOSSY, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
     times = growth_times(LOSSY, gathering.settings)
-    run = sp.run(LOSSY, paths=256, seed=3, record=256)
+    run = sp.run(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / LOSSY.natural_frequency) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
     width = times[1] - times[0]
@@ -102,7 +104,7 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
 
 
 def test_a_path_is_shown_once_and_whole() -> None:
-    settings = resolve(LOSSY, paths=64)
+    settings = resolve(LOSSY, paths=64, start="rest")
     shown = record(LOSSY, settings, Gathering(LOSSY, settings).made, 0)
     player = Player(shown, natural_frequency=LOSSY.natural_frequency)
     times, x, struck = [], [], []

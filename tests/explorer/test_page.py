@@ -283,7 +283,7 @@ def test_theory_of_another_question_is_neither_shown_as_this_one_nor_saved(brows
             return str(tab.page.evaluate(old))
 
         assert now_old(lambda: tab.page.locator("#seed").fill("5")) == ""
-        assert now_old(lambda: tab.page.locator("#start").select_option("stationary")) == "growth"
+        assert now_old(lambda: tab.page.locator("#start").select_option("rest")) == "growth"
         theory = "amplitude,growth,impact_speed,v,x"
         assert now_old(lambda: tab.page.locator("#field-order").fill("0.7")) == theory
         assert now_old(lambda: tab.page.locator("#field-restitution").fill("0.9")) == "amplitude,curve" + theory[9:]
@@ -379,8 +379,6 @@ def test_what_has_no_answer_is_said(context: BrowserContext, server: Server) -> 
     with opened(context, server, f"a=0&{QUICK}") as page:
         assert "no method has a stationary answer" in page.page.locator("#warnings").inner_text()
         assert "growing response" in page.page.locator("#warnings").inner_text()
-        page.page.locator("#start").select_option("stationary")
-        page.page.locator("#banner").filter(has_text="stationary").wait_for()
         page.changed(lambda: page.page.locator("#preset").select_option("free"))
         assert page.theory("exact") > 0.0
         assert page.page.locator("#slider-restitution").is_disabled()

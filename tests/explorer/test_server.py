@@ -281,8 +281,8 @@ def test_a_refusal_says_why(server: Server) -> None:
     with tab(server) as asking:
         asking.say(kind="problem", order=2)
         assert "order" in asking.until("refused")["sentence"]
-        asking.say(kind="problem", generation=5, order=0, start="stationary")
-        assert "no" in asking.until("trouble", generation=5)["sentence"]
+        asking.say(kind="problem", generation=5, coefficient=1e-3, paths=100_000)
+        assert "paths" in asking.until("trouble", generation=5)["sentence"]
         asking.say(**{**SMALL, "generation": 6})  # and the tab goes on
         asking.until("estimates", complete=True, generation=6)
 

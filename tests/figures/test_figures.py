@@ -26,13 +26,32 @@ FREQUENCIES = np.linspace(0.5, 2.4, 12)
 def recorded() -> Run:
     """Every path recorded from rest, so that averages of the run can be told from its record."""
     return sp.run(
-        oscillator(1.0, 0.3, restitution=0.9), paths=64, record=64, duration=40.0, step=0.01, window=(0.0, 40.0)
+        oscillator(1.0, 0.3, restitution=0.9),
+        paths=64,
+        record=64,
+        duration=40.0,
+        step=0.01,
+        window=(0.0, 40.0),
+        start="rest",
     )
 
 
 @cache
+def adapted() -> Run:
+    return sp.run(oscillator(1.0, 0.3), paths=64, record=8, duration=1.0, step=0.02)
+
+
+@cache
 def counted() -> Run:
-    return sp.run(oscillator(1.0, 0.5), paths=640, duration=60.0, step=0.02, distributions=True, spectrum=FREQUENCIES)
+    return sp.run(
+        oscillator(1.0, 0.5),
+        paths=640,
+        duration=60.0,
+        step=0.02,
+        distributions=True,
+        spectrum=FREQUENCIES,
+        start="rest",
+    )
 
 
 @cache
@@ -276,6 +295,8 @@ def test_known_slopes_are_drawn_as_they_are() -> None:
         (lambda: figures.spectrum(recorded()), ValueError, "spectrum= frequencies"),
         (lambda: figures.correlation(recorded(), at=[50.0]), ValueError, "shorter than the 40 s"),
         (lambda: figures.correlation(recorded(), at=[-1.0]), ValueError, "at least 0 s"),
+        (lambda: figures.transient(adapted()), ValueError, "data must be of a run from rest"),
+        (lambda: figures.survival(adapted(), 1.0), ValueError, "data must be of a run from rest"),
         (lambda: figures.transient(None), ValueError, "at must say when"),
         (lambda: figures.transient(recorded(), "impact_rate"), ValueError, "quantity must be one of"),
         (lambda: figures.survival(recorded(), -1.0), ValueError, "level must be a positive"),

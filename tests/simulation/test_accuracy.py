@@ -112,14 +112,16 @@ def test_order_of_slow_impacts() -> None:
 @pytest.mark.parametrize(("order", "restitution", "position"), [(0.3, 0.7, 0.0), (0.5, 1.0, 0.4), (1.0, 0.9, -0.5)])
 def test_the_energy_balance_has_mean_zero_at_any_step(order: float, restitution: float, position: float) -> None:
     """So it may serve as a control: a bias of the balance would be a bias of everything controlled by it."""
-    found = run(oscillator(order, 1.0, 1.0, 1.0, position, restitution), paths=200_000, duration=30.0, step=0.4)
+    found = run(
+        oscillator(order, 1.0, 1.0, 1.0, position, restitution), paths=200_000, duration=30.0, step=0.4, start="rest"
+    )
     assert found.errors["energy_residual"] < 2e-3
     assert abs(found.values["energy_residual"]) < 4.0 * found.errors["energy_residual"]
 
 
 def test_the_control_takes_out_most_of_the_spread_and_no_mean() -> None:
     problem = oscillator(1.0)
-    settings = resolve(problem, paths=20_000, duration=60.0, step=0.1, window=(20.0, 60.0))
+    settings = resolve(problem, paths=20_000, duration=60.0, step=0.1, window=(20.0, 60.0), start="rest")
     made = tables(problem, settings)
     found = linearised(problem, settings, made, advance(problem, settings, made).rows)
     raw = found["amplitude_mean_square"][1]

@@ -262,7 +262,7 @@ def tried(number: int, problem: Problem) -> list[Held]:
     held = []
     if problem.options:
         seeds = range(20_000 * number, 20_000 * number + TRIALS)
-        runs = [run(problem.oscillator, seed=seed, threads=1, **problem.options) for seed in seeds]
+        runs = [run(problem.oscillator, seed=seed, threads=1, **problem.options, start="rest") for seed in seeds]
         held.append(scaled(problem, "plain", runs, sampling))
     if problem.rtol > 0.0:
         seeds = range(20_000 * number + 10_000, 20_000 * number + 10_000 + TRIALS)

@@ -24,13 +24,13 @@ from .problems import assert_agrees, oscillator, truncated_gaussian
 @pytest.mark.parametrize("step", [0.02, 0.3])
 def test_order_1_elastic_wall_is_exact_at_any_step(position: float, step: float) -> None:
     problem = oscillator(1.0, 0.8, 1.3, 2.0, position)
-    found = run(problem, paths=12_000, duration=120.0, step=step, window=(20.0, 120.0))
+    found = run(problem, paths=12_000, duration=120.0, step=step, window=(20.0, 120.0), start="rest")
     assert_agrees(found, truncated_gaussian(position, 0.8, 1.3, 2.0))
     assert abs(found.values["energy_residual"]) < 4 * found.errors["energy_residual"]
 
 
 def test_order_1_displacement_is_half_normal_and_impact_speed_rayleigh() -> None:
-    found = run(oscillator(1.0), paths=40_000, duration=20.0, step=0.1, record=40_000)
+    found = run(oscillator(1.0), paths=40_000, duration=20.0, step=0.1, record=40_000, start="rest")
     x, v = found.record[:, -1].T
     assert stats.kstest(x, stats.halfnorm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
     assert stats.kstest(v, stats.norm(scale=math.sqrt(0.5)).cdf).pvalue > 1e-3
@@ -51,13 +51,13 @@ def test_order_1_transient_from_rest(time: float, scheme: str) -> None:
         "v_mean_square_end": q / (2 * c) * (1 - fading * (1 - zeta * w / wd * double + bow)),
     }
     step = 0.01 if scheme == "default" else 1e-3
-    found = run(oscillator(1.0, c, w, q), paths=120_000, duration=time, step=step, scheme=scheme)
+    found = run(oscillator(1.0, c, w, q), paths=120_000, duration=time, step=step, scheme=scheme, start="rest")
     assert_agrees(found, exact)
 
 
 @pytest.mark.parametrize("position", [None, 0.0])
 def test_order_0_stores_and_does_not_dissipate(position: float | None) -> None:
-    found = run(oscillator(0.0, 0.6, 1.0, 1.0, position), paths=100_000, duration=15.0, step=0.02)
+    found = run(oscillator(0.0, 0.6, 1.0, 1.0, position), paths=100_000, duration=15.0, step=0.02, start="rest")
     rows = found.values, found.errors
     energy = 0.5 * (rows[0]["v_mean_square_end"] + 1.6 * rows[0]["x_mean_square_end"])
     error = 0.5 * (rows[1]["v_mean_square_end"] + 1.6 * rows[1]["x_mean_square_end"])
@@ -94,7 +94,9 @@ def test_paper_scheme_without_wall_obeys_its_own_lyapunov_equation(step: float) 
     covariance = linalg.solve_discrete_lyapunov(matrix, noise @ noise.T)
     exact = {"x_mean_square": covariance[0, 0], "v_mean_square": covariance[1, 1]}
     assert covariance.trace() > 1.01  # the step shows, so this is no test of the continuous limit
-    found = run(oscillator(1.0, c, w, q, None), paths=30_000, duration=200.0, step=step, scheme="grunwald")
+    found = run(
+        oscillator(1.0, c, w, q, None), paths=30_000, duration=200.0, step=step, scheme="grunwald", start="rest"
+    )
     assert_agrees(found, exact, sharp=0.002)
 
 
@@ -110,7 +112,7 @@ def test_weak_order_of_the_default_scheme_is_two(order: float) -> None:
     exact = [sum(integrate.quad(power, *p, args=(m,), limit=400, epsabs=1e-12)[0] for p in pieces) for m in (0, 2)]
     biases = []
     for step in (0.2, 0.05):
-        settings = resolve(problem, paths=1, duration=240.0, step=step)
+        settings = resolve(problem, paths=1, duration=240.0, step=step, start="rest")
         made = tables(problem, settings)
         normals = np.zeros(settings.steps, np.float32)
         normals[0] = 1.0
@@ -166,7 +168,7 @@ def test_stationary_identities(order: float, coefficient: float, restitution: fl
 )
 def test_strong_losses_against_published_simulation(restitution: float, energy: float, error: float) -> None:
     """Mean energy at c = q = 0.1, from an independent Monte Carlo; near the renewal formula, far from averaging."""
-    found = run(oscillator(1.0, 0.1, 1.0, 0.1, 0.0, restitution), paths=20_000, duration=300.0, step=0.01)
+    found = run(oscillator(1.0, 0.1, 1.0, 0.1, 0.0, restitution), paths=20_000, duration=300.0, step=0.01, start="rest")
     value = 0.5 * found.values["amplitude_mean_square"]
     spread = 0.5 * found.errors["amplitude_mean_square"]
     assert spread < 0.005 * energy
@@ -253,10 +255,10 @@ def test_a_grazing_impact_between_two_points_above_the_wall_is_not_missed() -> N
 
 def test_columns_of_the_springpot_where_they_are_known() -> None:
     """At order 0 the force is C x, at order 1 it is C v."""
-    spring = run(oscillator(0.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0))
+    spring = run(oscillator(0.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0), start="rest")
     assert spring.values["springpot_force_mean"] == pytest.approx(0.7 * spring.values["x_mean"], rel=2e-3)
     assert spring.values["springpot_virial"] == pytest.approx(0.7 * spring.values["x_mean_square"], rel=2e-3)
-    dashpot = run(oscillator(1.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0))
+    dashpot = run(oscillator(1.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0), start="rest")
     assert dashpot.values["springpot_power"] == pytest.approx(0.7 * dashpot.values["v_mean_square"], rel=6e-3)
     start = run(oscillator(1.0, 0.7, 1.0, 0.0, None), paths=1, duration=1.0, step=1e-3, window=(0.0, 1.0),
                 initial_position=1.0, record=1)  # fmt: skip
@@ -264,7 +266,7 @@ def test_columns_of_the_springpot_where_they_are_known() -> None:
 
 
 def test_energies_below_the_collapse_do_not_depend_on_the_step() -> None:
-    runs = [run(oscillator(1.0, 0.5, restitution=0.1), paths=20_000, step=step, seed=i) for i, step in
+    runs = [run(oscillator(1.0, 0.5, restitution=0.1), paths=20_000, step=step, seed=i, start="rest") for i, step in
             enumerate((0.02, 0.005))]  # fmt: skip
     for name in ("x_mean_square", "v_mean_square"):
         values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
@@ -317,7 +319,7 @@ def test_chatter_against_a_preload_ends_at_rest() -> None:
 
 
 def test_chatter_under_noise_ends_too() -> None:
-    found = run(oscillator(0.5, 1.0, 1.0, 1.0, 0.3, 0.05), paths=500, duration=50.0)
+    found = run(oscillator(0.5, 1.0, 1.0, 1.0, 0.3, 0.05), paths=500, duration=50.0, start="rest")
     assert found.diagnostics["collapses"] > 0
     assert any("impact rate and speeds are undefined" in w for w in found.warnings)
     assert math.isnan(found.values["impact_rate"])

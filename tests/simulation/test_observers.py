@@ -27,6 +27,7 @@ def watched() -> Run:
         observables={"kinetic": lambda t, x, v: 0.5 * v * v, "place": lambda t, x, v: x, "instant": lambda t, x, v: t},
         impact_observables={"dose": lambda speed: speed**2, "hard": lambda speed: 1.0 if speed > 1.0 else 0.0},
         distributions=True,
+        start="rest",
     )
 
 
@@ -51,6 +52,7 @@ def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> Non
         observables={"cube": lambda t, x, v: x * v * v, "place": lambda t, x, v: x, "speed": lambda t, x, v: v * v},
         impact_observables={"first": lambda speed: speed},
         distributions=True,
+        start="rest",
     )
     values = found.values
     assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)
@@ -113,6 +115,7 @@ def test_the_same_bits_for_any_number_of_threads_and_no_effect_on_the_run() -> N
             threads=threads,
             distributions=distributions,
             observables={"cube": lambda t, x, v: x**3} if distributions else None,
+            start="rest",
         )
 
     first, *others = (observed(threads) for threads in (1, 2, 3))
@@ -148,7 +151,7 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     """No wall: q / (2 pi) over the squared dynamic stiffness; order 1 with a wall: that of the modulus."""
     problem = sp.Oscillator(2.0, sp.Springpot(order, 0.8), None if side is None else sp.Barrier(side="below"))  # type: ignore[arg-type]
     frequency = np.linspace(0.2, 6.4, 32)
-    found = run(problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency)
+    found = run(problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency, start="rest")
     assert found.spectrum is not None
     if side is None:
         exact = 1.0 / (2.0 * np.pi) / np.abs(4.0 - frequency**2 + 0.8 * (1j * frequency) ** order) ** 2
@@ -167,14 +170,23 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     data = found.to_dataset()
     assert data["x_spectrum"].attrs["units"] == "m2 s rad-1"
     assert data["x_spectrum"].sizes == {"frequency": 32}
-    again = run(problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency, threads=1)
+    again = run(
+        problem,
+        paths=4000,
+        duration=320.0,
+        step=0.02,
+        window=(20.0, 320.0),
+        spectrum=frequency,
+        threads=1,
+        start="rest",
+    )
     assert again.spectrum is not None
     assert again.spectrum.density.tobytes() == found.spectrum.density.tobytes()
 
 
 def test_a_short_window_blurs_a_peak_as_it_is_said_to() -> None:
     problem = oscillator(1.0, 0.2, position=None)  # a Lorentzian peak of half-width 0.1 at 1 rad/s
-    found = run(problem, paths=8000, duration=180.0, step=0.05, window=(60.0, 180.0), spectrum=[1.0])
+    found = run(problem, paths=8000, duration=180.0, step=0.05, window=(60.0, 180.0), spectrum=[1.0], start="rest")
     assert found.spectrum is not None
     exact = 1.0 / (2.0 * math.pi * 0.2**2)
     lowered = 1.0 - float(found.spectrum.density[0]) / exact
@@ -186,8 +198,8 @@ def test_low_frequencies_alone_are_not_disturbed_by_what_lies_above() -> None:
     """Samples follow the oscillator, not the frequencies asked for: nothing folds back."""
     problem = oscillator(1.0, 0.5, position=None)
     given: dict[str, Any] = {"paths": 4000, "duration": 420.0, "step": 0.05, "window": (20.0, 420.0)}
-    alone = run(problem, spectrum=[0.05], **given).spectrum
-    beside = run(problem, spectrum=[0.05, 2.5], **given).spectrum
+    alone = run(problem, spectrum=[0.05], **given, start="rest").spectrum
+    beside = run(problem, spectrum=[0.05, 2.5], **given, start="rest").spectrum
     assert alone is not None
     assert beside is not None
     exact = 1.0 / (2.0 * math.pi) / ((1.0 - 0.05**2) ** 2 + (0.5 * 0.05) ** 2)
@@ -198,7 +210,9 @@ def test_low_frequencies_alone_are_not_disturbed_by_what_lies_above() -> None:
 
 def test_only_paths_of_the_run_are_counted() -> None:
     """One path, of the 64 that a block advances: its distribution is that of its own record."""
-    found = run(oscillator(restitution=0.8), paths=1, duration=60.0, step=0.04, record=1, distributions=True)
+    found = run(
+        oscillator(restitution=0.8), paths=1, duration=60.0, step=0.04, record=1, distributions=True, start="rest"
+    )
     own = found.record[0, 751:, 0][::4]
     assert found.distributions["x"].size == pytest.approx(own.size, abs=1)
     assert float(found.distributions["x"].quantile(0.5)[0]) == pytest.approx(float(np.median(own)), rel=0.03)
@@ -212,7 +226,12 @@ def test_only_paths_of_the_run_are_counted() -> None:
 def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float) -> None:
     """A preload presses the mass to the wall: bins are counted from there."""
     found = run(
-        oscillator(1.0, 0.5, 1.0, intensity, position), paths=20_000, duration=40.0, step=0.02, distributions=True
+        oscillator(1.0, 0.5, 1.0, intensity, position),
+        paths=20_000,
+        duration=40.0,
+        step=0.02,
+        distributions=True,
+        start="rest",
     )
     spread = math.sqrt(intensity)
     law = stats.truncnorm(position / spread, math.inf, scale=spread)
@@ -230,7 +249,9 @@ def test_an_observable_takes_what_it_captures_as_it_is_now() -> None:
         return factor * captured[0] * x
 
     def value() -> float:
-        return run(oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}).values["scaled"]
+        return run(
+            oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest"
+        ).values["scaled"]
 
     once = value()
     factor = 2.0
@@ -246,7 +267,7 @@ def test_an_observable_that_raises_is_no_number(capfd: pytest.CaptureFixture[str
             raise ValueError("too far")
         return x
 
-    found = run(oscillator(), paths=64, duration=8.0, step=0.04, observables={"picky": picky})
+    found = run(oscillator(), paths=64, duration=8.0, step=0.04, observables={"picky": picky}, start="rest")
     assert math.isnan(found.values["picky"])
     assert any("observable picky is not a finite number" in sentence for sentence in found.warnings)
     assert math.isfinite(found.values["x_mean"])
@@ -268,19 +289,19 @@ def test_the_error_of_an_observable_does_not_depend_on_its_origin() -> None:
 def test_a_window_of_one_step_is_sampled() -> None:
     for begin in (1.9, 1.92, 1.94, 1.96):
         window = (begin, begin + 0.02)
-        found = run(oscillator(), paths=128, duration=2.0, step=0.02, window=window, distributions=True)
+        found = run(oscillator(), paths=128, duration=2.0, step=0.02, window=window, distributions=True, start="rest")
         assert found.distributions["x"].size == 128.0
         assert np.isfinite(found.extremes["x_maximum"]).all()
 
 
 def test_the_papers_scheme_shows_how_far_it_goes_behind_the_wall() -> None:
-    found = run(oscillator(), paths=640, duration=40.0, step=0.02, scheme="grunwald", distributions=True)
+    found = run(oscillator(), paths=640, duration=40.0, step=0.02, scheme="grunwald", distributions=True, start="rest")
     assert found.distributions["x"].edges[0] < -0.01
     assert float(found.distributions["x"].quantile(0.001)[0]) < 0.0
 
 
 def test_without_impacts_there_is_no_speed_to_sketch() -> None:
-    found = run(oscillator(0.5, position=None), paths=64, duration=4.0, step=0.02, distributions=True)
+    found = run(oscillator(0.5, position=None), paths=64, duration=4.0, step=0.02, distributions=True, start="rest")
     speeds = found.distributions["impact_speed"]
     assert speeds.size == 0.0
     assert np.isnan(speeds.quantile([0.5])[0]).all()

@@ -80,7 +80,7 @@ def _push_shaken(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
 
 
 def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:
-    settings = resolve(problem, **given)
+    settings = resolve(problem, **given, start="rest")
     made = tables(problem, settings)
     assert (made.length, made.time) == (1.0, 1.0)
     rows = advance(problem, settings, replace(made, **{k: make(made) for k, make in parts.items()})).rows

@@ -38,8 +38,8 @@ def test_exponential_sum_equals_the_direct_sum(
         "paths": 3, "duration": 10_000 * step, "step": step, "scheme": scheme, "memory_tolerance": 1e-12,
         "initial_position": start, "derivative": derivative,
     }  # fmt: skip
-    found = run(problem, record=3, **settings).record[2]
-    oracle = direct_path(problem, resolve(problem, **settings), 2)
+    found = run(problem, record=3, **settings, start="rest").record[2]
+    oracle = direct_path(problem, resolve(problem, **settings, start="rest"), 2)
     far = np.abs(found[:, 0] - oracle.x) > 1e-9 * np.abs(oracle.x).max()
     until = int(far.argmax()) if far.any() else far.size
     if position is None:
@@ -50,7 +50,7 @@ def test_exponential_sum_equals_the_direct_sum(
 
 def test_amplitude_at_the_papers_setting() -> None:
     for order, wanted in ((0.5, 2.12), (1.0, 1.0)):
-        found = run(oscillator(order), paths=20_000, duration=100.0, window=(50.0, 100.0))
+        found = run(oscillator(order), paths=20_000, duration=100.0, window=(50.0, 100.0), start="rest")
         assert found.values["amplitude_mean_square"] == pytest.approx(wanted, rel=0.01)
         assert found.errors["amplitude_mean_square"] < 0.0035 * wanted
 
@@ -59,7 +59,16 @@ def test_amplitude_at_the_papers_setting() -> None:
 def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: float, position: float) -> None:
     problem = oscillator(order, 1.0, 1.0, 1.0, position, restitution)
     runs = [
-        run(problem, paths=21_000, duration=100.0, step=step, window=(50.0, 100.0), scheme=scheme, seed=seed)
+        run(
+            problem,
+            paths=21_000,
+            duration=100.0,
+            step=step,
+            window=(50.0, 100.0),
+            scheme=scheme,
+            seed=seed,
+            start="rest",
+        )
         for scheme, seed, step in (("default", 3, 5e-3), ("grunwald", 4, 1e-3))
     ]
     names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "springpot_power"]
@@ -79,7 +88,7 @@ def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: flo
 
 def test_omega_three() -> None:
     """Where the printed formula gives 3.519 and the corrected one 1.173."""
-    found = run(oscillator(0.7, 0.2, 3.0), paths=10_000)
+    found = run(oscillator(0.7, 0.2, 3.0), paths=10_000, start="rest")
     assert found.values["amplitude_mean_square"] == pytest.approx(1.173, rel=0.02)
     assert not found.warnings
 
@@ -118,26 +127,32 @@ def test_an_adapted_start_that_would_take_too_long_to_find_is_averaging_s_and_sa
 
 
 def test_a_lossy_wall_out_of_reach_does_not_shorten_the_default_run() -> None:
-    found = run(oscillator(1.0, 0.01, position=-1000.0, restitution=0.5), paths=700)
+    found = run(oscillator(1.0, 0.01, position=-1000.0, restitution=0.5), paths=700, start="rest")
     assert abs(found.values["amplitude_mean_square"] - 100.0) < 4 * found.errors["amplitude_mean_square"]
     assert found.settings.duration >= 1000.0
 
 
 def test_a_strong_springpots_creep_is_warned_about() -> None:
-    found = run(oscillator(0.5, 1000.0, position=None), paths=64, duration=5.0)
+    found = run(oscillator(0.5, 1000.0, position=None), paths=64, duration=5.0, start="rest")
     assert any("inside the transient" in w for w in found.warnings)
 
 
 def test_a_motion_that_still_grows_is_warned_about() -> None:
     """A springpot whose slow part averaging does not know: x(0) far out, long forgotten by its energy estimate."""
-    found = run(oscillator(1.0, 0.01, position=-3.0, restitution=0.5), paths=3000, duration=60.0, window=(2.0, 60.0))
+    found = run(
+        oscillator(1.0, 0.01, position=-3.0, restitution=0.5),
+        paths=3000,
+        duration=60.0,
+        window=(2.0, 60.0),
+        start="rest",
+    )
     assert any("transient" in w or "not stationary" in w for w in found.warnings)
 
 
 def test_memory_tables_in_single_precision_keep_their_rates() -> None:
     """What the kernel multiplies with, after rounding: the weights of the past over a million steps."""
     problem = oscillator()
-    settings = resolve(problem, duration=10_000.0, step=0.01)
+    settings = resolve(problem, duration=10_000.0, step=0.01, start="rest")
     assert settings.precision == "float32"
     memory = tables(problem, settings).memory
     powers, weights = (np.asarray(a, np.float64).reshape(-1, 4) for a in (memory.powers, memory.weights))
@@ -149,8 +164,8 @@ def test_memory_tables_in_single_precision_keep_their_rates() -> None:
 
 @pytest.mark.parametrize("scale", [1e-40, 1e-9, 1e12, 1e24])
 def test_any_unit_of_length_gives_the_same_motion(scale: float) -> None:
-    one = run(oscillator(position=0.3), paths=64, duration=20.0, step=0.02)
-    other = run(oscillator(intensity=scale**2, position=0.3 * scale), paths=64, duration=20.0, step=0.02)
+    one = run(oscillator(position=0.3), paths=64, duration=20.0, step=0.02, start="rest")
+    other = run(oscillator(intensity=scale**2, position=0.3 * scale), paths=64, duration=20.0, step=0.02, start="rest")
     assert other.values["x_mean"] / scale == pytest.approx(one.values["x_mean"], rel=1e-4)
     assert other.values["impact_rate"] == pytest.approx(one.values["impact_rate"], rel=1e-2)
     assert not any("balance" in w for w in other.warnings)
@@ -158,8 +173,10 @@ def test_any_unit_of_length_gives_the_same_motion(scale: float) -> None:
 
 @pytest.mark.parametrize("scale", [1e-12, 1e12])
 def test_any_unit_of_time_gives_the_same_motion(scale: float) -> None:
-    one = run(oscillator(), paths=64, duration=20.0, step=0.02)
-    other = run(oscillator(0.5, scale**1.5, scale, scale**3), paths=64, duration=20.0 / scale, step=0.02 / scale)
+    one = run(oscillator(), paths=64, duration=20.0, step=0.02, start="rest")
+    other = run(
+        oscillator(0.5, scale**1.5, scale, scale**3), paths=64, duration=20.0 / scale, step=0.02 / scale, start="rest"
+    )
     assert other.values["x_mean"] == pytest.approx(one.values["x_mean"], rel=1e-3)
     assert other.values["v_mean_square"] / scale**2 == pytest.approx(one.values["v_mean_square"], rel=1e-3)
 
@@ -171,7 +188,7 @@ def test_a_huge_start_ends(velocity: float) -> None:
 
 
 def test_a_contact_tolerance_too_wide_for_the_motion_is_warned_about() -> None:
-    found = run(oscillator(intensity=1e-8), paths=64, duration=50.0, step=0.005, scheme="grunwald")
+    found = run(oscillator(intensity=1e-8), paths=64, duration=50.0, step=0.005, scheme="grunwald", start="rest")
     assert any(w.startswith("contact_tolerance") for w in found.warnings)
 
 
@@ -188,10 +205,10 @@ def test_standard_errors_of_adapted_runs_hold_over_seeds() -> None:
 
 def test_four_times_the_intensity_doubles_the_path_bit_for_bit() -> None:
     settings = {"paths": 100, "duration": 60.0, "step": 0.02, "record": 100}
-    one = run(oscillator(), **settings)
-    assert np.array_equal(run(oscillator(intensity=4.0), **settings).record, 2.0 * one.record)
+    one = run(oscillator(), **settings, start="rest")
+    assert np.array_equal(run(oscillator(intensity=4.0), **settings, start="rest").record, 2.0 * one.record)
     for intensity in (5.0, 10.0):
-        scaled = run(oscillator(intensity=intensity), **settings).record / math.sqrt(intensity)
+        scaled = run(oscillator(intensity=intensity), **settings, start="rest").record / math.sqrt(intensity)
         # to rounding: of single-precision memory
         assert np.abs(scaled - one.record).max() < 1e-5 * np.abs(one.record).max()
 
@@ -199,9 +216,9 @@ def test_four_times_the_intensity_doubles_the_path_bit_for_bit() -> None:
 @pytest.mark.parametrize("scheme", ["default", "grunwald"])
 def test_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str) -> None:
     settings = {"paths": 70, "duration": 30.0, "record": 70, "scheme": scheme, "step": 0.01, "initial_velocity": 0.3}
-    above = run(oscillator(position=-0.3, restitution=0.8), **settings)
+    above = run(oscillator(position=-0.3, restitution=0.8), **settings, start="rest")
     settings["initial_velocity"] = -0.3
-    below = run(oscillator(position=0.3, restitution=0.8, side="below"), **settings)
+    below = run(oscillator(position=0.3, restitution=0.8, side="below"), **settings, start="rest")
     assert np.array_equal(below.record, -above.record)
     assert below.record[:, :, 0].max() <= 0.3 + (0.05 if scheme == "grunwald" else 0.0)
     odd = {"x_mean", "springpot_force_mean", "x_mean_end"}
@@ -212,19 +229,19 @@ def test_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str) -> None:
 
 def test_the_same_bits_for_any_number_of_threads_and_paths() -> None:
     settings = {"duration": 20.0, "step": 0.02, "record": 65}
-    one = run(oscillator(), paths=300, threads=1, **settings)
+    one = run(oscillator(), paths=300, threads=1, **settings, start="rest")
     for threads in (2, 3):
-        other = run(oscillator(), paths=300, threads=threads, **settings)
+        other = run(oscillator(), paths=300, threads=threads, **settings, start="rest")
         assert other.values == one.values
         assert other.errors == one.errors
         assert np.array_equal(other.record, one.record)
-    assert np.array_equal(run(oscillator(), paths=65, **settings).record, one.record)
-    assert run(oscillator(), paths=300, seed=2, **settings).values != one.values
+    assert np.array_equal(run(oscillator(), paths=65, **settings, start="rest").record, one.record)
+    assert run(oscillator(), paths=300, seed=2, **settings, start="rest").values != one.values
 
 
 def test_noise_off_gives_the_deterministic_response() -> None:
     settings = {"initial_position": 1.0, "initial_velocity": -0.5, "record": 3}
-    found = run(oscillator(intensity=0.0), paths=3, duration=10.0, **settings)
+    found = run(oscillator(intensity=0.0), paths=3, duration=10.0, **settings, start="rest")
     assert (found.record == found.record[0]).all()
     assert found.record[0, 0].tolist() == [1.0, -0.5]
     assert found.errors["x_mean"] == pytest.approx(0.0, abs=1e-15)
@@ -233,7 +250,7 @@ def test_noise_off_gives_the_deterministic_response() -> None:
 
 def test_single_precision_memory_is_good_enough() -> None:
     settings = {"paths": 500, "duration": 50.0, "step": 0.005}
-    single, double = (run(oscillator(), memory_tolerance=t, **settings) for t in (1e-6, 1e-9))
+    single, double = (run(oscillator(), memory_tolerance=t, **settings, start="rest") for t in (1e-6, 1e-9))
     assert (single.settings.precision, double.settings.precision) == ("float32", "float64")
     for name in ("x_mean_square", "v_mean_square", "impact_rate"):
         assert single.values[name] == pytest.approx(double.values[name], rel=1e-3)
@@ -244,7 +261,7 @@ def test_standard_errors_cover_at_their_level() -> None:
     exact = truncated_gaussian(0.0, 1.0, 1.0, 1.0)
     z = []
     for seed in range(60):
-        found = run(oscillator(1.0), paths=400, duration=40.0, step=0.2, window=(15.0, 40.0), seed=seed)
+        found = run(oscillator(1.0), paths=400, duration=40.0, step=0.2, window=(15.0, 40.0), seed=seed, start="rest")
         z.append([(found.values[name] - wanted) / found.errors[name] for name, wanted in exact.items()])
     spread = np.std(z, axis=0, ddof=1)
     assert ((spread > 0.7) & (spread < 1.3)).all()  # four standard errors of a spread from 60 samples
@@ -273,7 +290,9 @@ def test_nothing_is_read_before_it_is_written(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_window_averages_are_the_averages_of_the_record() -> None:
-    found = run(oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5)
+    found = run(
+        oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5, start="rest"
+    )
     low, high = found.settings.window_steps
     x = found.record[:, low + 1 : high + 1, 0].mean(axis=1)
     square = (found.record[:, low + 1 : high + 1] ** 2).mean(axis=1)
@@ -287,7 +306,7 @@ def test_window_averages_are_the_averages_of_the_record() -> None:
 
 def test_dataset_has_names_units_errors_and_paths() -> None:
     with pytest.warns(UserWarning, match="inside the transient"):
-        data = sp.simulate(oscillator(), paths=10, duration=1.0, step=0.01, record=2)
+        data = sp.simulate(oscillator(), paths=10, duration=1.0, step=0.01, record=2, start="rest")
     for name, unit in UNITS.items():
         assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit
     assert data["x"].dims == ("path", "time")
@@ -298,12 +317,14 @@ def test_dataset_has_names_units_errors_and_paths() -> None:
 
 
 def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
-    coarse = run(oscillator(), paths=64, duration=40.0, step=0.2)
+    coarse = run(oscillator(), paths=64, duration=40.0, step=0.2, start="rest")
     assert any(w.startswith("step is 0.2 s") for w in coarse.warnings)
-    assert any("inside the transient" in w for w in run(oscillator(0.1), paths=64, duration=10.0).warnings)
-    growing = run(oscillator(0.0), paths=64, duration=10.0)
+    assert any(
+        "inside the transient" in w for w in run(oscillator(0.1), paths=64, duration=10.0, start="rest").warnings
+    )
+    growing = run(oscillator(0.0), paths=64, duration=10.0, start="rest")
     assert any("no stationary state" in w for w in growing.warnings)
-    assert not run(oscillator(0.9), paths=64).warnings
+    assert not run(oscillator(0.9), paths=64, start="rest").warnings
 
 
 def test_an_interrupt_stops_a_long_run_at_once() -> None:
@@ -321,26 +342,28 @@ def test_an_interrupt_stops_a_long_run_at_once() -> None:
 
 def test_progress_reaches_one() -> None:
     seen: list[float] = []
-    run(oscillator(), paths=300, duration=5.0, progress=seen.append)
+    run(oscillator(), paths=300, duration=5.0, progress=seen.append, start="rest")
     assert max(seen) == 1.0
     assert len(seen) == 5
 
 
 def test_statistics_refuse_nothing_and_hide_nothing_with_one_path() -> None:
-    found = run(oscillator(), paths=1, duration=20.0)
+    found = run(oscillator(), paths=1, duration=20.0, start="rest")
     assert math.isnan(found.errors["x_mean"])
     assert found.to_dict()["x_mean_se"] is None
     json.dumps(found.to_dict(), allow_nan=False)
 
 
 def test_grunwald_also_obeys_the_exact_law_at_its_fine_step() -> None:
-    found = run(oscillator(1.0), paths=10_000, duration=60.0, scheme="grunwald")
+    found = run(oscillator(1.0), paths=10_000, duration=60.0, scheme="grunwald", start="rest")
     assert_agrees(found, {"amplitude_mean_square": 1.0, "impact_rate": 1 / math.pi, "x_mean": math.pi**-0.5})
 
 
 def test_a_lossy_wall_warns_of_slow_impacts_where_they_count() -> None:
     def warned(restitution: float, step: float) -> list[str]:
-        found = run(oscillator(0.5, restitution=restitution), paths=64, duration=8.0, window=(6.0, 8.0), step=step)
+        found = run(
+            oscillator(0.5, restitution=restitution), paths=64, duration=8.0, window=(6.0, 8.0), step=step, start="rest"
+        )
         return [sentence for sentence in found.warnings if "slow impacts" in sentence]
 
     assert re.search(r"about [123](\.\d)? % too low", warned(0.5, 0.01)[0])
@@ -368,7 +391,7 @@ def test_a_start_that_is_remembered_is_told() -> None:
         return [sentence for sentence in run(**given).warnings if "remembers the start" in sentence]
 
     small = oscillator(0.2, 1.0)
-    assert "32 %" in told(oscillator=small, paths=5000)[0]
-    assert not told(oscillator=small, paths=5000, start="stationary")
-    assert not told(oscillator=oscillator(0.8, 1.0), paths=5000)
-    assert not told(oscillator=oscillator(0.2, 1.0, position=None), paths=5000)
+    assert "32 %" in told(oscillator=small, paths=5000, start="rest")[0]
+    assert not told(oscillator=small, paths=5000)
+    assert not told(oscillator=oscillator(0.8, 1.0), paths=5000, start="rest")
+    assert not told(oscillator=oscillator(0.2, 1.0, position=None), paths=5000, start="rest")

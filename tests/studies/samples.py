@@ -26,7 +26,7 @@ RUNS: dict[str, Any] = {
     "methods": ["averaging", "monte_carlo"],
     "quantities": ["amplitude_mean_square", "impact_rate"],
     "axes": {"order": [0.4, 0.7, 1.0], "restitution": [1.0, 0.8]},
-    "monte_carlo": {"paths": 128, "duration": 20.0, "step": 0.02},
+    "monte_carlo": {"paths": 128, "duration": 20.0, "step": 0.02, "start": "rest"},
 }
 """Six points of theory and six short runs."""
 

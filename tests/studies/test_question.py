@@ -210,6 +210,22 @@ def test_keys_come_from_content() -> None:
     assert len({task.slot for task in others}) == len({task.seed for task in others}) == len(others)
 
 
+def test_monte_carlo_starts_stationary_unless_the_file_says_otherwise() -> None:
+    """A start left out is the stationary one, with the same key; with an initial state the run starts from that."""
+
+    def task(**settings: Any) -> Any:
+        monte_carlo = {"paths": 128, "duration": 20.0, **settings}
+        return next(tasks(read_study({**RUNS, "methods": ["monte_carlo"], "monte_carlo": monte_carlo})))
+
+    left_out, stationary, rest = task(), task(start="stationary"), task(start="rest")
+    assert left_out == stationary
+    assert left_out.slot != rest.slot
+    assert "start" not in task(initial_velocity=1.0).settings
+    assert "start" not in task(derivative="riemann-liouville").settings
+    by_rtol = read_study({**RUNS, "methods": ["monte_carlo"], "monte_carlo": {"rtol": 0.1}})
+    assert next(tasks(by_rtol)).settings == {"rtol": 0.1}
+
+
 def test_names_are_those_of_the_library() -> None:
     assert QUANTITIES == MOMENTS
     assert {*get_args(Method)} == {*all_methods(sp.Oscillator()), "monte_carlo"} - {"recommended"}

@@ -30,7 +30,7 @@ LONGER: dict[str, Any] = {
     **RUNS,
     "name": "longer",
     "axes": {"order": {"linspace": [0.3, 1.0, 8]}, "restitution": [1.0, 0.8]},
-    "monte_carlo": {"paths": 2048, "duration": 60.0, "step": 0.02},
+    "monte_carlo": {"paths": 2048, "duration": 60.0, "step": 0.02, "start": "rest"},
 }
 """Some seconds of processor time in tasks of tenths."""
 WAIT = 180.0  # s; a busy machine starts a worker in tens of seconds
@@ -345,7 +345,8 @@ def test_two_processes_on_one_store(longer: Path, tmp_path: Path) -> None:
 def test_stopped_by_a_signal(sent: signal.Signals, how: str, tmp_path: Path) -> None:
     """A terminal's Ctrl-C reaches every process of the group, a batch system's SIGTERM the first one."""
     file = write_toml(
-        tmp_path / "long.toml", {**LONGER, "monte_carlo": {"paths": 2048, "duration": 4000.0, "step": 0.02}}
+        tmp_path / "long.toml",
+        {**LONGER, "monte_carlo": {"paths": 2048, "duration": 4000.0, "step": 0.02, "start": "rest"}},
     )
     store = tmp_path / "study.zarr"
     process = start([file, "--store", store, how, "2"], tmp_path)

@@ -66,7 +66,7 @@ def test_energy_against_recorded_monte_carlo(r, energy, error):
 @pytest.mark.parametrize(("c", "r", "position"), [(0.3, 0.8, 0.0), (1.0, 0.8, 0.5), (0.3, 0.6, -1.0)])
 def test_against_monte_carlo(c, r, position):
     asked = oscillator(c, r, position)
-    found = run(asked, paths=4096, duration=120.0, window=(30.0, 120.0), step=0.01, seed=5)
+    found = run(asked, paths=4096, duration=120.0, window=(30.0, 120.0), step=0.01, seed=5, start="rest")
     result = fokker_planck(asked)
     for name in ("x_mean", "x_mean_square", "v_mean_square"):
         assert abs(found.values[name] - getattr(result, name)) < 4 * found.errors[name], name

@@ -187,11 +187,17 @@ def simulate(
     ] = None,
     start: Annotated[
         Literal["rest", "stationary"] | None,
-        Parameter(group=_MONTE_CARLO, help="From rest, or adapted: from the stationary mean of x; rest if not given."),
+        Parameter(
+            group=_MONTE_CARLO,
+            help="From the stationary mean of x (found by pilot runs), or from rest; stationary if neither this nor an "
+            "initial state nor the Riemann-Liouville derivative is given, and there is a stationary state.",
+        ),
     ] = None,
-    initial_position: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="x(0), in m.")] = None,
+    initial_position: Annotated[
+        float | None, Parameter(group=_MONTE_CARLO, help="x(0), in m; the run then starts from there.")
+    ] = None,
     initial_velocity: Annotated[
-        float | None, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s; 0 if not given.")
+        float | None, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s; the run then starts from there.")
     ] = None,
     derivative: Annotated[
         Literal["caputo", "riemann-liouville"] | None,
@@ -243,8 +249,10 @@ def simulate(
     given = {name: value for name, value in settings.items() if value is not None}
     with leave_at_once():
         from springpot.simulation import run
+        from springpot.simulation.settings import default_start
 
-    adapted = start == "stationary" or rtol is not None
+    asked, _ = default_start(oscillator, initial_position, initial_velocity, derivative or "caputo")
+    adapted = rtol is not None or (start or asked) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         answer = run(oscillator, **given, progress=bar).to_dict()
     for warning in sentences(answer, "warnings"):

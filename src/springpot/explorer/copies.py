@@ -14,13 +14,13 @@ def as_command(problem: Problem) -> str:
     --------
     >>> as_command(Problem(wall=False, seed=3))
     'springpot simulate --order 0.5 --coefficient 1.0 --natural-frequency 1.0 --intensity 1.0 --no-barrier \
---paths 10000 --seed 3 --start rest'
+--paths 10000 --seed 3'
     """
     wall = f"--position {problem.position!r} --restitution {problem.restitution!r}" if problem.wall else "--no-barrier"
     return (
         f"springpot simulate --order {problem.order!r} --coefficient {problem.coefficient!r} "
         f"--natural-frequency {problem.natural_frequency!r} --intensity {problem.intensity!r} {wall} "
-        f"--paths {problem.paths} --seed {problem.seed} --start {problem.start}"
+        f"--paths {problem.paths} --seed {problem.seed}{' --start rest' if problem.start == 'rest' else ''}"
     )
 
 
@@ -33,6 +33,7 @@ def as_python(problem: Problem) -> str:
     'import springpot as sp'
     """
     wall = f"sp.Barrier(position={problem.position!r}, restitution={problem.restitution!r})"
+    start = ', start="rest"' if problem.start == "rest" else ""  # stationary where possible is the default
     return f"""\
 import springpot as sp
 
@@ -42,7 +43,7 @@ oscillator = sp.Oscillator(
     barrier={wall if problem.wall else None},
     excitation=sp.WhiteNoise(intensity={problem.intensity!r}),
 )
-run = sp.simulate(oscillator, paths={problem.paths}, seed={problem.seed}, start={problem.start!r})
+run = sp.simulate(oscillator, paths={problem.paths}, seed={problem.seed}{start})
 value, error = float(run["amplitude_mean_square"]), float(run["amplitude_mean_square_se"])
 print(f"Monte Carlo: <A^2> = {{value:.5g}} +- {{error:.2g}} m2")
 answers, statements = sp.theory.solve_all(oscillator)

@@ -92,7 +92,7 @@ def _load_kernel() -> None:
     from springpot.simulation.settings import resolve
 
     oscillator = Oscillator()
-    gathering = Gathering(oscillator, resolve(oscillator, paths=64, duration=1.0, step=0.01, threads=1))
+    gathering = Gathering(oscillator, resolve(oscillator, paths=64, duration=1.0, step=0.01, start="rest", threads=1))
     gathering.grow()
     gathering.distributions()
     record(oscillator, gathering.settings, gathering.made, 0)

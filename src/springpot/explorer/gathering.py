@@ -18,7 +18,7 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.listening import HEADER, WATCH
 from springpot.simulation.observers import Distribution, Observer, distributions_in, sketches
-from springpot.simulation.run import about_slow_impacts, doubts, measured
+from springpot.simulation.run import about_slow_impacts, doubts, is_stationary, measured
 from springpot.simulation.settings import Settings, energy_time, fastest_rate, mirror
 
 __all__ = ["BINS", "Gathering", "growth_times"]
@@ -79,7 +79,7 @@ class Gathering:
     >>> from springpot import Oscillator
     >>> from springpot.simulation.settings import resolve
     >>> oscillator = Oscillator()
-    >>> gathering = Gathering(oscillator, resolve(oscillator, paths=128, duration=10.0, step=0.02))
+    >>> gathering = Gathering(oscillator, resolve(oscillator, paths=128, duration=10.0, step=0.02, start="rest"))
     >>> while not gathering.complete:
     ...     gathering.grow()
     >>> gathering.estimates()[0]["x_mean"] > 0.0
@@ -105,6 +105,11 @@ class Gathering:
     def complete(self) -> bool:
         """Whether all paths are there."""
         return self.paths >= self.settings.paths
+
+    @property
+    def stationary(self) -> bool:
+        """Whether its averages are those of the stationary state, which theory describes."""
+        return is_stationary(self.oscillator, self.settings)
 
     def grow(self) -> None:
         """Simulate a few more blocks, about so many as take AT_ONCE."""

@@ -31,7 +31,8 @@ class Problem(BaseModel):
     position, restitution : float
         Of the wall, if there is one.
     seed, paths : int
-    start : {"rest", "stationary"}
+    start : {"stationary", "rest"}
+        Where there is no stationary state, a run that should start stationary starts from rest.
 
     Examples
     --------
@@ -52,7 +53,7 @@ class Problem(BaseModel):
     restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
     paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
-    start: Literal["rest", "stationary"] = "rest"
+    start: Literal["rest", "stationary"] = "stationary"
 
     def oscillator(self) -> Oscillator:
         """The oscillator asked about."""

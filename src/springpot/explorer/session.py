@@ -22,11 +22,12 @@ from springpot.explorer import frames
 from springpot.explorer.copies import as_command, as_python
 from springpot.explorer.engine import Engine
 from springpot.explorer.protocol import NextPath, Play, Problem, Step
-from springpot.oscillator import Springpot
+from springpot.oscillator import Oscillator, Springpot
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import Player
+    from springpot.simulation.settings import StartKind
 
 __all__ = ["Session"]
 
@@ -158,7 +159,8 @@ class Session:
             resolve, oscillator, paths=problem.paths, seed=problem.seed, start="rest", threads=1
         )
         times = gathering.growth_times(oscillator, settings)
-        curves = await engine.think(answers.growth, oscillator, found[0], times, from_rest=problem.start == "rest")
+        from_rest = _start(problem, oscillator) == "rest"
+        curves = await engine.think(answers.growth, oscillator, found[0], times, from_rest=from_rest)
         self._post("growth", times=times.tolist(), methods=curves)
 
     async def _simulation(self, problem: Problem) -> None:
@@ -173,7 +175,7 @@ class Session:
             oscillator,
             paths=problem.paths,
             seed=problem.seed,
-            start=problem.start,
+            start=_start(problem, oscillator),
             threads=engine.threads,
         )
         if settings.steps * settings.paths > MOST_WORK:
@@ -182,7 +184,7 @@ class Session:
                 f"take at most {int(MOST_WORK / settings.steps)}, or the command."
             )
         adapted = None
-        if problem.start == "stationary":
+        if settings.start == "stationary":
             self._post("searching")
             with stopping() as heed:
                 adapted = await engine.pilot(adapt, oscillator, settings, progress=heed)
@@ -247,6 +249,13 @@ def stopping() -> Iterator[Callable[[float], None]]:
         unwanted.set()
 
 
+def _start(problem: Problem, oscillator: Oscillator) -> StartKind:
+    """The start that the page runs: from rest also where a stationary start is asked for and there is none."""
+    from springpot.simulation.settings import default_start
+
+    return "rest" if problem.start == "rest" else default_start(oscillator)[0]
+
+
 async def _drop(work: asyncio.Future[Any]) -> None:
     work.cancel()
     await asyncio.gather(work, return_exceptions=True)
@@ -270,7 +279,9 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
             "step": settings.step,
             "window": settings.window,
             "initial_position": settings.initial_position,
+            "start": settings.start,
         },
+        "stationary": growing.stationary,
     }
     densities: list[Any] = []
     found = growing.distributions()

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, recorded, results
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
 from springpot.figures.style import bars, method_curve, panel
 from springpot.figures.sweeps import MOMENTS
+from springpot.oscillator import Oscillator
 from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ def transient(
     Parameters
     ----------
     data : Run, xarray.Dataset or None
-        With recorded paths (``record=``, the more the better); None for theory alone.
+        From rest (``start="rest"``), with recorded paths (``record=``, the more the better); None for theory alone.
     quantity : {"amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square"}
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
@@ -50,7 +52,8 @@ def transient(
     Raises
     ------
     TypeError, ValueError
-        If the run has no recorded paths, there is no such quantity, or neither a run nor ``at`` is given.
+        If the run has no recorded paths or did not start from rest, there is no such quantity, or neither a run nor
+        ``at`` is given.
 
     Examples
     --------
@@ -67,7 +70,7 @@ def transient(
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
     if data is not None:
-        oscillator, time, x, v = recorded(data)
+        oscillator, time, x, v = _from_rest(data)
         values = _OF_PATHS[quantity](x, v, oscillator.natural_frequency)
         error = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.full(time.size, np.nan)
         some = slice(None, None, max(1, time.size // _POINTS))
@@ -101,7 +104,7 @@ def survival(
     Parameters
     ----------
     data : Run, xarray.Dataset or None
-        With recorded paths (``record=``); None for theory alone.
+        From rest (``start="rest"``), with recorded paths (``record=``); None for theory alone.
     level : float
         Of the amplitude A = sqrt(x^2 + v^2 / Omega^2), in m.
     axes : matplotlib.axes.Axes, optional
@@ -118,7 +121,8 @@ def survival(
     Raises
     ------
     TypeError, ValueError
-        If the run has no recorded paths, the level is not positive, or neither a run nor ``at`` is given.
+        If the run has no recorded paths or did not start from rest, the level is not positive, or neither a run nor
+        ``at`` is given.
 
     Notes
     -----
@@ -140,7 +144,7 @@ def survival(
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
     if data is not None:
-        oscillator, time, x, v = recorded(data)
+        oscillator, time, x, v = _from_rest(data)
         below = np.logical_and.accumulate(np.hypot(x, v / oscillator.natural_frequency) < level, axis=1)
         share = below.mean(axis=0)
         error = np.sqrt(share * (1.0 - share) / len(below))
@@ -155,6 +159,15 @@ def survival(
     axes.set_ylabel(f"probability that $A$ was always below {level:g} m")
     axes.set_ylim(0.0, 1.03)
     return axes
+
+
+def _from_rest(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:
+    """The recorded paths of a run whose paths all start at rest."""
+    found = as_dataset(data)
+    oscillator, time, x, v = recorded(found)
+    if json.loads(found.attrs["settings"])["start"] != "rest" and oscillator.barrier is not None:
+        raise ValueError("data must be of a run from rest: simulate with start='rest'.")
+    return oscillator, time, x, v
 
 
 _OF_PATHS: dict[str, Callable[[FloatArray, FloatArray, float], FloatArray]] = {

@@ -58,7 +58,7 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
     Examples
     --------
     >>> from springpot.simulation.settings import resolve
-    >>> settings = resolve(Oscillator(), duration=1.0, step=0.01, scheme="grunwald")
+    >>> settings = resolve(Oscillator(), duration=1.0, step=0.01, scheme="grunwald", start="rest")
     >>> direct_path(Oscillator(), settings).x.shape
     (101,)
     """

@@ -22,6 +22,7 @@ from springpot.simulation.observers import EXTREMES, Distribution, sample_quanti
 from springpot.simulation.settings import (
     Options,
     Settings,
+    default_start,
     energy_time,
     fastest_rate,
     impacts_are_countable,
@@ -38,7 +39,7 @@ from springpot.units import UNITS
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Run", "about_slow_impacts", "doubts", "measured", "run", "simulate"]
+__all__ = ["Run", "about_slow_impacts", "doubts", "is_stationary", "measured", "run", "simulate"]
 
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
@@ -267,6 +268,7 @@ def run(
         budgets={},
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
+            *_about_default_start(oscillator, given),
             *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
             *about_slow_impacts(oscillator, settings, values),
             *(
@@ -372,15 +374,18 @@ def simulate(
         ``"default"``: exact flight of the bare oscillator, impacts in it, between impulses of memory and noise.
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it).
-    start : {"rest", "stationary"}
-        ``"rest"`` starts from x(0) and x'(0); ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs,
-        so that the springpot has no transient of the mean to remember; the standard errors of the moments then include
-        a bound on what they owe to the sampling error of x(0).
+    start : {"stationary", "rest"}
+        ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs, so that the springpot has no transient
+        of the mean to remember; the standard errors of the moments then include a bound on the error of x(0).
+        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a run whose
+        ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
+        that state, and a run without a stationary state from rest, with a warning.
     initial_position, initial_velocity : float
-        x(0) in m and x'(0) in m/s; x(0) is the equilibrium, or the wall if that lies behind it, if left out.
+        x(0) in m and x'(0) in m/s, with ``start="rest"``.  If left out, x(0) is the equilibrium, or the wall if the
+        equilibrium lies behind it, and x'(0) is 0.
     derivative : {"caputo", "riemann-liouville"}
         Differ by the force C x(0) t^-alpha / Gamma(1 - alpha), hence only if x(0) is not 0, and not at order 0, where
-        both are x itself.
+        both are x itself.  Riemann-Liouville's needs ``start="rest"``.
     memory_tolerance : float
         Relative error of the memory's exponential sum, in [1e-13, 1e-2]; 1e-6 if left out.  Below 1e-7 the memory is
         kept in double precision.
@@ -619,6 +624,25 @@ def _per_cent(share: float) -> str:
 def _transient_left(oscillator: Oscillator, settings: Settings) -> float:
     """Share of the transient that is left where the window begins."""
     return math.exp(-settings.window[0] / relaxation_time(oscillator))
+
+
+def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:
+    """Whether averages over the window are those of the stationary state, as far as the settings say.
+
+    A springpot at a wall remembers a start from rest like t^-alpha, so such a run is not.
+    """
+    remembered = settings.start == "rest" and oscillator.barrier is not None and 0.0 < oscillator.springpot.order < 1.0
+    settled = _transient_left(oscillator, settings) <= MOST_TRANSIENT
+    return oscillator.excitation.intensity > 0.0 and settled and not remembered
+
+
+def _about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
+    """Of a run that nobody asked to start from rest, and that does."""
+    if given.get("start") is not None:
+        return []
+    initial = given.get("initial_position"), given.get("initial_velocity")
+    _, reason = default_start(oscillator, *initial, given.get("derivative", "caputo"))
+    return [f"the run starts from rest, for there is no stationary state: {reason}."] if reason else []
 
 
 def _about_start(adapted: Adapted | None) -> list[str]:

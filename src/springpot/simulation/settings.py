@@ -13,7 +13,7 @@ from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "relaxation_time", "resolve"]
+__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "default_start", "relaxation_time", "resolve"]
 
 Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
@@ -38,9 +38,9 @@ class Options(TypedDict, total=False):
     seed: int
     threads: int | None
     scheme: Scheme
-    start: StartKind
+    start: StartKind | None
     initial_position: float | None
-    initial_velocity: float
+    initial_velocity: float | None
     derivative: Derivative
     memory_tolerance: float
     contact_tolerance: float
@@ -62,6 +62,7 @@ class Settings:
     threads : int
     scheme : {"default", "grunwald"}
     start : {"rest", "stationary"}
+        ``"rest"`` is also the start of a run whose initial state was given.
     initial_position, initial_velocity : float
         x(0) and x'(0); with an adapted start x(0) is what the pilot runs found.
     derivative : {"caputo", "riemann-liouville"}
@@ -207,9 +208,9 @@ def resolve(
     seed: int = 1,
     threads: int | None = None,
     scheme: Scheme = "default",
-    start: StartKind = "rest",
+    start: StartKind | None = None,
     initial_position: float | None = None,
-    initial_velocity: float = 0.0,
+    initial_velocity: float | None = None,
     derivative: Derivative = "caputo",
     memory_tolerance: float = 1e-6,
     contact_tolerance: float = CONTACT_TOLERANCE,
@@ -225,8 +226,10 @@ def resolve(
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     _one_of(scheme, "scheme", get_args(Scheme))
-    _one_of(start, "start", get_args(StartKind))
     _one_of(derivative, "derivative", get_args(Derivative))
+    if start is None:
+        start, _ = default_start(oscillator, initial_position, initial_velocity, derivative)
+    _one_of(start, "start", get_args(StartKind))
     paths = _whole(paths, "paths", 1, MOST_PATHS)
     seed = _whole(seed, "seed", 0, 2**64 - 1)
     threads = checked_threads(threads)
@@ -251,12 +254,57 @@ def resolve(
         scheme=scheme,
         start=start,
         initial_position=position,
-        initial_velocity=finite_number(initial_velocity, "initial_velocity", low=-LARGEST, high=LARGEST),
+        initial_velocity=_initial_velocity(initial_velocity),
         derivative=derivative,
         memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
         contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
     )
+
+
+def default_start(
+    oscillator: Oscillator,
+    initial_position: float | None = None,
+    initial_velocity: float | None = None,
+    derivative: Derivative = "caputo",
+) -> tuple[StartKind, str]:
+    """The start of a run for which none is asked, and why it is not the stationary one where that needs a word.
+
+    It is the stationary one, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which speak of a start
+    from a given state, or there is no stationary state.
+
+    Returns
+    -------
+    start : {"rest", "stationary"}
+    reason : str
+        Empty if the start is what the arguments say.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> default_start(Oscillator()), default_start(Oscillator(), initial_position=1.0)
+    (('stationary', ''), ('rest', ''))
+    >>> default_start(Oscillator(springpot=Springpot(0.5, 0.0)))[0]
+    'rest'
+    """
+    if initial_position is not None or initial_velocity is not None or derivative != "caputo":
+        return "rest", ""
+    if reason := _not_stationary(oscillator):
+        return "rest", reason
+    return "stationary", ""
+
+
+def _not_stationary(oscillator: Oscillator) -> str:
+    """Why there is no stationary state; empty if there is one."""
+    if oscillator.excitation.intensity == 0.0:
+        return "without noise the motion dies out"
+    if math.isinf(energy_time(oscillator)):
+        return "order 0 or coefficient 0 with an elastic wall (or none) dissipates nothing; the energy grows as q t / 2"
+    return ""
+
+
+def _initial_velocity(given: float | None) -> float:
+    return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
 
 
 def _grid(
@@ -317,13 +365,11 @@ def _initial_position(oscillator: Oscillator, given: float | None, start: StartK
             raise ValueError("initial_position cannot be given with start='stationary', which finds it itself.")
         if derivative != "caputo":
             raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
-        if oscillator.excitation.intensity == 0.0:
-            raise ValueError("intensity must be positive with start='stationary': without noise the motion dies out.")
-        if math.isinf(energy_time(oscillator)):
-            raise NoStationaryState(
-                "start='stationary' needs a stationary state, and there is none: order 0 or coefficient 0 with an "
-                "elastic wall (or none) dissipates nothing, and the energy grows as q t / 2."
-            )
+        reason = _not_stationary(oscillator)
+        if reason and oscillator.excitation.intensity == 0.0:
+            raise ValueError(f"intensity must be positive with start='stationary': {reason}.")
+        if reason:
+            raise NoStationaryState(f"start='stationary' needs a stationary state, and there is none: {reason}.")
         return math.nan  # found by the pilot runs
     if barrier is None:
         return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)

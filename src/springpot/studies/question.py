@@ -128,7 +128,7 @@ class MonteCarlo(_Strict):
 
     ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (adapted runs scaled to each
     point, see `springpot.simulation.scaled`) gives every point about the same standard error.  All others are the
-    arguments of `springpot.simulate`.
+    arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)

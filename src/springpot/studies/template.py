@@ -37,5 +37,5 @@ restitution = [1.0, 0.9, 0.7]            # or a plain list
 [monte_carlo]        # one of
 rtol = 0.03          #   the total relative error wanted of the quantities,
 # path_times = 1e5   #   the same effort at every point (0.4 / sqrt(path_times) is the relative error of <A^2>), or
-# paths = 5000       #   the settings of a run: paths, duration, step, window, start, scheme, ...
+# paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...
 """

@@ -3,7 +3,7 @@
 export const DEFAULTS = Object.freeze({
   order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1,
   wall: true, position: 0, restitution: 1,
-  seed: 1, paths: 10000, start: "rest",
+  seed: 1, paths: 10000, start: "stationary",
 });
 
 // low and high are what the server takes; from and to are the ends of the slider

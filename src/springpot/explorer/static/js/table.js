@@ -48,7 +48,7 @@ export class Table {
     const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${this.measured(measured)}</tr>`];
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, theory.recommended === name, stale ? null : measured, si));
+      if (answer) rows.push(this.row(name, answer, theory.recommended === name && !isTransient(measured), stale || isTransient(measured) ? null : measured, si));
     }
     const focused = document.activeElement?.dataset?.draw;
     this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${head.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
@@ -99,6 +99,8 @@ export class Table {
   }
 }
 
+// theory is of the stationary state: beside a run that is not, a gap would say nothing
+export const isTransient = (measured) => measured?.stationary === false;
 export const isSilent = (theory) => Object.keys(theory.methods).length === 0;
 
 export function escaped(text) {
