@@ -174,7 +174,7 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
     def run(count: int = steps) -> None:
         block(
             made.scheme, made.wall, made.load, made.memory, made.drive, made.start, parts.stiffness,
-            0, count, count // 2, count, k0, k1, 0, False, NOBODY, record, stop, rows,
+            0, count, count // 2, count, k0, k1, 0, False, NOBODY, record, 1, stop, rows,
         )  # fmt: skip
 
     run(GROUP)

@@ -13,18 +13,19 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.atlases import atlas
-    from springpot.simulation import run, simulate
+    from springpot.simulation import load_run, run, simulate
     from springpot.studies import open_study, study
 
     __version__: str
 
 __all__ = [
-    "Barrier", "Oscillator", "Springpot", "WhiteNoise", "atlas", "figures", "open_study", "run", "simulate", "study",
-    "theory",
+    "Barrier", "Oscillator", "Springpot", "WhiteNoise", "atlas", "figures", "load_run", "open_study", "run", "simulate",
+    "study", "theory",
 ]  # fmt: skip
 _LATER = {
     "atlas": "springpot.atlases",
     "figures": "springpot.figures",
+    "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
     "run": "springpot.simulation",
     "simulate": "springpot.simulation",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from springpot.simulation import Run
 
-__all__ = ["Data", "FloatArray", "Theory", "as_dataset", "oscillator_of", "recorded", "results"]
+__all__ = ["Data", "FloatArray", "Theory", "as_dataset", "oscillator_of", "recorded", "results", "spacing_in_steps"]
 
 Data: TypeAlias = "Run | xarray.Dataset"
 Theory: TypeAlias = "Result | Iterable[Result]"
@@ -76,6 +76,18 @@ def recorded(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(found[name], dtype=float) for name in ("x", "v"))
     return oscillator_of(found), np.asarray(found["time"], dtype=float), x, v
+
+
+def spacing_in_steps(data: Data) -> int:
+    """Steps between two recorded points of a path.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> spacing_in_steps(sp.run(sp.Oscillator(), paths=1, duration=1.0, record=1, record_every=5))
+    5
+    """
+    return int(json.loads(as_dataset(data).attrs["settings"])["record_every"])
 
 
 def results(theory: Theory) -> tuple[Result, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from springpot.figures.data import Data, FloatArray, recorded
+from springpot.figures.data import Data, FloatArray, recorded, spacing_in_steps
 from springpot.figures.style import COLOURS, panel
 from springpot.oscillator import Oscillator
 
@@ -149,16 +149,17 @@ def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
     if inside.sum() < 2:
         raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
     time, x, v = time[inside], x[member, inside], v[member, inside]
-    struck, when = _impacts(oscillator, time, x, v)
+    # between points further apart than a step a path may turn without an impact
+    struck, when = _impacts(None if spacing_in_steps(data) > 1 else oscillator, time, x, v)
     wall = np.nan if oscillator.barrier is None else oscillator.barrier.position
     return _Seen(wall, time, x, v, struck, when)
 
 
 def _impacts(
-    oscillator: Oscillator, time: FloatArray, x: FloatArray, v: FloatArray
+    oscillator: Oscillator | None, time: FloatArray, x: FloatArray, v: FloatArray
 ) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
     """Steps in which the path was thrown back by the wall, and the instants at which straight flight meets it."""
-    if oscillator.barrier is None:
+    if oscillator is None or oscillator.barrier is None:
         return np.zeros(0, np.intp), np.zeros(0)
     gap = oscillator.direction * (x - oscillator.barrier.position)
     away = oscillator.direction * v

@@ -81,8 +81,8 @@ class Ensemble:
     Attributes
     ----------
     rows : ndarray, shape (paths, len(COLUMNS))
-    record : ndarray, shape (recorded, steps + 1, 2)
-        x and v at 0, h, 2h, ...
+    record : ndarray, shape (recorded, points, 2)
+        x and v at 0 and after every ``record_every`` steps.
     observed : tuple of ndarray
         What each observer left: shape (paths, numbers), or (batches, size) for counts.
     """
@@ -199,7 +199,7 @@ def advance(
     """
     blocks = -(-settings.paths // LANES)
     rows = np.empty((blocks * LANES, len(COLUMNS)))
-    record = np.empty((settings.record, settings.steps + 1, 2))
+    record = np.empty((settings.record, settings.recorded_points, 2))
     stop = np.zeros(1, np.uint8)
     k0, k1 = key_words(settings.seed)
     low, high = settings.window_steps
@@ -224,7 +224,7 @@ def advance(
             block(
                 made.scheme, made.wall, made.load, made.memory, made.drive, made.start, stiffness,
                 skipped + first, settings.steps, low, high, k0, k1, stream, halved, listening,
-                record[first : first + LANES], stop, rows[first : first + LANES],
+                record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
             )  # fmt: skip
             for observer, array, room in zip(observers, arrays, observed, strict=True):
                 if observer.per_path:

@@ -238,14 +238,14 @@ class Sums(NamedTuple):
 @njit(nogil=True, **FAST)
 def block(
     scheme, wall, load, memory, drive, start, stiffness,
-    first, steps, low, high, k0, k1, stream, halved, observers, record, stop, out,
+    first, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` holds the
     deterministic force of each step (empty: none), ``halved`` says that the noise is that of a run twice as fine,
-    ``record`` takes x and v of the first paths at every observation (empty: none), ``stop`` holds a flag that ends the
-    block early, ``out`` takes one row of COLUMNS per lane.
+    ``record`` takes x and v of the first paths after every ``every`` steps (empty: none), ``stop`` holds a flag that
+    ends the block early, ``out`` takes one row of COLUMNS per lane.
     """
     zero = memory.newest * f32(0)  # of the type in which memory is kept
     modes = memory.powers.size // 4
@@ -318,8 +318,9 @@ def block(
                     energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
         for lane in range(record.shape[0]):
             for j in range(min(GROUP, steps - n)):
-                record[lane, n + j + 1, 0] = seen.x[j * LANES + lane]
-                record[lane, n + j + 1, 1] = seen.v[j * LANES + lane]
+                if (n + j + 1) % every == 0:
+                    record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
+                    record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
     for lane in range(LANES):
         out[lane, 0], out[lane, 1], out[lane, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
         out[lane, 3], out[lane, 4], out[lane, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]

@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -67,10 +68,10 @@ class Run:
         How it was computed: memory terms and their error, adapted start and its residual, collapses, versions, time.
     warnings : tuple of str
         One sentence for each reason to doubt a number.
-    time : ndarray, shape (steps + 1,)
+    time : ndarray, shape (points,)
         Times of the recorded paths, in s; empty if none were recorded.
-    record : ndarray, shape (recorded, steps + 1, 2)
-        x and v of the recorded paths.
+    record : ndarray, shape (recorded, points, 2)
+        x and v of the recorded paths, at time 0 and after every ``record_every`` steps.
     distributions : dict
         `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if they were asked for.
     extremes : dict
@@ -196,6 +197,28 @@ class Run:
         }
         return xarray.Dataset(data, coordinates, attributes)
 
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the run to a file: see `springpot.simulation.saved.save_run`, whose arguments are the same.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ValueError, OSError
+            As there.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> run(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
+        'run.csv'
+        """
+        from springpot.simulation.saved import save_run
+
+        return save_run(self, path, overwrite=overwrite)
+
 
 def run(
     oscillator: Oscillator,
@@ -277,7 +300,7 @@ def run(
                 if not math.isfinite(values[name])
             ),
         ),
-        time=settings.step * np.arange(settings.steps + 1 if settings.record else 0, dtype=np.float64),
+        time=settings.recorded_times,
         record=mirror(oscillator) * ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
@@ -393,6 +416,9 @@ def simulate(
         The paper's epsilon in m, 1e-5 if left out; ``"grunwald"`` only.
     record : int
         Number of paths to store (variables ``x`` and ``v``); none if left out.
+    record_every : int
+        Store every so many steps only; every step if left out.  Memory and the limit of 50 million points count what is
+        stored.
     progress : callable
         Called with the fraction done, from any thread.
 

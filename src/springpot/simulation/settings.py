@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, TypedDict, get_args
 
+import numpy as np
+import numpy.typing as npt
+
 from springpot.oscillator import LARGEST, Barrier, Oscillator, finite_number
 from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
@@ -45,6 +48,7 @@ class Options(TypedDict, total=False):
     memory_tolerance: float
     contact_tolerance: float
     record: int
+    record_every: int
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,8 @@ class Settings:
         The paper's epsilon, in m; used by the ``grunwald`` scheme only.
     record : int
         How many paths are stored.
+    record_every : int
+        Steps between two stored points of a path.
     """
 
     paths: int
@@ -89,6 +95,7 @@ class Settings:
     memory_tolerance: float
     contact_tolerance: float
     record: int
+    record_every: int = 1
 
     @property
     def steps(self) -> int:
@@ -99,6 +106,16 @@ class Settings:
     def window_steps(self) -> tuple[int, int]:
         """First step of the window, and the first one after it (step n ends at (n + 1) h)."""
         return round(self.window[0] / self.step), round(self.window[1] / self.step)
+
+    @property
+    def recorded_points(self) -> int:
+        """Points stored of each recorded path, that at time 0 included."""
+        return self.steps // self.record_every + 1
+
+    @property
+    def recorded_times(self) -> npt.NDArray[np.float64]:
+        """Times of the recorded points, in s; empty if no path is recorded."""
+        return self.step * np.arange(0, self.steps + 1 if self.record else 0, self.record_every, dtype=np.float64)
 
     @property
     def precision(self) -> str:
@@ -215,6 +232,7 @@ def resolve(
     memory_tolerance: float = 1e-6,
     contact_tolerance: float = CONTACT_TOLERANCE,
     record: int = 0,
+    record_every: int | None = None,
 ) -> Settings:
     """Check what the caller gave and complete what was left out.
 
@@ -235,12 +253,7 @@ def resolve(
     threads = checked_threads(threads)
     duration, step, steps = _grid(oscillator, duration, step, scheme)
     window = _window(window, duration, step)
-    record = _whole(record, "record", 0, paths)
-    if record * steps > MOST_RECORDED:
-        raise ValueError(
-            f"record asks for {record} paths of {steps} steps; at most {MOST_RECORDED:,} points are stored: "
-            f"record at most {MOST_RECORDED // steps} paths of this length."
-        )
+    record, record_every = _record(record, record_every, paths, steps)
     position = _initial_position(oscillator, initial_position, start, derivative)
     if oscillator.springpot.order == 0.0:
         derivative = "riemann-liouville"  # D^0 x is x whatever the kind: a spring, that knows no start
@@ -259,6 +272,7 @@ def resolve(
         memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
         contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
+        record_every=record_every,
     )
 
 
@@ -356,6 +370,25 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
     if last <= first:
         raise ValueError(f"window from {begin:g} s to {end:g} s holds no step of {step:g} s: make it longer.")
     return first * step, last * step  # what is averaged over: whole steps
+
+
+def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int, int]:
+    """How many paths are stored, and every how many steps."""
+    record = _whole(record, "record", 0, paths)
+    if every is not None and record == 0:
+        raise ValueError("record_every has no effect without record, the number of paths to store.")
+    every = 1 if every is None else _whole(every, "record_every", 1, steps)
+    if record * (steps // every) > MOST_RECORDED:
+        wanted = math.ceil(record * steps / MOST_RECORDED)
+        fewer = MOST_RECORDED // (steps // every)
+        advice = f"record_every={wanted} or more" if wanted <= steps else ""
+        if fewer > 0:
+            advice += f"{' or ' if advice else ''}at most {fewer} paths"
+        raise ValueError(
+            f"record asks for {record} paths of {steps // every} points; at most {MOST_RECORDED:,} points are stored: "
+            f"use {advice}."
+        )
+    return record, every
 
 
 def _initial_position(oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative) -> float:

@@ -1,0 +1,71 @@
+"""Where a result is written: checked before any work, and never replaced unless that was asked for."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from springpot.files import partial_name
+
+__all__ = ["place_for", "replacing"]
+
+
+def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
+    """The place of a file that is to be written, if it may be written there.
+
+    Parameters
+    ----------
+    path : str or Path
+    overwrite : bool
+        Whether a file that is there may be replaced.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If its folder does not exist, something else than a file is in its place, or a file is there and ``overwrite``
+        was not given.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> place = Path(tempfile.mkdtemp()) / "run.nc"
+    >>> place_for(place) == place
+    True
+    """
+    place, name = Path(path), str(path)
+    if not place.absolute().parent.is_dir():
+        raise ValueError(f"{name!r} cannot be written: the folder {str(place.parent)!r} does not exist.")
+    if place.exists() and not place.is_file():
+        raise ValueError(f"{name!r} cannot be written: it is a folder or another thing that is not a file.")
+    if place.exists() and not overwrite:
+        raise ValueError(f"{name!r} exists already: give another name, or overwrite=True to replace it.")
+    return place
+
+
+@contextlib.contextmanager
+def replacing(path: str) -> Iterator[str]:
+    """The name to write a file under; it is moved to its place at the end, or removed if the writing fails.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> place = Path(tempfile.mkdtemp()) / "words.txt"
+    >>> with replacing(str(place)) as partial:
+    ...     _ = Path(partial).write_text("whole")
+    >>> place.read_text()
+    'whole'
+    """
+    folder, name = os.path.split(path)
+    partial = os.path.join(folder, partial_name(name))
+    try:
+        yield partial
+        os.replace(partial, path)
+    finally:
+        with contextlib.suppress(OSError):
+            os.unlink(partial)
