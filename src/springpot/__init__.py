@@ -13,7 +13,8 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.atlases import atlas
-    from springpot.simulation import load_run, run, simulate
+    from springpot.simulation.run import run, simulate
+    from springpot.simulation.saved import load_run
     from springpot.studies import open_study, study
 
     __version__: str
