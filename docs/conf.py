@@ -47,8 +47,11 @@ html_css_files = ["springpot.css"]
 # pages without pages below them need no list of those
 html_sidebars: dict[str, list[str]] = {
     page: []
-    for page in ("tutorial", "memory", "explorer", "performance", "users_of", "design", "citing", "changelog")
-}
+    for page in (
+        "tutorial", "device", "questions", "glossary", "memory", "explorer", "performance", "users_of", "design", "citing",
+        "changelog",
+    )
+}  # fmt: skip
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options: dict[str, Any] = {

@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from springpot.theory.reliability import MAP_FILE
+
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(
     page for pattern in ("*.md", "api/*.rst", "theory/*.md") for page in DOCS.glob(pattern) if page.is_file()
@@ -72,6 +74,20 @@ def test_links_lead_somewhere(page: Path) -> None:
     prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)\)", prose):
         assert there(target, page), target
+
+
+def test_numbers_that_several_pages_state_are_those_measured() -> None:
+    """Cells of the validity map, and bytes that a run holds for a path."""
+    cells_of_the_map = len(MAP_FILE.read_text(encoding="utf-8").splitlines()) - 1
+    table = (DOCS.parent / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
+    held = {round(float(number)) for number in re.findall(r"^memory held by a run,[^,]*,([\d.]+),", table, flags=re.M)}
+    pages = [DOCS.parent / "README.md", *PAGES, *EXAMPLES]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages if page.stem != "performance")
+    assert set(re.findall(r"\b(\d+) (?:cells|points) of the (?:dimensionless|validity)", text)) == {
+        str(cells_of_the_map)
+    }
+    assert set(re.findall(r"\bmap of (\d+) cells", text)) == {str(cells_of_the_map)}
+    assert {f"{number}" for number in held} == set(re.findall(r"\b(\d+) bytes for (?:a|each) path", text))
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if cells(page)], ids=name_of)

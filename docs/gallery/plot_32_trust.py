@@ -2,7 +2,7 @@ r"""
 How far to trust a method
 =========================
 
-The gap of each method to Monte Carlo has been measured on 525 cells of the dimensionless problem. These are the
+The gap of each method to Monte Carlo has been measured on 700 cells of the dimensionless problem. These are the
 cells of an elastic wall at the equilibrium: bold where the gap is more than 2 % of :math:`\langle A^2\rangle`,
 hatched where the method has no answer.
 """

@@ -1,0 +1,44 @@
+r"""
+A device from its data sheet to the answers
+===========================================
+
+An instrument of 0.8 kg stands on a spring of 3200 N/m and a rubber mount: a springpot of order 0.3 with
+:math:`k_\alpha = 150\;\mathrm{N\,s^{0.3}/m}`. The base is shaken with 0.01 g²/Hz. A stop 6 mm below takes 30 % of the
+speed of each impact. A test engineer asks:
+
+1. What is the rms of the displacement?
+2. How many impacts are there per second?
+3. Which impact speed do 99 % of the impacts not exceed?
+
+All inputs are in SI units, except the spectral density: :doc:`/device` has every factor.
+"""
+
+import matplotlib.pyplot as plt
+
+import springpot as sp
+
+device = sp.Oscillator.from_device(
+    mass=0.8, stiffness=3200.0, springpot=(0.3, 150.0), gap=0.006, restitution=0.7, psd=0.01, psd_unit="g2/Hz"
+)
+run = sp.run(device, paths=8000, record=1, distributions=True, seed=1)
+
+rms = run.values["x_mean_square"] ** 0.5
+rms_error = run.errors["x_mean_square"] / (2.0 * rms)  # the derivative of the square root
+fast, fast_error = run.distributions["impact_speed"].quantile(0.99)
+print(f"1. rms displacement: {1e3 * rms:.3f} +- {1e3 * rms_error:.3f} mm")
+print(f"2. impacts per second: {run.values['impact_rate']:.2f} +- {run.errors['impact_rate']:.2f}")
+print(f"3. 99 % of the impacts are slower than {fast:.3f} +- {fast_error:.3f} m/s")
+
+envelope = sp.theory.envelope(device)
+print(f"theory (envelope): {1e3 * envelope.x_mean_square**0.5:.3f} mm, {envelope.impact_rate:.2f} impacts per second")
+
+figure, (above, below) = plt.subplots(2, figsize=(7.2, 6.2))
+sp.figures.path(run, above)
+sp.figures.density(run, "impact_speed", below, theory=[envelope])
+below.axvline(fast, color="0.4", ls="--", lw=1.0, label="99 % are slower")
+below.legend(frameon=False)
+plt.show()
+
+# %%
+# The numbers after +- are standard errors. Theory takes milliseconds, so use it to search for a design, and Monte Carlo
+# to confirm the design that you found.
