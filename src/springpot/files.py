@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
 import socket
+import stat
 import threading
 import time
 
 import google_crc32c
 
-__all__ = ["Damaged", "checksum", "partial_name", "read_chunk", "remove_orphans", "write", "write_chunk"]
+__all__ = [
+    "Damaged",
+    "checksum",
+    "make_room",
+    "partial_name",
+    "read_chunk",
+    "read_file",
+    "remove_orphans",
+    "write",
+    "write_chunk",
+]
 
 KEPT_BY_OTHERS = 3600.0  # s after which a half-written file of another machine is an orphan
 ATTEMPTS = 3
@@ -37,12 +49,10 @@ def read_chunk(path: str, size: int) -> bytes | None:
     Raises
     ------
     Damaged
-        If its length or its checksum is wrong.
+        If it is not a file, or its length or its checksum is wrong.
     """
-    try:
-        with open(path, "rb") as file:
-            found = file.read(size + 5)
-    except FileNotFoundError:
+    found = read_file(path, size + 4)
+    if found is None:
         return None
     if len(found) != size + 4:
         raise Damaged("its length is wrong")
@@ -50,6 +60,71 @@ def read_chunk(path: str, size: int) -> bytes | None:
     if checksum(body) != int.from_bytes(found[-4:], "little"):
         raise Damaged("its checksum is wrong")
     return body
+
+
+def read_file(path: str, largest: int) -> bytes | None:
+    """Content of a file, or None if there is none.  It never waits, as opening a named pipe would.
+
+    Raises
+    ------
+    Damaged
+        If a folder, a pipe, a device or a loop of links is in its place, or it has more than ``largest`` bytes.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise Damaged("it is not a file, but a pipe or a device")
+            found = file.read(largest + 1)
+    except FileNotFoundError:
+        return None
+    except IsADirectoryError:
+        raise Damaged("it is a folder, not a file") from None
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise Damaged("it is a link that leads back to itself") from None
+        if error.errno == errno.ENXIO:
+            raise Damaged("it is not a file, but a socket") from None
+        raise
+    if len(found) > largest:
+        raise Damaged(f"it has more than {largest:,} bytes")
+    return found
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def make_room(path: str, *, folder: bool = False) -> None:
+    """Remove what holds no data from the place of a file (of a ``folder``): an empty folder, a pipe, a broken link.
+
+    Raises
+    ------
+    FileExistsError
+        If what is there may be somebody's: a file in place of a folder, or a folder that is not empty.
+    """
+    try:
+        # a link is judged by where it leads, and removed only if it leads nowhere
+        kind = os.stat(path).st_mode
+    except FileNotFoundError:
+        kind = None
+    except OSError as error:
+        if error.errno != errno.ELOOP:
+            raise
+        kind = None
+    if kind is None:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(path)
+    elif stat.S_ISDIR(kind) and not folder:
+        try:
+            os.rmdir(path)
+        except OSError:
+            raise FileExistsError(f"{path!r} is a folder where a file belongs: remove it.") from None
+    elif stat.S_ISREG(kind) and folder:
+        raise FileExistsError(f"{path!r} is a file where a folder belongs: remove it.")
+    elif not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
+        os.unlink(path)
 
 
 def partial_name(name: str) -> str:
@@ -72,7 +147,11 @@ def write(path: str, content: bytes, *, durable: bool = False, private: bool = F
                 if durable:
                     file.flush()
                     os.fsync(file.fileno())
-            os.replace(partial, path)
+            try:
+                os.replace(partial, path)
+            except IsADirectoryError:
+                make_room(path)
+                os.replace(partial, path)
         except BaseException as error:
             with contextlib.suppress(OSError):
                 os.unlink(partial)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import copy
 import json
 import math
+import os
+import time
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args
 
@@ -13,13 +16,14 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.simulation.settings import COARSEST
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, QUANTITIES, Method, Study, read_study
-from springpot.studies.tasks import check_tasks, tasks
+from springpot.studies.tasks import check_some, spread, task_at, tasks
 from springpot.studies.template import TEMPLATE
 from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS
-from tests.studies.samples import RUNS, THEORY, write_toml
+from tests.studies.samples import RUNS, THEORY, given, write_toml
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "study.schema.json"
 GIVEN: dict[str, Any] = {"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5]}}
@@ -29,7 +33,7 @@ MONTE_CARLO = {"methods": ["monte_carlo"]}
 BAD: list[tuple[dict[str, Any], str]] = [
     ({"name": ""}, "name: must not be empty."),
     ({"name": 3}, "name: must be a text in quotes, not 3."),
-    ({"sed": 1}, "sed is not known there."),
+    ({"sed": 1}, "'sed' is not a key of a study file; did you mean seed?"),
     ({"methods": []}, "methods: must not be empty."),
     ({"methods": "averaging"}, "methods: must be a list, not 'averaging'."),
     ({"methods": ["averaging", "averaging"]}, "methods names averaging twice."),
@@ -39,15 +43,48 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"quantities": []}, "quantities: must not be empty."),
     ({"quantities": ["x_mean", "x_mean"]}, "quantities names x_mean twice."),
     ({"fixed": 3}, "fixed: must be a table, not 3."),
-    ({"fixed": {"wall": 1.0}}, "fixed.wall is not known there."),
-    ({"fixed": {"restitution": 1.5}}, "restitution must be in (0, 1], not 1.5. An elastic wall has 1."),
+    (
+        {"fixed": {"wall": 1.0}},
+        "'wall' is not a key of [fixed]: its keys are order, coefficient, natural_frequency, intensity, position, "
+        "restitution, side and barrier.",
+    ),
+    (
+        {"axes": {"naturl_frequency": [1.0]}},
+        "'naturl_frequency' is not a key of [axes]; did you mean natural_frequency?",
+    ),
+    ({"zipped": {"case": {"ordr": [1.0]}}}, "'ordr' is not a key of [zipped.case]; did you mean order?"),
+    (
+        {"fixed": {"natural_frequency": 0.0}},
+        "fixed.natural_frequency must be in [1e-50, 1e+50], not 0. It is Omega in rad/s.",
+    ),
+    ({"fixed": {"natural_frequency": "3"}}, "fixed.natural_frequency: must be a number, not '3'."),
+    (
+        {"quantities": ["x_mean", "impact_rat"]},
+        "quantities, number 2: must be 'amplitude_mean_square', 'x_mean', 'x_mean_square', 'v_mean_square', "
+        "'impact_rate', 'impact_speed_mean' or 'impact_speed_mean_square', not 'impact_rat'; did you mean impact_rate?",
+    ),
+    ({"seed": 16**5000}, "seed: must be less than or equal to 9223372036854775807, not a very long number."),
+    (
+        {"axes": {"position": {"linspace": [-1e308, 1e308, 3]}}},
+        "axes.position: linspace's start and end are too far apart for double precision.",
+    ),
+    (
+        {"zipped": {"case": {"coefficient": [1.0, -1.0]}}},
+        "zipped.case.coefficient must be in [0, 1e+50], not -1. It is the springpot's force per unit of D^alpha x.",
+    ),
+    (
+        {"axes": {"order": {"linspace": [0, 1, 510_000]}, "coefficient": {"linspace": [0, 1, 510_000]}}},
+        "the axes have more than 1,000,000 values together: make them shorter.",
+    ),
+    ({"methods": ["averaging"] * 400_000}, "methods: must have at most 8 items, not 400000."),
+    ({"fixed": {"restitution": 1.5}}, "fixed.restitution must be in (0, 1], not 1.5. An elastic wall has 1."),
     ({"fixed": {"restitution": "1"}}, "fixed.restitution: must be a number, not '1'."),
     ({"fixed": {"intensity": math.inf}}, "fixed.intensity: must be a finite number, not inf."),
     ({"fixed": {"side": "left"}}, "fixed.side: must be 'above' or 'below', not 'left'."),
     ({"fixed": {"order": 0.5}}, "order is fixed and runs along an axis: leave out one of the two."),
     (
         {"fixed": {"barrier": False, "position": 0.5}},
-        "barrier = false leaves no wall for position, restitution or side to describe.",
+        "fixed.barrier = false leaves no wall for position, restitution or side to describe.",
     ),
     ({"axes": {}}, "there must be an axis, such as [axes] order = [0.25, 0.5]."),
     ({"axes": [0.5]}, "axes: must be a table."),
@@ -59,16 +96,16 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"axes": {"order": [0.5, 0.5]}}, "axis order holds 0.5 twice."),
     (
         {"axes": {"order": [1.5]}},
-        "order must be in [0, 1], not 1.5. It runs from 0 (a spring) to 1 (a dashpot).",
+        "axes.order must be in [0, 1], not 1.5. It runs from 0 (a spring) to 1 (a dashpot).",
     ),
     ({"axes": {"order": {"linspace": [0, 1]}}}, "axes.order: linspace must be [start, end, count], not [0, 1]."),
     (
         {"axes": {"order": {"linspace": [0, 1, 2.5]}}},
-        "axes.order: linspace's count must be a whole number from 1 to 10,000,000, not 2.5.",
+        "axes.order: linspace's count must be a whole number from 1 to 1,000,000, not 2.5.",
     ),
     (
         {"axes": {"order": {"linspace": [0, 1, 10**9]}}},
-        "axes.order: linspace's count must be a whole number from 1 to 10,000,000, not 1000000000.",
+        "axes.order: linspace's count must be a whole number from 1 to 1,000,000, not 1000000000.",
     ),
     ({"axes": {"order": {"geomspace": [0, 1, 5]}}}, "axes.order: geomspace's start and end must be positive."),
     ({"zipped": {"case": {"order": [0.5]}}}, "order runs along two axes."),
@@ -98,7 +135,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     (MONTE_CARLO | {"monte_carlo": {"rtol": 2}}, "monte_carlo.rtol: must be less than or equal to 0.5, not 2."),
     (MONTE_CARLO | {"monte_carlo": {"paths": 5.5}}, "monte_carlo.paths: must be a whole number, not 5.5."),
-    (MONTE_CARLO | {"monte_carlo": {"path": 5}}, "monte_carlo.path is not known there."),
+    (MONTE_CARLO | {"monte_carlo": {"path": 5}}, "'path' is not a key of [monte_carlo]; did you mean paths?"),
     (
         {"axes": {"order": {"linspace": [0, 1, 5000]}, "coefficient": {"linspace": [0, 1, 5000]}}},
         "there are more than 10,000,000 tasks: make the axes shorter.",
@@ -133,7 +170,7 @@ def test_a_name_that_is_missing() -> None:
         (b"\xff\xfe", "is not text in UTF-8."),
         (
             b"name = 'x'\nmethods = ['averaging']\n[axes]\norder = [2.0]\n",
-            "is not right: order must be in [0, 1], not 2.",
+            "is not right: axes.order must be in [0, 1], not 2.",
         ),
     ],
 )
@@ -146,10 +183,117 @@ def test_a_file_that_is_wrong_is_named(text: bytes, sentence: str, tmp_path: Pat
     assert "\n" not in str(told.value)
 
 
+HOSTILE = {
+    "dotted key": ("a." * 40_000 + "a = 1", "has a key of more than 8 parts (a.b.c has three)."),
+    "dotted key in quotes": ('"a" . ' * 20_000 + "a = 1", "has a key of more than 8 parts (a.b.c has three)."),
+    "dotted table": ("[" + "a." * 40_000 + "a]", "has a key of more than 8 parts (a.b.c has three)."),
+    "arrays": ("a = " + "[" * 40_000 + "]" * 40_000, "is nested deeper than 8 brackets."),
+    "open arrays": ("a = " + "[\n" * 40_000, "is nested deeper than 8 brackets."),
+    "inline tables": ("a = " + "{a = " * 20_000 + "1" + "}" * 20_000, "is nested deeper than 8 brackets."),
+    "size": ("#" * 2_000_001, "cannot be read: it has more than 2,000,000 bytes."),
+    "open text": ('name = """' + '\\"' * 200_000, "is not TOML: Unterminated string (at end of document)."),
+    "a long key": ("k" * 900_000 + " = 1", "is not a key of a study file: its keys are name, "),
+    "many keys": ("\n".join(f"k{i} = 1" for i in range(30_000)), "'k0' is not a key of a study file: its keys are"),
+    "a long number": ("seed = " + "9" * 100_000, "holds a number with thousands of digits."),
+    "a null byte": ("name = 'a\0b'", "is not TOML: "),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_hostile_file_is_refused_in_time_proportional_to_its_length(case: str, tmp_path: Path) -> None:
+    text, sentence = HOSTILE[case]
+    place = tmp_path / "hostile.toml"
+    place.write_text(text, encoding="utf-8")
+    begun = time.process_time()
+    with pytest.raises(ValueError, match=r"^study file ") as told:
+        read_study(place)
+    assert time.process_time() - begun < 5.0  # they take some tenths; without bounds a minute, or for ever
+    assert sentence in str(told.value)
+    assert len(str(told.value)) < 500
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"""[[[[[[[[[[ a.b.c.d.e.f.g.h.i.j \\""" \n"""',
+        "'''[[[[[[[[[['''",
+        '"[[[[[[[[[[\\"["',
+        "'[[[[[[[[['",
+        '""""a[[[[[[[[["""""',
+    ],
+)
+def test_brackets_within_texts_and_comments_are_no_nesting(text: str, tmp_path: Path) -> None:
+    place = tmp_path / "study.toml"
+    name = f"\ufeff# [[[[[[[[[[ it's \"\nname = {text}\n"
+    place.write_text(f"{name}methods = ['averaging'] # }}}}\n[axes]\norder = [0.5]\n", encoding="utf-8")
+    assert "[[[" in read_study(place).name
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda place: place.mkdir(), "it is a folder, not a file"),
+        (lambda place: os.mkfifo(place), "it is not a file, but a pipe or a device"),
+        (lambda place: place.symlink_to("/dev/zero"), "it is not a file, but a pipe or a device"),
+        (lambda place: place.symlink_to(place), "it is a link that leads back to itself"),
+    ],
+)
+def test_what_is_no_file_is_not_read(make: Callable[[Path], None], says: str, tmp_path: Path) -> None:
+    place = tmp_path / "study.toml"
+    make(place)
+    with pytest.raises(ValueError, match=f"^study file .* cannot be read: {says}"):
+        read_study(place)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"^There is no file '.*none\.toml'\.$"):
+        read_study(tmp_path / "none.toml")
+
+
+def test_large_axes_are_checked_in_time_proportional_to_their_length() -> None:
+    """A repeated value among many took the square of their number."""
+    values = (np.arange(100_001) % 100_000 / 1e5).tolist()
+    begun = time.process_time()
+    with pytest.raises(ValueError, match=r"axis order holds 0\.0 twice"):
+        read_study({**GIVEN, "axes": {"order": values}})
+    study = read_study({**GIVEN, "axes": {"order": {"linspace": [0.1, 1.0, 200_000]}, "restitution": [0.5, 1.0]}})
+    assert time.process_time() - begun < 4.0  # half a second
+    assert study.shape == {"order": 200_000, "restitution": 2}
+
+
+def test_a_point_by_its_index_is_that_of_the_grid() -> None:
+    study = given(RUNS, zipped={"case": {"coefficient": [0.1, 0.5, 2.0], "position": [0.0, 0.1, 0.2]}})
+    assert [study.point(index) for index in range(18)] == list(study.points())
+
+
+def test_a_task_by_its_index_is_that_of_the_list() -> None:
+    study = given(RUNS)
+    mine = [task for task in tasks(study) if task.method == "monte_carlo"]
+    assert [task_at(study, "monte_carlo", index) for index in range(len(mine))] == mine
+
+
+def test_a_sample_is_from_all_over_the_grid() -> None:
+    chosen = sorted(spread(10_000_000, 500))
+    assert len(chosen) == 500
+    assert max(np.diff(chosen)) < 2.7 * 10_000_000 / 500
+    assert sorted(spread(500, 500)) == [*range(500)]
+
+
+def test_the_corners_of_a_large_grid_are_checked() -> None:
+    """The step is too coarse for the fastest oscillators only, one point in a thousand."""
+    axes = {"order": {"linspace": [0.1, 1.0, 1000]}, "natural_frequency": {"linspace": [1.0, 10.0, 1000]}}
+    settings = {"paths": 10, "duration": 5.0, "step": COARSEST / 9.999}
+    study = read_study({**GIVEN, **MONTE_CARLO, "axes": axes, "monte_carlo": settings})
+    with pytest.raises(ValueError, match=r"^at order = 0\.1, natural_frequency = 10: step is .*, too coarse"):
+        check_some(study, 4)
+    finer = read_study({**GIVEN, **MONTE_CARLO, "axes": axes, "monte_carlo": {**settings, "step": COARSEST / 10.001}})
+    assert check_some(finer, 4) == 8
+
+
 def test_a_setting_that_fits_nowhere_is_told_before_work() -> None:
     study = read_study({**GIVEN, **MONTE_CARLO, "monte_carlo": {"paths": 10, "duration": 5.0, "window": [3.0, 9.0]}})
     with pytest.raises(ValueError, match=r"^at order = 0\.5: window "):
-        check_tasks(study)
+        check_some(study, 500)
 
 
 def test_ranges() -> None:
@@ -245,7 +389,7 @@ def example() -> dict[str, Any]:
 def test_the_example_is_a_study() -> None:
     study = read_study(example())
     assert study.shape == {"order": 9, "restitution": 3}
-    check_tasks(study)
+    check_some(study, 500)
 
 
 def test_the_published_schema_is_current() -> None:

@@ -17,6 +17,7 @@ from cyclopts import CycloptsError
 
 from springpot.cli.commands import app
 from springpot.cli.messages import in_flags, of_the_system, one_sentence, usage
+from springpot.faults import FileFault
 from springpot.terminal import say, warnings_as_sentences
 
 __all__ = ["main"]
@@ -67,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(usage(error))
         return 2
     except (TypeError, ValueError) as error:
-        say(in_flags(one_sentence(error)))
+        say(one_sentence(error) if isinstance(error, FileFault) else in_flags(one_sentence(error)))
         return 2
     except KeyboardInterrupt:
         say("interrupted.")
@@ -75,6 +76,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
         _drop_output()
         return 1
+    except FileNotFoundError as error:  # of what was asked to be read: bad input
+        say(f"There is no file {os.fspath(error.filename)!r}." if error.filename is not None else one_sentence(error))
+        return 2
     except OSError as error:
         _drop_output()
         say(of_the_system(error))

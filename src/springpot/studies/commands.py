@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from pathlib import Path
 from typing import Annotated, Literal
@@ -32,6 +33,8 @@ def new(file: Annotated[str, Parameter(help="Where to write it; it must not exis
     place = Path(file)
     if place.suffix != ".toml":
         raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
+    if not place.resolve().parent.is_dir():
+        raise ValueError(f"the study file must lie in a folder that exists, and {str(place.parent)!r} does not.")
     endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
     places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
     text = TEMPLATE.format(name=json.dumps(place.stem, ensure_ascii=False), **places)
@@ -69,20 +72,31 @@ def check(file: _File, *, json_: Json = False) -> int:
     if json_:
         print_json(
             {"name": study.name, "shape": study.shape, "tasks": found.tasks, "processor_seconds": found.seconds,
-             "threads": threads, "seconds": total, "bytes": found.bytes, "without_answer": found.silent}
+             "threads": threads, "seconds": total, "bytes": found.bytes, "without_answer": found.silent,
+             "tried": found.tried, "points_checked": found.checked}
         )  # fmt: skip
         return 0
     grid = " x ".join(f"{count} {name}" for name, count in study.shape.items())
     print(f"{study.name}: {grid}")
     print_table(
-        [["", "tasks", "processor time", "without an answer"]]
+        [["", "tasks", "tried", "processor time", "without an answer"]]
         + [
-            [method, str(count), _time(found.seconds[method]), f"{found.silent[method]:.0%}"]
+            [
+                method,
+                f"{count:,}",
+                str(found.tried[method]),
+                _time(found.seconds[method]),
+                f"{found.silent[method]:.0%}",
+            ]
             for method, count in found.tasks.items()
         ]
     )
+    points = math.prod(study.shape.values())
+    if study.monte_carlo is not None and found.checked < points:
+        print(f"settings of Monte Carlo checked at {found.checked:,} of {points:,} points.")
     print(
-        f"{sum(found.tasks.values())} tasks, about {_time(total)} on {threads} threads, {_size(found.bytes)} at most."
+        f"{sum(found.tasks.values()):,} tasks, about {_time(total)} on {threads} threads, "
+        f"{_size(found.bytes)} at most (from the tasks tried; good to a factor of two)."
     )
     return 0
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from springpot.studies.layout import SENTENCES
 from springpot.studies.question import Study
 from springpot.studies.store import Damaged, Store
-from springpot.studies.tasks import Answer, Task, check_tasks, columns_of, compute, tasks
+from springpot.studies.tasks import Answer, Task, check_some, columns_of, compute, spread, task_at, tasks
 
 __all__ = ["Estimate", "Status", "estimate", "status"]
 
 SAMPLE = 12  # tasks of a method that are tried
-LARGEST_SAMPLE = 6.0  # s spent on each method
+LARGEST_SAMPLE = 1.0  # s spent on each method, one task after another
+CHECKED = 500  # points at which the settings of Monte Carlo are checked
 BLOCK = 4096  # bytes a file system gives the smallest file
 ROUGH = {"rtol": 0.05, "path_times": 1e4, "paths": 256}  # as Monte Carlo is tried
 
@@ -34,12 +35,18 @@ class Estimate:
         Room that the store will take, at most.
     silent : dict
         Share of the tried tasks of each method that have no answer: not covered, or no stationary state.
+    tried : dict
+        Number of tasks of each method in the sample that ``seconds`` and ``silent`` are taken from.
+    checked : int
+        Number of points at which the settings of Monte Carlo were checked.
     """
 
     tasks: dict[str, int]
     seconds: dict[str, float]
     bytes: int
     silent: dict[str, float]
+    tried: dict[str, int]
+    checked: int
 
 
 @dataclass(frozen=True)
@@ -58,37 +65,37 @@ class Status:
 
 
 def estimate(study: Study) -> Estimate:
-    """Check a study, and tell what it will take by trying a few of its tasks.
+    """Check a study, and say what it will take from a few of its tasks: the time does not grow with the grid.
 
     Raises
     ------
     TypeError, ValueError
         If a point or a setting is wrong.
     """
-    check_tasks(study)
-    counts: dict[str, int] = {}
+    checked = check_some(study, CHECKED)
+    count = math.prod(study.shape.values())
+    counts = dict.fromkeys(map(str, study.methods), count)
     seconds: dict[str, float] = {}
     silent: dict[str, float] = {}
+    used: dict[str, int] = {}
     room = 0
     for method in study.methods:
-        mine = list(tasks(study.model_copy(update={"methods": (method,)})))
-        counts[method] = len(mine)
-        room += len(mine) * math.ceil((8 * (2 + len(columns_of(method))) + 4) / BLOCK) * BLOCK
-        room += len(mine) * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
-        tried = _spread(mine)
+        room += count * math.ceil((8 * (2 + len(columns_of(method))) + 4) / BLOCK) * BLOCK
+        room += count * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
+        tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
         _try(_roughly(tried[0])[0])  # kernels are compiled and loaded
-        spent, mute, used = 0.0, 0, 0
+        spent, mute, used[method] = 0.0, 0, 0
         begun = time.perf_counter()
         for task in tried:
             rough, factor = _roughly(task)
             taken, statement = _try(rough)
             spent += factor * taken
             mute += bool(statement)
-            used += 1
+            used[method] += 1
             if time.perf_counter() - begun > LARGEST_SAMPLE:
                 break
-        seconds[method], silent[method] = spent / used * len(mine), mute / used
-    return Estimate(counts, seconds, room, silent)
+        seconds[method], silent[method] = spent / used[method] * count, mute / used[method]
+    return Estimate(counts, seconds, room, silent, used, checked)
 
 
 def _try(task: Task) -> tuple[float, str]:
@@ -98,13 +105,6 @@ def _try(task: Task) -> tuple[float, str]:
     with contextlib.suppress(Exception):  # running it will tell
         statement = compute(task).statement
     return time.perf_counter() - begun, statement
-
-
-def _spread(mine: list[Task]) -> list[Task]:
-    """A sample from all over the grid: neither its corners only nor one line of it."""
-    count = min(SAMPLE, len(mine))
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    return [mine[int(((number + 0.5) * golden) % 1.0 * len(mine))] for number in range(count)]
 
 
 def _roughly(task: Task) -> tuple[Task, float]:

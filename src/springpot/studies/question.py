@@ -7,20 +7,32 @@ from __future__ import annotations
 
 import itertools
 import math
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    FailFast,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
 
+from springpot.faults import FileFault, shown
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, finite_number
+from springpot.studies.toml import read_toml
+from springpot.studies.wording import sentence, unknown_key
 from springpot.units import UNITS
 
 __all__ = ["PARAMETERS", "QUANTITIES", "Axis", "MonteCarlo", "Study", "read_study"]
 
 MOST_TASKS = 10_000_000
+MOST_VALUES = 1_000_000  # on all axes together
 
 Method = Literal[
     "averaging_printed",
@@ -58,6 +70,8 @@ def _axis(value: object) -> tuple[float, ...]:
     if isinstance(value, list | tuple):
         if not value:
             raise ValueError("an axis must have at least one value")
+        if len(value) > MOST_VALUES:
+            raise ValueError(f"an axis must have at most {MOST_VALUES:,} values, not {len(value):,}")
         return tuple(_number(number, "every value") for number in value)
     if isinstance(value, Mapping) and len(value) == 1:
         (form, numbers), *_ = value.items()
@@ -65,11 +79,13 @@ def _axis(value: object) -> tuple[float, ...]:
             return _spaced(str(form), numbers)
     raise ValueError(
         "an axis must be a list of numbers, {linspace = [start, end, count]} or {geomspace = [start, end, count]}, "
-        f"not {value!r}"
+        f"not {shown(value)}"
     )
 
 
 def _number(value: object, name: str) -> float:
+    if type(value) is float and math.isfinite(value):  # most are, of very many
+        return value
     try:
         return finite_number(value, name)
     except TypeError as error:  # a fault of the file like any other
@@ -78,16 +94,18 @@ def _number(value: object, name: str) -> float:
 
 def _spaced(form: str, numbers: object) -> tuple[float, ...]:
     if not isinstance(numbers, list | tuple) or len(numbers) != 3:
-        raise ValueError(f"{form} must be [start, end, count], not {numbers!r}")
+        raise ValueError(f"{form} must be [start, end, count], not {shown(numbers)}")
     start, end = (_number(number, f"{form}'s start and end") for number in numbers[:2])
     count = numbers[2]
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_TASKS:
-        raise ValueError(f"{form}'s count must be a whole number from 1 to {MOST_TASKS:,}, not {count!r}")
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_VALUES:
+        raise ValueError(f"{form}'s count must be a whole number from 1 to {MOST_VALUES:,}, not {shown(count)}")
+    if not math.isfinite(end - start):
+        raise ValueError(f"{form}'s start and end are too far apart for double precision")
     if form == "geomspace" and not min(start, end) > 0.0:
         raise ValueError("geomspace's start and end must be positive")
     values = np.linspace(start, end, count) if form == "linspace" else np.geomspace(start, end, count)
     # twelve digits: 0.3, not 0.30000000000000004, so that a finer axis meets the points of a coarser one
-    return tuple(float(f"{value:.12g}") for value in values)
+    return tuple(float(f"{value:.12g}") for value in values.tolist())
 
 
 _SPACED = {"type": "array", "prefixItems": [{"type": "number"}, {"type": "number"}, {"type": "integer", "minimum": 1}],
@@ -190,9 +208,11 @@ class Study(_Strict):
     """
 
     name: str = Field(min_length=1, max_length=200)
-    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1)]
+    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=8), FailFast()]
     seed: int = Field(1, ge=0, le=2**63 - 1)
-    quantities: Annotated[tuple[Quantity, ...], Field(strict=False, min_length=1)] = ("amplitude_mean_square",)
+    quantities: Annotated[tuple[Quantity, ...], Field(strict=False, min_length=1, max_length=7), FailFast()] = (
+        "amplitude_mean_square",
+    )
     fixed: Fixed = Field(default_factory=Fixed)
     axes: dict[Parameter, Axis] = Field(default_factory=dict)
     zipped: dict[str, dict[Parameter, Axis]] = Field(default_factory=dict)
@@ -218,24 +238,23 @@ class Study(_Strict):
                 raise ValueError(f"zipped axis {title!r} needs a name of its own, such as case")
             if len({len(column) for column in columns.values()}) != 1:
                 raise ValueError(f"zipped axis {title} needs at least one column, and columns of equal length")
-        for title, values in self._coordinates():
-            if len(set(values)) < len(values):
-                raise ValueError(f"axis {title} holds {_twice(values)} twice")
+        if sum(len(values) for _, values in self.columns.values()) > MOST_VALUES:
+            raise ValueError(f"the axes have more than {MOST_VALUES:,} values together: make them shorter")
+        for title, part in zip(self._titles(), self._columns_of_axes(), strict=True):
+            rows = [*zip(*part.values(), strict=True)]
+            if len(set(rows)) < len(rows):
+                again = _twice(rows)
+                raise ValueError(f"axis {title} holds {again[0] if title in self.axes else again} twice")
         if math.prod(self.shape.values()) * len(self.methods) > MOST_TASKS:
             raise ValueError(f"there are more than {MOST_TASKS:,} tasks: make the axes shorter")
         self._check_oscillators()
         return self
 
-    def _coordinates(self) -> Iterator[tuple[str, tuple[float | tuple[float, ...], ...]]]:
-        """Each axis of the grid: its name and its values (tuples where columns are zipped)."""
-        yield from self.axes.items()
-        for title, columns in self.zipped.items():
-            yield title, tuple(zip(*columns.values(), strict=True))
-
     @property
     def shape(self) -> dict[str, int]:
         """Length of each axis of the grid, by name."""
-        return {name: len(values) for name, values in self._coordinates()}
+        columns = self._columns_of_axes()
+        return {name: len(next(iter(part.values()))) for name, part in zip(self._titles(), columns, strict=True)}
 
     @property
     def columns(self) -> dict[str, tuple[str, tuple[float, ...]]]:
@@ -248,25 +267,61 @@ class Study(_Strict):
     def points(self) -> Iterator[Point]:
         """Every point of the grid, the last axis fastest: all numbers that make its oscillator."""
         fixed = self.fixed.model_dump()
-        names = [[str(name)] for name in self.axes] + [[*map(str, c)] for c in self.zipped.values()]
-        rows = [values for _, values in self._coordinates()]
-        for chosen in itertools.product(*rows):
+        axes = [*self._columns_of_axes()]
+        for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
             point = dict(fixed)
-            for axis, value in zip(names, chosen, strict=True):
-                point.update(zip(axis, value if isinstance(value, tuple) else (value,), strict=True))
+            for columns, values in zip(axes, chosen, strict=True):
+                point.update(zip(columns, values, strict=True))
             yield point
 
+    def point(self, index: int) -> Point:
+        """The point of that index among `points`, without making those before it."""
+        point: Point = self.fixed.model_dump()
+        for values in reversed([*self._columns_of_axes()]):
+            index, place = divmod(index, len(next(iter(values.values()))))
+            point.update((name, column[place]) for name, column in values.items())
+        return point
+
+    def _titles(self) -> list[str]:
+        return [*map(str, self.axes), *self.zipped]
+
+    def _columns_of_axes(self) -> Iterator[dict[str, tuple[float, ...]]]:
+        """The columns of each axis of the grid, by parameter."""
+        for name, axis in self.axes.items():
+            yield {str(name): axis}
+        for columns in self.zipped.values():
+            yield {str(name): column for name, column in columns.items()}
+
     def _check_oscillators(self) -> None:
-        """Every value of every axis makes an oscillator: what is wrong is said before any work."""
+        """Every value of every axis makes an oscillator: what is wrong is said before any work.
+
+        What each number may be is an interval, so the ends of each column stand for the values between them.
+        """
         base = self.fixed.model_dump()
-        oscillator_of(base)
-        for name, (_, values) in self.columns.items():
-            for value in values:
-                oscillator_of({**base, name: value})
+        _check_oscillator(base, {name: f"fixed.{name}" for name in base})
+        for name in self.axes:
+            place = {str(name): f"axes.{name}"}
+            for value in (min(self.axes[name]), max(self.axes[name])):
+                _check_oscillator({**base, name: value}, place)
+        for title, columns in self.zipped.items():
+            for name, column in columns.items():
+                for value in (min(column), max(column)):
+                    _check_oscillator({**base, name: value}, {str(name): f"zipped.{title}.{name}"})
 
 
-def _twice(names: tuple[Any, ...] | list[Any]) -> Any:
-    return next(name for number, name in enumerate(names) if name in names[:number])
+def _check_oscillator(point: Point, places: Mapping[str, str]) -> None:
+    """The oscillator's sentence begins with the name of a number: here it gets the place of that number in the file."""
+    try:
+        oscillator_of(point)
+    except ValueError as error:
+        name, space, rest = str(error).partition(" ")
+        raise ValueError(places.get(name, name) + space + rest) from None
+
+
+def _twice(names: Iterable[Any]) -> Any:
+    """The first of them that was there before."""
+    before: set[Any] = set()
+    return next(name for name in names if name in before or before.add(name))  # type: ignore[func-returns-value]
 
 
 def oscillator_of(point: Mapping[str, Any]) -> Oscillator:
@@ -298,15 +353,18 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     ------
     ValueError
         One sentence that says what is wrong in it, and where.
+    FileNotFoundError
+        If there is no such file.
     OSError
         If the file cannot be read.
 
     Examples
     --------
-    >>> read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5, 1.5]}})
-    Traceback (most recent call last):
-        ...
-    ValueError: the study is not right: order must be in [0, 1], not 1.5. It runs from 0 (a spring) to 1 (a dashpot).
+    >>> try:
+    ...     read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5, 1.5]}})
+    ... except ValueError as error:
+    ...     print(error)
+    the study is not right: axes.order must be in [0, 1], not 1.5. It runs from 0 (a spring) to 1 (a dashpot).
     """
     if isinstance(source, Study):
         return source
@@ -314,48 +372,29 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         title, content = "the study", dict(source)
     else:
         title = f"study file {str(source)!r}"
-        try:
-            content = tomllib.loads(Path(source).read_text(encoding="utf-8"))
-        except UnicodeDecodeError:
-            raise ValueError(f"{title} is not text in UTF-8.") from None
-        except tomllib.TOMLDecodeError as error:
-            raise ValueError(f"{title} is not TOML: {error}.") from None
+        content = read_toml(source, title)
     try:
+        _check_keys(content)
         return Study.model_validate(content)
     except ValidationError as error:
-        raise ValueError(f"{title} is not right: {_sentence(error)}") from None
+        raise FileFault(f"{title} is not right: {sentence(error)}") from None
+    except FileFault as fault:
+        raise FileFault(f"{title} is not right: {fault}") from None
 
 
-_WORDS = (
-    ("Input should be ", "must be "),
-    ("a valid dictionary or instance of Fixed", "a table"),
-    ("a valid dictionary or instance of MonteCarlo", "a table"),
-    ("a valid dictionary", "a table"),
-    ("a valid integer", "a whole number"),
-    ("a valid number", "a number"),
-    ("a valid string", "a text in quotes"),
-    ("a valid tuple", "a list"),
-    ("String should have at least 1 character", "must not be empty"),
-    ("Tuple should have at least 1 item after validation, not 0", "must not be empty"),
-    ("String should have", "must have"),
-)
-"""What pydantic says, and what the reader of a TOML file understands."""
-
-
-def _sentence(error: ValidationError) -> str:
-    """The first fault, told in the words of the file."""
-    fault = error.errors(include_url=False)[0]
-    place = ".".join(str(part) for part in fault["loc"] if part != "[key]")
-    if fault["type"] == "extra_forbidden":
-        return f"{place} is not known there."
-    if fault["type"] == "missing":
-        return f"{place} is missing."
-    text = str(fault.get("ctx", {}).get("error", ""))
-    if not text:
-        text = fault["msg"]
-        for theirs, ours in _WORDS:
-            text = text.replace(theirs, ours)
-        if isinstance(fault["input"], str | int | float) and text.startswith("must be"):
-            text += f", not {fault['input']!r}"
-    text = text if text.endswith(".") else f"{text}."
-    return f"{place}: {text}" if place else text
+def _check_keys(content: Mapping[str, Any]) -> None:
+    """Every key of every table is known."""
+    tables: list[tuple[str, Any, Iterable[str]]] = [
+        ("", content, Study.model_fields),
+        ("fixed", content.get("fixed"), Fixed.model_fields),
+        ("axes", content.get("axes"), PARAMETERS),
+        ("monte_carlo", content.get("monte_carlo"), MonteCarlo.model_fields),
+    ]
+    zipped = content.get("zipped")
+    if isinstance(zipped, Mapping):
+        tables += [(f"zipped.{shown(title)[1:-1]}", columns, PARAMETERS) for title, columns in zipped.items()]
+    for place, table, known in tables:
+        if isinstance(table, Mapping):
+            for key in table:
+                if key not in known:
+                    raise FileFault(unknown_key(key, place, known))

@@ -25,12 +25,13 @@ from typing import Any
 
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, open_store
-from springpot.studies.tasks import Task, check_tasks, compute, tasks
+from springpot.studies.tasks import Task, check_some, compute, tasks
 
 __all__ = ["Outcome", "Terminated", "run_study"]
 
 Progress = Callable[[float], None]
 TELL = 0.2  # s
+CHECKED = 20_000  # points at which the settings of Monte Carlo are checked before any work: some seconds
 PATIENCE = "20s"  # for a scheduler to answer
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
 
@@ -150,7 +151,7 @@ def run_study(
         raise ValueError(f"workers must be a whole number from 1 to 4096, not {workers!r}.")
     path = Path(path).resolve()
     with _obeying_sigterm():
-        check_tasks(study)
+        check_some(study, CHECKED)
         store = open_store(path, study)
         store.remove_orphans()
         mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from springpot.faults import FileFault
 from springpot.files import Damaged, checksum, partial_name, read_chunk, remove_orphans, write, write_chunk
 from springpot.studies.layout import ARRAYS, SENTENCES, group, metadata, place_of
 from springpot.studies.question import Study, read_study
@@ -37,7 +38,7 @@ ATTRIBUTE = "springpot_study"
 CHECKSUM = "crc32c"  # of the root's metadata without it
 
 
-class StoreError(ValueError):
+class StoreError(FileFault):
     """The store cannot be used; the message says why."""
 
 

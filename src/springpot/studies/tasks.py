@@ -7,12 +7,14 @@ Carlo its seed, however the grid around it grows.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from springpot.faults import FileFault
 from springpot.studies.question import QUANTITIES, MonteCarlo, Point, Study, oscillator_of
 from springpot.units import UNITS
 
@@ -22,9 +24,11 @@ __all__ = [
     "THEORY_COLUMNS",
     "Answer",
     "Task",
-    "check_tasks",
+    "check_some",
     "columns_of",
     "compute",
+    "spread",
+    "task_at",
     "tasks",
 ]
 
@@ -100,12 +104,22 @@ def tasks(study: Study) -> Iterator[Task]:
     [0.25, 0.5]
     """
     for method in study.methods:
-        settings: dict[str, Any] = {}
-        if method == "monte_carlo" and study.monte_carlo is not None:
-            settings = _settings(study.monte_carlo)
-        quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
+        how = _how(study, method)
         for point in study.points():
-            yield _task(method, point, settings, quantities, study.seed)
+            yield _task(method, point, *how)
+
+
+def task_at(study: Study, method: str, index: int) -> Task:
+    """A method's task at the point of that index, without making those before it."""
+    return _task(method, study.point(index), *_how(study, method))
+
+
+def _how(study: Study, method: str) -> tuple[dict[str, Any], tuple[str, ...], int]:
+    """Settings, quantities and the study's seed."""
+    settings: dict[str, Any] = {}
+    if method == "monte_carlo" and study.monte_carlo is not None:
+        settings = _settings(study.monte_carlo)
+    return settings, tuple(sorted(study.quantities)) if "rtol" in settings else (), study.seed
 
 
 def _settings(monte_carlo: MonteCarlo) -> dict[str, Any]:
@@ -135,8 +149,36 @@ def _task(method: str, point: Point, settings: dict[str, Any], quantities: tuple
     return Task(method, point, settings, quantities, own_seed, words[0] >> 4, words[1] >> 12)
 
 
-def check_tasks(study: Study) -> None:
-    """Check every point's oscillator and Monte Carlo settings, before any work.
+def spread(count: int, most: int) -> list[int]:
+    """Up to ``most`` numbers below ``count``, the first few of them from all over the range already.
+
+    Examples
+    --------
+    >>> spread(5, 12), spread(1000, 4)
+    ([0, 2, 4, 1, 3], [309, 927, 545, 163])
+    """
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    if count <= most:
+        return sorted(range(count), key=lambda number: number * golden % 1.0)
+    return [*dict.fromkeys(int(((number + 0.5) * golden) % 1.0 * count) for number in range(most))]
+
+
+def check_some(study: Study, most: int) -> int:
+    """Check the Monte Carlo settings at up to ``most`` points of the grid and at its corners, and say at how many."""
+    shape = tuple(study.shape.values())
+    count = math.prod(shape)
+    chosen = set(spread(count, most))
+    for corner in itertools.product(*({0, length - 1} for length in shape[:8])):
+        place = 0
+        for length, step in itertools.zip_longest(shape, corner, fillvalue=0):
+            place = place * length + step
+        chosen.add(place)
+    _check(study, map(study.point, sorted(chosen)))
+    return len(chosen)
+
+
+def _check(study: Study, points: Iterable[Point]) -> None:
+    """Check the Monte Carlo settings at these points, before any work.
 
     Raises
     ------
@@ -151,7 +193,7 @@ def check_tasks(study: Study) -> None:
         return
     given = _settings(study.monte_carlo)
     explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
-    for point in study.points():
+    for point in points:
         try:
             if "rtol" in given:
                 checked_quantities(oscillator_of(point), study.quantities)
@@ -160,7 +202,7 @@ def check_tasks(study: Study) -> None:
             continue
         except (TypeError, ValueError) as error:
             varied = ", ".join(f"{name} = {point[name]:g}" for name in study.columns)
-            raise ValueError(f"at {varied}: {error}") from None
+            raise FileFault(f"at {varied}: {error}") from None
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:

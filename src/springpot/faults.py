@@ -1,0 +1,43 @@
+"""What is wrong with a file, and values short enough to stand in a sentence."""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+from collections.abc import Iterable
+
+__all__ = ["FileFault", "meant", "shown"]
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
+
+
+class FileFault(ValueError):
+    """A file cannot be used; the sentence speaks of its keys as they stand in it, not of flags or arguments."""
+
+
+def shown(value: object) -> str:
+    """A value as Python writes it, cut where it is long, whatever it is.
+
+    Examples
+    --------
+    >>> shown([0.5, "x" * 100])
+    "[0.5, 'xxxxxxxxxxxxxxxxxxxxxxxxxxx...xxxxxxxxxxxxxxxxxxxxxxxxxxxx']"
+    """
+    try:
+        return _SHORT.repr(value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        return "a very long number"
+
+
+def meant(word: str, names: Iterable[str]) -> str:
+    """The question whether a name that is close was meant, or nothing.
+
+    Examples
+    --------
+    >>> meant("avering", ["averaging", "envelope"])
+    '; did you mean averaging?'
+    """
+    close = difflib.get_close_matches(word[:100], names, n=1, cutoff=0.7)
+    return f"; did you mean {close[0]}?" if close else ""

@@ -1,0 +1,81 @@
+"""Reading a TOML file that anybody may have written: its size and its nesting are bounded before it is parsed.
+
+The standard library's parser calls itself for every bracket, and its time grows with the square of the number of parts
+of a dotted key: without bounds a file of 80 kB takes minutes and gigabytes.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from springpot.faults import FileFault
+from springpot.files import Damaged, read_file
+
+__all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
+
+MOST_BYTES = 2_000_000
+DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
+
+# the quantifiers are possessive, so that the time is proportional to the length whatever stands in the file
+_TEXT_OR_COMMENT = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
+    r'|"(?:[^"\\\n]|\\.)*+(?:"|$)'
+    r"|'[^'\n]*+(?:'|$)"
+    r"|\#[^\n]*+",
+    re.DOTALL | re.MULTILINE,
+)
+_MANY_PARTS = re.compile(rf"(?:\.[^.=,\[\]{{}}\n]*+){{{DEEPEST}}}")
+_BRACKET = re.compile(r"[\[\]{}]")
+
+
+def read_toml(path: str | Path, title: str) -> dict[str, Any]:
+    """Content of a TOML file; a byte order mark at its beginning is passed over.
+
+    Parameters
+    ----------
+    path : str or Path
+    title : str
+        What the file is, for the sentences, such as ``"study file 'a.toml'"``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    FileFault
+        If it is no file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not TOML.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        body = read_file(str(path), MOST_BYTES)
+    except Damaged as fault:
+        raise FileFault(f"{title} cannot be read: {fault}.") from None
+    if body is None:
+        raise FileNotFoundError(f"There is no file {str(path)!r}.")
+    try:
+        text = body.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FileFault(f"{title} is not text in UTF-8.") from None
+    _check_nesting(text, title)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = " ".join(str(error).split())
+        raise FileFault(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
+    except ValueError:  # Python reads no whole number of more than 4300 digits
+        raise FileFault(f"{title} holds a number with thousands of digits.") from None
+
+
+def _check_nesting(text: str, title: str) -> None:
+    bare = _TEXT_OR_COMMENT.sub(lambda found: "" if found[0].startswith("#") else "s", text)
+    if _MANY_PARTS.search(bare):
+        raise FileFault(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
+    deep = 0
+    for bracket in _BRACKET.finditer(bare):
+        deep = deep + 1 if bracket[0] in "[{" else max(0, deep - 1)
+        if deep > DEEPEST:
+            raise FileFault(f"{title} is nested deeper than {DEEPEST} brackets.")
