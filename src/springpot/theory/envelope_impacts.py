@@ -35,6 +35,7 @@ FloatArray = NDArray[np.float64]
 _POINTS_PER_DECADE = 15
 _DECADES = 14  # slow impacts count down to very slow ones at a lossy wall
 _CUT = 1  # decades above the slowest speeds of the grid that the missing still slower ones spoil
+_TABLE = 240  # even parts of the fastest speed, at which the density is tabulated beside the slow ones of the grid
 
 
 @dataclass(frozen=True)
@@ -79,12 +80,20 @@ def impacts(balance: Balance) -> Impacts | None:
     flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
     rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
     rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
-    log_share = PchipInterpolator(np.log(speed[rising]), np.log((flux / speed)[rising]))
-    v = speed[rising][-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
+    known, log_share = speed[rising], np.log((flux / speed)[rising])
+    # a straight line in the square of the speed (all there is at order 1 with an elastic wall), and what is left of it
+    fall = np.polyfit(known**2, log_share, 1, w=flux[rising])[0]
+    left = PchipInterpolator(np.log(known), log_share - fall * known**2)
+    v = known[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
     step = math.log(v[1] / v[0])
     power = slow_impact_power(r)
-    # towards 0 the flux falls in proportion to the speed
-    elastic_flux = v * np.exp(log_share(np.log(np.maximum(v, speed[rising][0]))))
+
+    def elastic_flux_at(v: FloatArray) -> FloatArray:
+        """Towards 0 it falls in proportion to the speed."""
+        held = np.maximum(v, known[0])
+        return np.asarray(v * np.exp(fall * held**2 + left(np.log(held))))
+
+    elastic_flux = elastic_flux_at(v)
     n = elastic_flux
     if r < 1.0:
         turning = np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
@@ -101,13 +110,15 @@ def impacts(balance: Balance) -> Impacts | None:
     # the grid's sums serve only to compare both fluxes; the elastic one's moments are known better from the cycles
     gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
     per_rate, mean, square = (gain[power] * balance.average(balance.rate * before**power) for power in (0, 1, 2))
+    table = np.union1d(v, v[-1] * np.linspace(0.0, 1.0, _TABLE + 1)[1:-1])
+    gained = PchipInterpolator(np.log(v), n / elastic_flux)(np.log(table))
     # the loss of energy per unit of time, in proportion to the third moment of the flux, is the envelope's
     return Impacts(
         rate=per_rate / gain[2],
         speed_mean=mean / per_rate,
         speed_mean_square=square / per_rate,
-        speeds=np.r_[0.0, v],
-        density=np.r_[n[0] if r < 1.0 else 0.0, n] / moment(n, power, 0),
+        speeds=np.r_[0.0, table],
+        density=np.r_[n[0] if r < 1.0 else 0.0, gained * elastic_flux_at(table)] / moment(n, power, 0),
     )
 
 
