@@ -1,18 +1,18 @@
 """Random vibration of oscillators with power-law memory that strike a wall.
 
 The names below are loaded when they are first used, so that ``import springpot`` (and ``springpot --help``) is quick.
+Nothing at all is loaded with this file, so that the command is ready for Ctrl-C at once.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-
+TYPE_CHECKING = False  # as in typing, which takes longer to load than all the rest here
 if TYPE_CHECKING:
+    from typing import Any
+
     from springpot import figures, theory
     from springpot.atlases import atlas
+    from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
     from springpot.simulation.run import run, simulate
     from springpot.simulation.saved import load_run
     from springpot.studies import open_study, study
@@ -24,6 +24,10 @@ __all__ = [
     "study", "theory",
 ]  # fmt: skip
 _LATER = {
+    "Barrier": "springpot.oscillator",
+    "Oscillator": "springpot.oscillator",
+    "Springpot": "springpot.oscillator",
+    "WhiteNoise": "springpot.oscillator",
     "atlas": "springpot.atlases",
     "figures": "springpot.figures",
     "load_run": "springpot.simulation",
@@ -42,6 +46,8 @@ def __getattr__(name: str) -> Any:
         return version("springpot")
     if name not in _LATER:
         raise AttributeError(f"module 'springpot' has no attribute {name!r}")
+    import importlib
+
     module = importlib.import_module(_LATER[name])
     return module if _LATER[name] == f"springpot.{name}" else getattr(module, name)
 

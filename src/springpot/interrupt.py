@@ -1,19 +1,31 @@
-"""Ctrl-C while modules load."""
+"""Ctrl-C: one sentence and exit code 130, soon, whatever the command is doing.
+
+While modules load there is nothing to tidy up, and `leave_at_once` ends the process at the signal.  While a command
+works Ctrl-C is the exception KeyboardInterrupt, so that it can tidy up.  But Python raises it between two of its own
+steps only, and a command may be in the middle of a long call of compiled code; so a thread is told of the signal by
+the system, and ends the process if the command has not ended after a while.  Nothing is lost: all files are written
+beside their place and moved there when they are whole.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
 
-__all__ = ["leave_at_once"]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+
+__all__ = ["INTERRUPTED", "attended", "leave_at_once"]
+
+INTERRUPTED = 130  # exit code
+PATIENCE = 2.0  # s that a command has to tidy up after a signal
 
 
-@contextmanager
-def leave_at_once() -> Iterator[None]:
+class leave_at_once:  # a class, for contextlib takes longer to load than all the rest here
     """Let Ctrl-C end the process with one sentence and 130, without an exception.
 
     For while modules load: nothing needs tidying up then, and they may lose an exception or turn it into another one.
@@ -23,18 +35,96 @@ def leave_at_once() -> Iterator[None]:
     >>> with leave_at_once():
     ...     import json
     """
-    before = signal.getsignal(signal.SIGINT)
-    in_main = threading.current_thread() is threading.main_thread()  # signals can be arranged from there only
-    if not in_main or before is not signal.default_int_handler:  # or the caller has arranged something else
-        yield
-        return
-    signal.signal(signal.SIGINT, _leave)
+
+    def __enter__(self) -> None:
+        self._before = signal.getsignal(signal.SIGINT)
+        in_main = threading.current_thread() is threading.main_thread()  # signals can be arranged from there only
+        # a caller that has arranged something else keeps it, and a background job that ignores Ctrl-C goes on to
+        self._ours = in_main and self._before is signal.default_int_handler
+        if self._ours:
+            signal.signal(signal.SIGINT, _leave)
+
+    def __exit__(self, *_: object) -> None:
+        if self._ours:
+            signal.signal(signal.SIGINT, self._before)
+
+
+def attended(command: Callable[[], int]) -> int:
+    """Run a command to its exit code, or end the process if Ctrl-C or SIGTERM came and it does not end soon.
+
+    Parameters
+    ----------
+    command : callable
+        Returns the exit code; it says itself that it was interrupted.
+
+    Returns
+    -------
+    int
+        Its exit code.  From here on Ctrl-C changes nothing: the process ends at once, with this code.
+
+    Examples
+    --------
+    >>> attended(lambda: 0)
+    0
+    """
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not ours or not hasattr(os, "fork") or threading.current_thread() is not threading.main_thread():
+        return command()  # Windows tells only sockets of a signal
+    with leave_at_once():
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+        waiting = threading.Thread(target=_wait_and_end, args=(reading,), daemon=True)
+        waiting.start()
     try:
-        yield
+        code = command()
+        _end_with(code)
+    except KeyboardInterrupt:  # between two lines of the command's own handling
+        _say_interrupted()
+        code = INTERRUPTED
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.set_wakeup_fd(before)
+        os.close(writing)
+    if code == INTERRUPTED and set(threading.enumerate()) - {threading.main_thread(), waiting}:
+        _flush()
+        os._exit(code)  # what still computes is not waited for
+    return code
+
+
+def _end_with(code: int) -> None:
+    """The answer is given: whoever presses Ctrl-C now does not change it."""
+
+    def end(_signal: int, _frame: FrameType | None) -> None:
+        os._exit(code)
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, end)
+
+
+def _wait_and_end(reading: int) -> None:
+    """Wait for a signal that ends this process, and then end it if it does not by itself."""
+    while told := os.read(reading, 1):
+        if told[0] in (signal.SIGINT, signal.SIGTERM):
+            threading.Event().wait(PATIENCE)
+            _say_interrupted()
+            os._exit(INTERRUPTED)
+    os.close(reading)
 
 
 def _leave(_signal: int, _frame: FrameType | None) -> None:
+    _say_interrupted()
+    os._exit(INTERRUPTED)
+
+
+def _say_interrupted() -> None:
+    if os.isatty(2):
+        os.write(2, b"\r\x1b[K\x1b[?25h")  # in place of a progress bar, which hides the cursor
     os.write(2, b"springpot: interrupted.\n")
-    os._exit(130)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (AttributeError, OSError, ValueError):
+            continue

@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from springpot import trusted
 from springpot.files import write
 from springpot.memory.weights import Floats
+from springpot.trusted import make_folder, read, reason_against, say_unused
 
 __all__ = ["folder", "load", "save"]
 
@@ -58,13 +58,13 @@ def load(key: Key) -> tuple[Floats, Floats, float] | None:
     """Rates, weights and relative error kept under this key, to the bit, or None."""
     if (place := _place(key)) is None:
         return None
-    if reason := trusted.reason_against(place.parent):
-        trusted.say_unused(
+    if reason := reason_against(place.parent):
+        say_unused(
             f"Sums of the memory are not kept on disk, and each is computed anew in about 0.1 s, because {reason}. Set "
             "SPRINGPOT_CACHE_DIR to a folder that only you can write."
         )
         return None
-    if (text := trusted.read(place, _LARGEST)) is None:
+    if (text := read(place, _LARGEST)) is None:
         return None
     try:
         kept = json.loads(text)
@@ -86,7 +86,7 @@ def save(key: Key, rates: Floats, weights: Floats, relative_error: float) -> Non
     }  # fmt: skip
     body = json.dumps({"content": content, "digest": _digest(content)}).encode()
     with contextlib.suppress(OSError):
-        trusted.make_folder(place.parent)
+        make_folder(place.parent)
         write(str(place), body, private=True)
 
 

@@ -28,8 +28,8 @@ import numba
 from numba.core import caching
 from numba.core.serialize import dumps
 
-from springpot import trusted
 from springpot.files import write
+from springpot.trusted import make_folder, read, reason_against, say_unused
 
 __all__ = ["cached", "find_folder"]
 
@@ -47,7 +47,7 @@ class _OnlyTrusted:
 
     def ensure_cache_path(self) -> None:
         path = self.get_cache_path()
-        trusted.make_folder(path)
+        make_folder(path)
         tempfile.TemporaryFile(dir=path).close()
 
 
@@ -75,8 +75,8 @@ class _InTrustedFolders(caching.CompileResultCacheImpl):  # type: ignore[misc]
             folder = self.locator.get_cache_path()  # NUMBA_CACHE_LOCATOR_CLASSES may have named another than ours
         except RuntimeError:
             last = self._locator_classes[-1](function, inspect.getfile(function)).get_cache_path()
-            raise RuntimeError(trusted.reason_against(last) or f"{last!r} cannot be written") from None
-        if reason := trusted.reason_against(folder):
+            raise RuntimeError(reason_against(last) or f"{last!r} cannot be written") from None
+        if reason := reason_against(folder):
             raise RuntimeError(reason)
 
 
@@ -98,7 +98,7 @@ class _Files:
 
     def load(self, key: Any) -> Any:
         """What was saved under a key, or None if nothing was, or it is damaged, or others could have written it."""
-        checksum, _, content = (trusted.read(self._place(key), _LARGEST) or b"").partition(b"\n")
+        checksum, _, content = (read(self._place(key), _LARGEST) or b"").partition(b"\n")
         if hashlib.sha256(content).hexdigest().encode() != checksum:
             return None
         saved_under, data = pickle.loads(content)
@@ -107,7 +107,7 @@ class _Files:
     def save(self, key: Any, data: Any) -> None:
         """Save under a key: at once or not at all, whoever else does so."""
         content = dumps((key, data))
-        if trusted.reason_against(self.folder) is None:
+        if reason_against(self.folder) is None:
             write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content, private=True)
 
 
@@ -137,7 +137,7 @@ class _NoCache(caching.NullCache):  # type: ignore[misc]
         self.reason = reason
 
     def load_overload(self, sig: Any, target_context: Any) -> None:
-        trusted.say_unused(
+        say_unused(
             f"Compiled kernels are not kept, and every process compiles them anew for some seconds, because "
             f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
         )

@@ -10,12 +10,12 @@ import itertools
 import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from springpot.crew import work_together
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.memory.weights import Family
 from springpot.oscillator import Oscillator
@@ -236,18 +236,10 @@ def advance(
             if progress is not None and not stop[0]:
                 progress(finished / blocks)
 
-    with ThreadPoolExecutor(settings.threads) as pool:
-        futures = [pool.submit(work) for _ in range(min(settings.threads, blocks))]
-        try:
-            # waiting in slices keeps the main thread open to signals
-            while wait(futures, timeout=0.1, return_when=FIRST_EXCEPTION).not_done:
-                if any(f.done() and f.exception() for f in futures):
-                    stop[0] = 1
-        except BaseException:
-            stop[0] = 1
-            raise
-    for future in futures:
-        future.result()
+    def halt() -> None:
+        stop[0] = 1
+
+    work_together(work, min(settings.threads, blocks), stop=halt)
     record[:, 1:] *= made.length, speed  # the kernel leaves the first to us
     record[:, 0] = sign * settings.initial_position, sign * settings.initial_velocity
     units = {

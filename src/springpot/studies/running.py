@@ -15,7 +15,6 @@ import random
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -23,6 +22,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from springpot.crew import work_together
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Task, check_some, compute, tasks
@@ -197,17 +197,10 @@ def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: i
                 return
             _one(store, task, inner, count)
 
-    with ThreadPoolExecutor(min(threads, len(missing))) as pool:
-        try:
-            at_work = {pool.submit(work) for _ in range(min(threads, len(missing)))}
-            while at_work:
-                done, at_work = wait(at_work, timeout=TELL, return_when=FIRST_COMPLETED)
-                for future in done:
-                    future.result()  # a full disk ends the run
-                count.tell()
-        except BaseException:
-            count.stopping = True  # threads end at their task's next report, or with it
-            raise
+    def halt() -> None:
+        count.stopping = True  # threads end at their task's next report, or with it
+
+    work_together(work, min(threads, len(missing)), stop=halt, tell=count.tell, every=TELL)
 
 
 def _one(store: Store, task: Task, threads: int, count: _Count) -> None:

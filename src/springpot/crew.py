@@ -1,0 +1,84 @@
+"""Threads that work together, and that Ctrl-C does not wait for."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import threading
+import time
+from collections.abc import Callable
+
+__all__ = ["work_together"]
+
+PATIENCE = 0.4  # s for threads to end after Ctrl-C; what is in the middle of a long call is left behind
+
+
+def work_together(
+    work: Callable[[], None],
+    threads: int,
+    *,
+    stop: Callable[[], None],
+    tell: Callable[[], None] | None = None,
+    every: float = 0.1,
+) -> None:
+    """Run a function on so many threads at once and wait until all have returned.
+
+    Parameters
+    ----------
+    work : callable
+    threads : int
+    stop : callable
+        Makes ``work`` return soon.  Called when one of the threads, or ``tell``, raises, or on Ctrl-C.
+    tell : callable, optional
+        Called by the calling thread while it waits.
+    every : float
+        Time between these calls, in s.
+
+    Raises
+    ------
+    BaseException
+        What ``work`` or ``tell`` raised first, once all threads have ended.  KeyboardInterrupt, within half a second:
+        a thread that is busy for longer, as with compiling, is left behind and ends by itself later.
+
+    Examples
+    --------
+    >>> found = []
+    >>> work_together(lambda: found.append(1), 3, stop=found.clear)
+    >>> found
+    [1, 1, 1]
+    """
+    ended: queue.SimpleQueue[BaseException | None] = queue.SimpleQueue()
+
+    def one() -> None:
+        error: BaseException | None = None
+        try:
+            work()
+        except BaseException as raised:
+            error = raised
+        ended.put(error)
+
+    # daemons: a process that ends does not wait for what is left behind
+    team = [threading.Thread(target=one, daemon=True) for _ in range(threads)]
+    first: BaseException | None = None
+    try:
+        for thread in team:
+            thread.start()
+        left = threads
+        while left:
+            with contextlib.suppress(queue.Empty):
+                error = ended.get(timeout=every)
+                left -= 1
+                if error is not None and first is None:
+                    first = error
+                    stop()
+            if tell is not None and first is None:
+                tell()
+    except BaseException as error:
+        stop()
+        until = time.monotonic() + (PATIENCE if isinstance(error, KeyboardInterrupt) else threading.TIMEOUT_MAX / 2)
+        for thread in team:
+            if thread.ident is not None:
+                thread.join(max(0.0, until - time.monotonic()))
+        raise
+    if first is not None:
+        raise first
