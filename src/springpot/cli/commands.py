@@ -6,6 +6,7 @@ quick."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -222,6 +223,16 @@ def simulate(
             help="Quantiles of x, v, amplitude and impact speed, and of the extremes of each path, as well.",
         ),
     ] = False,
+    first_passage: Annotated[
+        list[tuple[Literal["x", "distance", "v", "speed", "amplitude", "energy"], float]] | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            negative="",
+            metavar="NAME LEVEL",
+            help="When NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, energy "
+            "in m^2/s^2; can be repeated.  The clock starts with the window; with --start rest at 0.",
+        ),
+    ] = None,
     json_: Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
@@ -245,6 +256,7 @@ def simulate(
         "memory_tolerance": memory_tolerance,
         "contact_tolerance": contact_tolerance,
         "distributions": distributions or None,
+        "first_passage": None if first_passage is None else _levels(first_passage),
     }
     given = {name: value for name, value in settings.items() if value is not None}
     with leave_at_once():
@@ -264,6 +276,13 @@ def simulate(
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer)
     return 0
+
+
+def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """The levels by name; a name given twice would lose one of them."""
+    if len(found := dict(pairs)) < len(pairs):
+        raise ValueError("--first-passage takes each name once.")
+    return found
 
 
 app.command("springpot.studies.commands:app", name="study")

@@ -85,8 +85,22 @@ def print_estimates(answer: Mapping[str, Any]) -> None:
         print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
     rows = [[name, with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
     print_table([["", "value +- standard error"], *rows] if controlled else rows)
+    if passages := _first_passages(answer):
+        print()
+        units = {"mean": "s", "restricted_mean": "s", "censored": "1", "at_start": "1"}
+        rows = []
+        for name in passages:
+            numbers = ((answer[f"{name}_{part}"], answer[f"{name}_{part}_se"], unit) for part, unit in units.items())
+            rows.append([name, *(with_error(*number) for number in numbers)])
+        header = ["mean time", "of times cut off at the end", "share not passed", "share beyond at the start"]
+        print_table([["first passage +- standard error", *header], *rows])
     if "probability" in answer:
         _print_quantiles(answer)
+
+
+def _first_passages(answer: Mapping[str, Any]) -> list[str]:
+    """Names such as ``x_first_passage``."""
+    return [name.removesuffix("_survival") for name in answer if name.endswith("_first_passage_survival")]
 
 
 def _print_quantiles(answer: Mapping[str, Any]) -> None:
@@ -94,6 +108,8 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
     from springpot.simulation.observers import EXTREMES, SKETCHED
 
     units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
+    units |= dict.fromkeys(_first_passages(answer), "s")
+    units = {name: unit for name, unit in units.items() if f"{name}_quantile" in answer}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()
     print_table(

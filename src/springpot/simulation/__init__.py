@@ -2,9 +2,12 @@
 
 from springpot.simulation.accuracy import CONTROLLED, Budget
 from springpot.simulation.observers import Distribution
+from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.run import Run, run, simulate
 from springpot.simulation.saved import load_run
 from springpot.simulation.spectral import Spectrum
 from springpot.units import UNITS
 
-__all__ = ["CONTROLLED", "UNITS", "Budget", "Distribution", "Run", "Spectrum", "load_run", "run", "simulate"]
+__all__ = [
+    "CONTROLLED", "UNITS", "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",
+]  # fmt: skip

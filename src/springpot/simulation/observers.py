@@ -30,8 +30,8 @@ from springpot.simulation.listening import HEADER, HEAR, WATCH
 from springpot.units import UNITS
 
 __all__ = [
-    "BATCHES", "EXTREMES", "Distribution", "Observer", "distributions_in", "extremes", "mean_of",
-    "sample_quantiles", "sketches",
+    "BATCHES", "EXTREMES", "Distribution", "Observer", "cause_of", "distributions_in", "extremes", "mean_of",
+    "sample_quantiles", "sketches", "taken_names",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -99,7 +99,7 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
-    if name in _taken() or name.endswith("_se"):
+    if name in taken_names() or name.endswith("_se"):
         raise ValueError(f"an observable cannot be called {name!r}: a run has something of that name already.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
@@ -108,13 +108,13 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
-            f"{_cause(reason)}"
+            f"{cause_of(reason)}"
         ) from reason
     watch, hear = (compiled, None) if kind == "state" else (None, compiled)
     return Observer(watch, hear, np.zeros(LANES), per_path=True)
 
 
-def _taken() -> set[str]:
+def taken_names() -> set[str]:
     """Names of everything else in the results of a run."""
     budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
@@ -124,7 +124,7 @@ def _taken() -> set[str]:
     return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *others, *attributes}
 
 
-def _cause(reason: Exception) -> str:
+def cause_of(reason: Exception) -> str:
     """The line of a compiler's message that says what is wrong."""
     lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
     telling = [line for line in lines if any(word in line for word in _TELLING)]

@@ -18,8 +18,10 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import Budget, Reached, missed_impacts, reach, slow_impact_order
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
+from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observers import EXTREMES, Distribution, sample_quantiles
+from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import (
     Options,
     Settings,
@@ -79,6 +81,8 @@ class Run:
         arrays of shape (paths,), taken at the ends of the steps.
     spectrum : Spectrum or None
         `springpot.simulation.Spectrum` of x in the window, if it was asked for.
+    first_passages : dict
+        `springpot.simulation.PassageTimes` of each level that was asked for, by quantity.
     """
 
     oscillator: Oscillator
@@ -93,6 +97,7 @@ class Run:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
     spectrum: Spectrum | None = None
+    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
@@ -116,6 +121,7 @@ class Run:
             **{name: _finite(at) for name, (at, _) in quantiles.items()},
             **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
             **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
+            **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
             "oscillator": asdict(self.oscillator),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
@@ -135,7 +141,20 @@ class Run:
                 numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
                 numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
                 numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
+        for passage in self.first_passages.values():
+            numbers |= passage.numbers()
         return numbers
+
+    def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
+        """Survival curves and their times, by name: axis, numbers, unit."""
+        curves = {}
+        for name, passage in self.first_passages.items():
+            time, survival, error = passage.curve()
+            axis = f"{name}_first_passage_time"
+            curves[axis] = axis, time, "s"
+            curves[f"{name}_first_passage_survival"] = axis, survival, "1"
+            curves[f"{name}_first_passage_survival_se"] = axis, error, "1"
+        return curves
 
     def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
         """Quantiles at PROBABILITIES of what was sketched and of the extremes over the paths: values, errors, unit."""
@@ -145,6 +164,8 @@ class Run:
         }
         for name, samples in self.extremes.items():
             found[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
+        for name, passage in self.first_passages.items():
+            found[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
         return found
 
     def to_dataset(self) -> xarray.Dataset:
@@ -181,6 +202,8 @@ class Run:
             coordinates["frequency"] = ("frequency", found.frequency, {"units": "rad s-1"})
             data["x_spectrum"] = ("frequency", found.density, {"units": "m2 s rad-1", "resolution": found.resolution})
             data["x_spectrum_se"] = ("frequency", found.standard_error, {"units": "m2 s rad-1"})
+        for name, (axis, column, unit) in self._curves().items():
+            (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
         for name, sketch in self.distributions.items():
             edges, density, error = sketch.density()
             where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
@@ -229,6 +252,7 @@ def run(
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
     spectrum: npt.ArrayLike | None = None,
+    first_passage: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> Run:
@@ -258,12 +282,13 @@ def run(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
     if rtol is not None:
-        if observables or impact_observables or distributions or spectrum is not None:
+        if observables or impact_observables or distributions or spectrum is not None or first_passage:
             raise ValueError(
-                "observables, distributions and a spectrum cannot be given with rtol, which controls moments only."
+                "observables, distributions, a spectrum and first_passage cannot be given with rtol, which controls "
+                "moments only."
             )
         return _run_to(oscillator, rtol, quantities, progress, given)
-    settings = resolve(oscillator, **given)
+    settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))
     watching = watched(
         oscillator,
         settings,
@@ -271,6 +296,7 @@ def run(
         impact_observables=impact_observables,
         distributions=distributions,
         spectrum=spectrum,
+        first_passage=first_passage,
     )
     begun = time.perf_counter()
     adapted = None
@@ -299,12 +325,14 @@ def run(
                 for name in observed.means
                 if not math.isfinite(values[name])
             ),
+            *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
         ),
         time=settings.recorded_times,
         record=mirror(oscillator) * ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
         spectrum=observed.spectrum,
+        first_passages=observed.first_passages,
     )
 
 
@@ -355,6 +383,7 @@ def simulate(
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
     spectrum: npt.ArrayLike | None = None,
+    first_passage: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> xarray.Dataset:
@@ -380,6 +409,12 @@ def simulate(
         and the extremes of each path in it.
     spectrum : array_like
         Frequencies in rad/s at which to estimate the spectral density of x in the window.
+    first_passage : dict
+        Quantities and levels whose first passage is watched, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
+        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is |x|, or |x - reference| with a
+        pair ``(level, reference)``; ``"speed"`` (m/s) is |v|, ``"amplitude"`` (m) is sqrt(x^2 + v^2 / Omega^2),
+        ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
+        f(t, x, v) and its level.  The clock starts with the window; from rest the window is the whole run if left out.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -432,7 +467,11 @@ def simulate(
         ``_memory_bias``, ``_transient`` and their total ``_error``.  Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
-        ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``.  Attributes
+        ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
+        ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
+        ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
+        ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
+        ``..._first_passage_time``.  Attributes
         ``oscillator``, ``settings``,
         ``diagnostics`` (JSON) and ``warnings``.
 
@@ -480,6 +519,7 @@ def simulate(
         impact_observables=impact_observables,
         distributions=distributions,
         spectrum=spectrum,
+        first_passage=first_passage,
         progress=progress,
         **given,
     )

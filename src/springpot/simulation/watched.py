@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.ensemble import Ensemble, Tables
+from springpot.simulation.first_passage import Passage, checked, passage_times
 from springpot.simulation.lanes import GROUP
 from springpot.simulation.observers import (
     EXTREMES,
@@ -20,6 +22,7 @@ from springpot.simulation.observers import (
     mean_of,
     sketches,
 )
+from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings, fastest_rate, mirror
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -43,6 +46,8 @@ class Watched:
         In rad/s; empty without a spectrum.
     spectrum : tuple of Observer
         One, or nothing.
+    passages : tuple of Passage
+        Levels whose first passage is watched.
     """
 
     observables: Mapping[str, Observer]
@@ -50,12 +55,14 @@ class Watched:
     distributions: tuple[Observer, ...]
     frequencies: Floats
     spectrum: tuple[Observer, ...]
+    passages: tuple[Passage, ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """All of them, in the order in which `read` finds what they left."""
         return (
             *self.observables.values(), *self.impact_observables.values(), *self.distributions, *self.spectrum,
+            *(passage.observer for passage in self.passages),
         )  # fmt: skip
 
     def read(self, oscillator: Oscillator, settings: Settings, made: Tables, found: Ensemble) -> Observed:
@@ -80,7 +87,8 @@ class Watched:
         spectrum = None
         if self.spectrum:
             spectrum = spectrum_in(self.frequencies, settings, next(left), self.spectrum[0].every)
-        return Observed(means, counted, per_path, spectrum)
+        passed = {each.quantity: passage_times(oscillator, settings, each, next(left)) for each in self.passages}
+        return Observed(means, counted, per_path, spectrum, passed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +102,7 @@ class Observed:
     distributions : dict
     extremes : dict
     spectrum : Spectrum or None
+    first_passages : dict
         As in `springpot.simulation.Run`.
     """
 
@@ -101,6 +110,7 @@ class Observed:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, Floats] = field(default_factory=dict)
     spectrum: Spectrum | None = None
+    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
 
 
 def watched(
@@ -111,6 +121,7 @@ def watched(
     impact_observables: Mapping[str, Observable] | None,
     distributions: bool,
     spectrum: npt.ArrayLike | None,
+    first_passage: Mapping[str, Any] | None = None,
 ) -> Watched:
     """Check and compile what a caller wants observed.
 
@@ -136,4 +147,5 @@ def watched(
         distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),
         frequencies=frequencies,
         spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
+        passages=checked(oscillator, settings, first_passage),
     )

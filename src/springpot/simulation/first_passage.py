@@ -1,0 +1,340 @@
+"""First passage: when a quantity of each path first passes a level, watched as the run goes on; no path is stored.
+
+The clock starts where the window starts.  A run from rest that is given no window is watched from t = 0 to its end.  In
+the stationary state the window begins when the transient is over, and the clock with it; its first observation is the
+end of the first step of the window.
+
+States are seen at the ends of steps.  What happens between two of them is added as follows.
+
+- The velocity is continuous, so x has a largest value between two ends where the velocity changes sign; it is that of
+  the cubic through both states.  The error is of higher order in the step h.
+- v, speed, energy and amplitude are driven by white noise of intensity q: between two ends they exceed what is seen by
+  0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and Kou, "A
+  continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that, for an
+  observable as well, with s from its difference in v.
+- An impact happens at the wall at a known speed: the state just before it is looked at as well.
+"""
+
+from __future__ import annotations
+
+import inspect
+import keyword
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import cfunc, njit
+from numba.core.errors import NumbaError
+
+from springpot.oscillator import LARGEST, Oscillator, finite_number
+from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.listening import HEADER, HEAR, WATCH
+from springpot.simulation.observers import Observer, cause_of, taken_names
+from springpot.simulation.passage_times import PassageTimes
+from springpot.simulation.settings import Settings, mirror, relaxation_time
+
+__all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
+
+Floats = npt.NDArray[np.float64]
+Wanted = Mapping[str, Any]
+
+QUANTITIES = {
+    "x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2",
+}  # fmt: skip
+"""What can pass a level beside an observable, and the units of the levels."""
+
+SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
+SETTLED = 2.0  # relaxation times before the rate of passages is taken to be constant
+_FIRST = len(HEADER)
+_LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
+# for each lane, from _FIRST on: what is remembered of the step before, then numbers that do not change
+_PASSED, _SEEN, _X, _V, _STRUCK, _LEVEL, _SIGN, _REFERENCE, _ROOT, _OMEGA = (_FIRST + LANES * i for i in range(10))
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """One level to be passed.
+
+    Attributes
+    ----------
+    quantity : str
+    level, reference : float
+    unit : str
+    observer : Observer
+    """
+
+    quantity: str
+    level: float
+    reference: float
+    unit: str
+    observer: Observer
+
+
+def from_the_start(settings: Settings, wanted: Wanted | None, window: object) -> Settings:
+    """The settings of a run that watches first passages: from rest the window is the whole run if none was given."""
+    if not wanted or window is not None or settings.start != "rest":
+        return settings
+    return replace(settings, window=(0.0, settings.duration))
+
+
+def checked(oscillator: Oscillator, settings: Settings, wanted: Wanted | None) -> tuple[Passage, ...]:
+    """Check and compile what a caller wants watched.
+
+    Parameters
+    ----------
+    wanted : dict
+        Name and level of each quantity; ``distance`` may have a pair of level and reference, and any other name is an
+        observable's, with a pair of a function f(t, x, v) and a level.
+
+    Raises
+    ------
+    TypeError, ValueError
+        One sentence, before any work.
+    """
+    if wanted is None:
+        return ()
+    if not isinstance(wanted, Mapping):
+        raise TypeError(f"first_passage must be a dict of names and levels, such as {{'x': 0.01}}, not {wanted!r}.")
+    return tuple(_passage(oscillator, settings, name, given) for name, given in wanted.items())
+
+
+def _passage(oscillator: Oscillator, settings: Settings, name: str, given: Any) -> Passage:
+    title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
+    if name not in QUANTITIES:
+        function, given = _observable(name, given)
+        level, parts = finite_number(given, title, low=-LARGEST, high=LARGEST), _observable_parts(name, function)
+    else:
+        if name == "distance":
+            given, reference = given if isinstance(given, tuple | list) and len(given) == 2 else (given, 0.0)
+            reference = finite_number(reference, "first_passage reference of distance", low=-LARGEST, high=LARGEST)
+        signed = name in ("x", "v")
+        low = -LARGEST if signed else 0.0
+        level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
+        if signed:
+            sign = _direction(oscillator, settings, name, level)
+        parts = _parts(name)
+    squared = 0.5 * (oscillator.natural_frequency * level) ** 2 if name == "amplitude" else level
+    initial = np.zeros((10, LANES))
+    initial[0] = -1.0
+    if settings.window_steps[0] == 0 and math.isfinite(settings.initial_position):
+        initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
+    root = SHIFT * math.sqrt(oscillator.excitation.intensity * settings.step)
+    initial[5:] = np.array([[squared], [sign], [reference], [root], [oscillator.natural_frequency]])
+    observer = Observer(*parts, initial.ravel(), per_path=True)
+    return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
+
+
+def _direction(oscillator: Oscillator, settings: Settings, name: str, level: float) -> float:
+    """1 if the level is passed upwards: it lies above where the run starts, or above rest in the stationary state."""
+    if name == "v":
+        begins = settings.initial_velocity
+        return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
+    wall, side = oscillator.barrier, mirror(oscillator)
+    begins = settings.initial_position
+    if not math.isfinite(begins):
+        begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)
+    if wall is not None and side * level < side * wall.position:
+        raise ValueError(f"first_passage level of x is {level:g} m, behind the wall at {wall.position:g} m.")
+    if level == begins:
+        return -side if wall is not None and wall.position == level else side
+    return 1.0 if level > begins else -1.0
+
+
+def passage_times(oscillator: Oscillator, settings: Settings, passage: Passage, left: Floats) -> PassageTimes:
+    """What the observer of a level has left, as times since the clock started.
+
+    Parameters
+    ----------
+    left : ndarray, shape (paths, numbers)
+    """
+    low, high = settings.window_steps
+    at_once = low == 0 and passage.observer.initial[LANES] == 1.0
+    begin = 0.0 if at_once else (low + 1) * settings.step
+    horizon = high * settings.step - begin
+    passed = left[:, 0]
+    since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
+    times = np.where(passed < 0.0, np.inf, since)
+    settling = SETTLED * relaxation_time(oscillator)
+    return PassageTimes(
+        passage.quantity, passage.level, passage.reference, passage.unit, begin, horizon, settling, times
+    )
+
+
+# --- compiled ------------------------------------------------------------------------------------------------------
+
+
+def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
+    """The function and the level of an observable."""
+    known = ", ".join(QUANTITIES)
+    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
+        raise ValueError(f"first_passage must name {known} or an observable in one word, not {name!r}.")
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        raise ValueError(
+            f"first_passage knows {known}; for an observable such as {name!r} give a pair of a function of (t, x, v) "
+            "and a level."
+        )
+    if name in taken_names():
+        raise ValueError(f"first_passage cannot call an observable {name!r}: a run has something of that name already.")
+    function, level = given
+    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
+        raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {function!r}.")
+    return function, level
+
+
+def _observable_parts(name: str, function: Callable[..., float]) -> tuple[Any, Any]:
+    inner = njit(**INLINE)(getattr(function, "py_func", function))
+
+    @njit(**INLINE)
+    def value(t, x, v, level, sign, reference, omega):
+        return inner(t, x, v) - level
+
+    @njit(**INLINE)
+    def shift(t, x, v, sign, omega, root):
+        return 0.5 * abs(inner(t, x, v + root) - inner(t, x, v - root))
+
+    try:
+        return _compiled(value, shift, None)
+    except (NumbaError, TypeError) as reason:
+        raise ValueError(
+            f"first_passage of {name!r} must be of a function of (t, x, v) that Numba can compile to a real number: "
+            f"{cause_of(reason)}"
+        ) from reason
+
+
+@njit(**INLINE)
+def _no_shift(t, x, v, sign, omega, root):
+    return 0.0
+
+
+@njit(**INLINE)
+def _noise_in_v(t, x, v, sign, omega, root):
+    return root
+
+
+@njit(**INLINE)
+def _noise_in_energy(t, x, v, sign, omega, root):
+    return abs(v) * root
+
+
+@njit(**INLINE)
+def _x(t, x, v, level, sign, reference, omega):
+    return sign * (x - level)
+
+
+@njit(**INLINE)
+def _x_slope(x, v, sign, reference):
+    return sign * v
+
+
+@njit(**INLINE)
+def _distance(t, x, v, level, sign, reference, omega):
+    return abs(x - reference) - level
+
+
+@njit(**INLINE)
+def _distance_slope(x, v, sign, reference):
+    return v if x > reference else -v
+
+
+@njit(**INLINE)
+def _v(t, x, v, level, sign, reference, omega):
+    return sign * (v - level)
+
+
+@njit(**INLINE)
+def _speed(t, x, v, level, sign, reference, omega):
+    return abs(v) - level
+
+
+@njit(**INLINE)
+def _energy(t, x, v, level, sign, reference, omega):
+    return 0.5 * (v * v + (omega * x) ** 2) - level
+
+
+@cache
+def _parts(name: str) -> tuple[Any, Any]:
+    value, shift, slope = {
+        "x": (_x, _no_shift, _x_slope),
+        "distance": (_distance, _no_shift, _distance_slope),
+        "v": (_v, _noise_in_v, None),
+        "speed": (_speed, _noise_in_v, None),
+        "amplitude": (_energy, _noise_in_energy, None),
+        "energy": (_energy, _noise_in_energy, None),
+    }[name]
+    return _compiled(value, shift, slope)
+
+
+@njit(**INLINE)
+def _inside(before, after, slope_before, slope_after, h):
+    """Time within a step at which a smooth quantity first reaches 0, or -1: below at both ends, with a largest value
+    in between if it rises at first and falls in the end."""
+    if not (slope_before > 0.0 and slope_after < 0.0):
+        return -1.0
+    s = slope_before / (slope_before - slope_after)
+    missing = after - before - 0.5 * h * (slope_before + slope_after)
+    top = before + 0.5 * h * slope_before * s + missing * s * s * (3.0 - 2.0 * s)
+    if top < 0.0:
+        return -1.0
+    return h * s * (1.0 - math.sqrt(top / (top - before)))
+
+
+def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
+    """``watch`` and ``hear`` for a quantity that has passed where ``value`` is not negative."""
+    smooth = slope is not None
+    slope = _x_slope if slope is None else slope
+
+    @cfunc(WATCH, **FAST)
+    def watch(x, v, step, n, low, high, array):
+        h = array[_TIME] * step
+        last = min(high - n, GROUP) - 1
+        for j in range(GROUP):
+            if not low <= n + j < high:
+                continue
+            t = h * (n + j + 1)
+            for lane in range(LANES):
+                if array[_PASSED + lane] >= 0.0:
+                    continue
+                level, sign = array[_LEVEL + lane], array[_SIGN + lane]
+                reference, root, omega = array[_REFERENCE + lane], array[_ROOT + lane], array[_OMEGA + lane]
+                here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
+                before, speed_before = array[_X + lane], array[_V + lane]
+                seen = array[_SEEN + lane] > 0.0
+                after = value(t, here, speed, level, sign, reference, omega)
+                at = -1.0
+                if not seen:
+                    at = t if after >= 0.0 else -1.0
+                else:
+                    past = value(t - h, before, speed_before, level, sign, reference, omega)
+                    if n + j == 0 and past >= 0.0:
+                        at = 0.0
+                    else:
+                        past += shift(t - h, before, speed_before, sign, omega, root)
+                        shifted = after + shift(t, here, speed, sign, omega, root)
+                        if shifted >= 0.0:
+                            at = t - h * (shifted / (shifted - past) if past < 0.0 else 1.0)
+                        elif smooth:
+                            inside = _inside(
+                                past, after, slope(before, speed_before, sign, reference),
+                                slope(here, speed, sign, reference), h,
+                            )  # fmt: skip
+                            at = t - h + inside if inside >= 0.0 else -1.0
+                struck = array[_STRUCK + lane]
+                if struck > 0.0 and seen:
+                    turned = array[_SPEED] * speed_before < 0.0 < array[_SPEED] * speed
+                    if turned or j == last:
+                        wall = array[_LENGTH] * array[_WALL]
+                        if at < 0.0 and value(t, wall, -array[_SPEED] * struck, level, sign, reference, omega) >= 0.0:
+                            at = t - 0.5 * h
+                        array[_STRUCK + lane] = 0.0
+                array[_PASSED + lane] = at
+                array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
+
+    @cfunc(HEAR, **FAST)
+    def hear(count, speed, lane, array):
+        array[_STRUCK + lane] = max(array[_STRUCK + lane], speed)
+
+    return watch, hear
