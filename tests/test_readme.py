@@ -1,47 +1,98 @@
-"""The README keeps its word: its example prints what it says, its commands exist, its links lead somewhere."""
+"""Every block of the README runs as it stands and prints what it says; its commands and targets exist, its links lead
+somewhere."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import re
+import tomllib
 from pathlib import Path
 
+import matplotlib.image
+import numpy as np
 import pytest
 
 import springpot as sp
 from springpot import cli
 from springpot.units import UNITS
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
 TEXT = README.read_text(encoding="utf-8")
+FENCED = dict.fromkeys(re.findall(r"^```(\w*)\n.*?^```$", TEXT, flags=re.MULTILINE | re.DOTALL))
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
 
 
 def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
 
 
+def test_every_block_is_of_a_kind_that_runs_here() -> None:
+    """Python with its output, commands, the study and the installation."""
+    assert set(FENCED) == {"python", "text", "console", "shell", "sh"}
+
+
 @pytest.mark.parametrize(("example", "output"), list(zip(blocks("python"), blocks("text"), strict=True)))
-def test_the_examples_print_what_they_say(example: str, output: str) -> None:
+def test_the_examples_print_and_draw_what_they_say(example: str, output: str, tmp_path: Path) -> None:
     assert len([line for line in example.splitlines() if line]) <= 10
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(example, {})
     assert printed.getvalue() == output
+    for picture in tmp_path.glob("*.png"):
+        made, kept = (matplotlib.image.imread(place) for place in (picture, ROOT / "docs" / "images" / picture.name))
+        assert made.shape == kept.shape
+        assert np.mean(np.abs(made - kept)) < 0.01  # on other processors and with other fonts a few points differ
 
 
 @pytest.mark.parametrize("line", [line for block in blocks("console") for line in block.splitlines()])
-def test_the_commands_exist(line: str) -> None:
+def test_the_commands_run(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     program, *words = line.split()
     assert program == "springpot"
-    cli.commands.app.parse_args(words, exit_on_error=False, print_error=False)
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out
 
 
-def test_a_study_from_file_to_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("line", re.findall(r"`springpot ([^`]+)`", TEXT))
+def test_the_commands_named_in_the_text_exist(line: str) -> None:
+    cli.app.parse_args([word for word in line.split() if word != "--help"], exit_on_error=False, print_error=False)
+
+
+def test_it_installs_as_it_says() -> None:
+    """Its own test installs the wheel; here: the words are pip's for this folder, and the Python asked for is the one
+    that the package asks for."""
+    (block,) = blocks("sh")
+    assert block == "python3 -m pip install .\n"
+    package = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert package["name"] == "springpot"
+    assert package["requires-python"] == f">={re.findall(r'Python (3[.][0-9]+) or later', TEXT)[0]}"
+
+
+def test_the_targets_of_make_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
+    named = set(re.findall(r"(?:^    |`)make (\w+)", TEXT, flags=re.MULTILINE))
+    assert {"figures", "test", "docs"} <= named <= targets
+
+
+def test_the_first_screen() -> None:
+    """What it is, a picture, the installation and an example with its output come before anything else."""
+    assert "docs/images/first.png" in TEXT
+    assert "first.png" in blocks("python")[0]
+    order = ["Random vibration", "![", "## Install", "python3 -m pip install .", "```python", "```text", "make figures"]
+    places = [TEXT.index(word) for word in order]
+    assert places == sorted(places)
+    assert TEXT[: places[5]].count("\n") < 60
+
+
+def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
     (block,) = blocks("shell")
     lines = block.splitlines()
     assert len(lines) <= 5
-    monkeypatch.chdir(tmp_path)
     for line in lines:
         program, *words = line.split()
         assert program == "springpot"
