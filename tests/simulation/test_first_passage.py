@@ -1,0 +1,262 @@
+"""First passages: against recorded paths, exact laws, Rice's rate, finer steps and samples that are cut off."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot import cli
+from springpot.simulation import PassageTimes, run
+from tests.simulation.problems import oscillator
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def through(kind: str, path: Floats, step: float, level: float, intensity: float) -> float:
+    """What the observer does, in plain Python on a recorded path: time of the first passage upwards."""
+    root = 0.5826 * math.sqrt(intensity * step)
+    for n in range(1, len(path)):
+        (x0, v0), (x1, v1) = path[n - 1], path[n]
+        if kind == "x":
+            g0, g1 = x0 - level, x1 - level
+        elif kind == "speed":
+            g0, g1 = abs(v0) - level + root, abs(v1) - level + root
+        else:
+            g0 = 0.5 * (x0**2 + v0**2) - level + abs(v0) * root
+            g1 = 0.5 * (x1**2 + v1**2) - level + abs(v1) * root
+        if g1 >= 0.0:
+            return step * (n - 1) + step * (-g0 / (g1 - g0) if g0 < 0.0 else 0.0)
+        if kind == "x" and v0 > 0.0 > v1:
+            s = v0 / (v0 - v1)
+            top = g0 + 0.5 * step * v0 * s + (g1 - g0 - 0.5 * step * (v0 + v1)) * s * s * (3.0 - 2.0 * s)
+            if top >= 0.0:
+                return step * (n - 1) + step * s * (1.0 - math.sqrt(top / (top - g0)))
+    return math.inf
+
+
+@pytest.mark.parametrize("side", ["above", "below"])
+def test_times_are_those_of_the_recorded_paths(side: str) -> None:
+    """The same interpolation of the same path in NumPy; a wall above is the mirror image."""
+    sign = 1.0 if side == "above" else -1.0
+    problem = sp.Oscillator(springpot=sp.Springpot(0.5, 0.2), barrier=sp.Barrier(-0.5 * sign, 1.0, side))
+    levels = {"x": 2.0 * sign, "energy": 4.0}
+    found = run(problem, paths=70, record=70, duration=20.0, step=0.05, start="rest", first_passage=levels)
+    for kind, level in (("x", 2.0), ("energy", 4.0)):
+        times = found.first_passages[kind].times
+        wanted = np.array([through(kind, sign * path, 0.05, level, 1.0) for path in found.record])
+        assert 0.2 < np.isfinite(times).mean() < 1.0
+        np.testing.assert_array_equal(np.isfinite(times), np.isfinite(wanted))
+        passed = np.isfinite(times)
+        np.testing.assert_allclose(times[passed], wanted[passed], rtol=1e-9, atol=1e-9)
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    given: dict[str, Any] = {"paths": 300, "duration": 20.0, "step": 0.05, "first_passage": {"x": 1.5, "v": 1.5}}
+    one, other = (run(oscillator(), **given, threads=threads) for threads in (1, 3))
+    for name in ("x", "v"):
+        np.testing.assert_array_equal(one.first_passages[name].times, other.first_passages[name].times)
+    alone = run(oscillator(), **{**given, "first_passage": None})
+    assert alone.values == one.values
+
+
+def test_a_velocity_without_spring_is_an_ornstein_uhlenbeck_process() -> None:
+    """Order 1, Omega so small that v is Ornstein-Uhlenbeck: the mean time to |v| = a is known exactly, and a step of a
+    twentieth of the relaxation time is within a per cent of it (without the correction it is 25 % too long)."""
+    damping, level = 1.0, 1.0
+    problem = sp.Oscillator(1e-3, sp.Springpot(1.0, damping), None, sp.WhiteNoise(1.0))
+    # T(0) = (2 / q) int_0^a exp(c y^2 / q) int_0^y exp(-c z^2 / q) dz dy
+    y = np.linspace(0.0, level, 4001)
+    dy = y[1] - y[0]
+
+    def integrated(f: Floats) -> Floats:
+        return np.concatenate([[0.0], np.cumsum(0.5 * dy * (f[1:] + f[:-1]))])
+
+    exact = 2.0 * float(integrated(np.exp(damping * y**2) * integrated(np.exp(-damping * y**2)))[-1])
+    found = run(problem, paths=20_000, duration=15.0, step=0.05, start="rest", first_passage={"speed": level})
+    mean, error, _ = found.first_passages["speed"].mean
+    assert error < 0.008 * exact
+    assert abs(mean - exact) < 3.0 * error + 0.01 * exact
+
+
+def test_rare_passages_of_x_come_at_rices_rate() -> None:
+    """No wall, order 1: above 3.5 standard deviations the mean time is one over the rate of upcrossings, with the few
+    per cent that they come in clumps at this damping."""
+    damping = 1.0
+    problem = sp.Oscillator(1.0, sp.Springpot(1.0, damping), None, sp.WhiteNoise(1.0))
+    deviation = math.sqrt(0.5 / damping)
+    rate = math.exp(-6.125) / (2.0 * math.pi)
+    found = run(
+        problem, paths=12_000, duration=420.0, window=(20.0, 420.0), step=0.1, first_passage={"x": 3.5 * deviation}
+    )
+    passage = found.first_passages["x"]
+    mean, error, assumed = passage.mean
+    assert passage.share_censored > 0.8
+    assert "have not passed" in assumed
+    assert error < 0.06 / rate
+    assert 1.0 / rate - 3.0 * error < mean < 1.1 / rate + 3.0 * error
+    distance = run(
+        problem,
+        paths=12_000,
+        duration=420.0,
+        window=(20.0, 420.0),
+        step=0.1,
+        first_passage={"distance": 3.5 * deviation},
+    ).first_passages["distance"]
+    assert abs(distance.mean[0] / mean - 0.5) < 0.1
+
+
+def test_the_step_hardly_shows() -> None:
+    """A coarse step beside one a fifth of it: for x, and for v and energy, which noise drives."""
+    problem = oscillator(1.0, 0.3, restitution=0.9)
+    levels = {"x": 2.0, "v": 2.0, "energy": 2.0}
+    coarse, fine = (
+        run(
+            problem, paths=paths, duration=60.0, step=step, start="rest", seed=seed, first_passage=levels
+        ).first_passages
+        for paths, step, seed in ((12_000, 0.1, 1), (8000, 0.02, 2))
+    )
+    for name in levels:
+        (first, error), (second, its_error) = coarse[name].restricted_mean, fine[name].restricted_mean
+        assert math.hypot(error, its_error) < 0.02 * second
+        assert abs(first - second) < 3.0 * math.hypot(error, its_error) + 0.01 * second, name
+
+
+def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:
+    """A passage between the ends of a step, which only the impact shows."""
+    problem = oscillator(1.0, 0.2, position=-1.0, restitution=0.8)
+    found = run(problem, paths=200, record=200, duration=40.0, step=0.1, start="rest", first_passage={"x": -1.0})
+    times = found.first_passages["x"].times
+    x, v = found.record[:, :, 0], found.record[:, :, 1]
+    # a path turns round at the wall faster than its spring could turn it
+    turned = (v[:, :-1] < 0.0) & (v[:, 1:] > 0.0) & (x[:, :-1] < -0.7)
+    first = np.where(turned.any(axis=1), 0.1 * turned.argmax(axis=1), np.inf)
+    both = np.isfinite(times) & np.isfinite(first)
+    assert both.mean() > 0.9
+    assert np.median(np.abs(times[both] - first[both])) <= 0.1
+    assert np.mean(first[both] - times[both] > 0.5) < 0.02
+    assert times.min() > 0.3
+
+
+def test_the_clock_of_a_stationary_start_starts_with_the_window() -> None:
+    found = run(oscillator(), paths=2000, duration=60.0, window=(30.0, 60.0), step=0.05, first_passage={"x": 1.0})
+    passage = found.first_passages["x"]
+    assert passage.begin == pytest.approx(30.05)
+    assert passage.horizon == pytest.approx(29.95)
+    beyond = run(
+        oscillator(), paths=2000, duration=60.0, window=(30.0, 60.0), step=0.05,
+        observables={"beyond": lambda t, x, v: 1.0 if x >= 1.0 else 0.0},
+    )  # fmt: skip
+    share, error = beyond.values["beyond"], math.sqrt(0.25 / 2000)
+    assert abs(passage.share_at_start - share) < 4.0 * error
+    assert passage.survival(0.0)[0] == 1.0 - passage.share_at_start
+    assert any("beyond the level when the clock started" in sentence for sentence in found.warnings)
+    from_rest = run(oscillator(), paths=64, duration=5.0, step=0.05, start="rest", first_passage={"x": 1.0})
+    assert from_rest.settings.window == (0.0, 5.0)
+    assert from_rest.first_passages["x"].begin == 0.0
+
+
+def censored(horizon: float, times: Floats, settling: float = 1.0) -> PassageTimes:
+    times = np.where(times > horizon, np.inf, times)
+    return PassageTimes("x", 1.0, math.nan, "m", 0.0, horizon, settling, times)
+
+
+def test_a_mean_of_censored_times_holds_over_samples() -> None:
+    """Exponential times after a dead time: value and standard error of the mean, over 300 samples."""
+    generator = np.random.default_rng(1)
+    found = []
+    for _ in range(300):
+        times = 0.5 + generator.exponential(8.0, 500)
+        found.append(censored(6.0, times).mean[:2])
+    values, errors = np.array(found).T
+    assert abs(values.mean() - 8.5) < 4.0 * values.std() / math.sqrt(300) + 0.1
+    assert values.std() == pytest.approx(errors.mean(), rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("times", "settling", "sentence"),
+    [
+        (np.linspace(0.1, 100.0, 1000), 20.0, "too early for a mean time"),
+        (np.linspace(4.6, 2000.0, 1000), 1.0, "too few for a mean time"),
+        (
+            np.concatenate([np.linspace(0.1, 8.9, 500), np.linspace(9.0, 10.0, 300), np.full(200, 20.0)]),
+            1.0,
+            "still changes",
+        ),
+    ],
+)
+def test_a_mean_that_is_not_known_is_not_given(times: Floats, settling: float, sentence: str) -> None:
+    passage = censored(10.0, times, settling)
+    assert math.isnan(passage.mean_time)
+    assert sentence in passage.mean[2]
+    assert any(sentence in warning for warning in passage.warnings)
+    assert math.isfinite(passage.restricted_mean[0])
+
+
+def test_quantiles_and_survival_of_a_sample() -> None:
+    times = np.random.default_rng(2).exponential(2.0, 4000)
+    passage = censored(4.0, times)
+    at, error = passage.quantile([0.5, 0.99])
+    assert abs(at[0] - 2.0 * math.log(2.0)) < 4.0 * error[0]
+    assert math.isnan(at[1])
+    survival, its_error = passage.survival([0.0, 2.0])
+    assert survival[0] == 1.0
+    assert abs(survival[1] - math.exp(-1.0)) < 4.0 * its_error[1]
+    with pytest.raises(ValueError, match="where the paths were watched"):
+        passage.survival(5.0)
+
+
+def test_an_observable_passes_like_the_quantity_it_is() -> None:
+    given: dict[str, Any] = {"paths": 128, "duration": 20.0, "step": 0.05, "start": "rest"}
+    levels = {"energy": 2.0, "own": (lambda t, x, v: 0.5 * (v * v + x * x), 2.0)}
+    found = run(oscillator(), **given, first_passage=levels).first_passages
+    np.testing.assert_allclose(found["own"].times, found["energy"].times, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "sentence"),
+    [
+        ([("x", 1.0)], "first_passage must be a dict"),
+        ({"x": "far"}, "first_passage level of x"),
+        ({"x": -1.0}, "behind the wall at 0 m"),
+        ({"amplitude": 0.0}, "first_passage level of amplitude"),
+        ({"distance": (1.0, "here")}, "first_passage reference of distance"),
+        ({"own": 1.0}, "give a pair of a function of"),
+        ({"two words": (abs, 1.0)}, "in one word"),
+        ({"x_mean": (lambda t, x, v: x, 1.0)}, "something of that name"),
+        ({"own": (abs, 1.0)}, "must be of a function of"),
+        ({"own": (lambda t, x: x, 1.0)}, "Numba can compile"),
+        ({"own": (lambda t, x, v: x, math.nan)}, "first_passage level of own"),
+    ],
+)
+def test_bad_levels_are_refused_in_one_sentence(wanted: Any, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match="first_passage") as caught:
+        run(oscillator(), paths=64, duration=1.0, first_passage=wanted)
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_it_is_in_every_form_of_the_answer(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    words = "simulate --paths 640 --duration 20 --step 0.05 --start rest --first-passage x 1.2 --first-passage speed 2"
+    assert cli.main(words.split()) == 0
+    out = capsys.readouterr().out
+    assert "mean time" in out
+    assert "share not passed" in out
+    assert cli.main([*words.split(), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    found = run(
+        sp.Oscillator(), paths=640, duration=20.0, step=0.05, start="rest", first_passage={"x": 1.2, "speed": 2.0}
+    )
+    passage, data = found.first_passages["x"], found.to_dataset()
+    assert answer["x_first_passage_mean"] == passage.mean_time == float(data["x_first_passage_mean"])
+    assert data["x_first_passage_mean"].units == "s"
+    assert len(answer["x_first_passage_survival"]) == data["x_first_passage_survival"].size == 101
+    again = sp.load_run(found.save(tmp_path / "run.nc"))
+    np.testing.assert_array_equal(again.first_passages["x"].times, passage.times)
+    assert again.first_passages["x"].mean == passage.mean
+    with pytest.raises(ValueError, match="cannot be given with rtol"):
+        run(sp.Oscillator(), rtol=0.1, first_passage={"x": 1.2})
