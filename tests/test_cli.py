@@ -24,6 +24,7 @@ from springpot.interrupt import leave_at_once
 from springpot.processors import control_group_quota
 from springpot.simulation.settings import resolve
 from springpot.units import UNITS
+from tests.signals import in_a_terminal
 
 COMMAND = [sys.executable, "-m", "springpot"]
 
@@ -535,6 +536,7 @@ class Finder:
         if name == {module!r}:
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder())
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.argv = ["springpot", "theory"]
 runpy.run_module("springpot", run_name="__main__", alter_sys=True)
 """
@@ -558,9 +560,10 @@ def test_the_callers_own_handling_of_signals_stays() -> None:
 def test_an_interrupted_run_ends_with_130() -> None:
     """A run of hours, interrupted while it computes."""
     words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--json"]
-    process = subprocess.Popen(
-        [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+    with in_a_terminal():
+        process = subprocess.Popen(
+            [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
     try:
         time.sleep(4.0)
         process.send_signal(signal.SIGINT)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType
 
-__all__ = ["INTERRUPTED", "attended", "leave_at_once"]
+__all__ = ["INTERRUPTED", "Terminated", "attended", "leave_at_once", "sigterm_as_ctrl_c"]
 
 INTERRUPTED = 130  # exit code
 PATIENCE = 2.0  # s that a command has to tidy up after a signal
@@ -47,6 +47,38 @@ class leave_at_once:  # a class, for contextlib takes longer to load than all th
     def __exit__(self, *_: object) -> None:
         if self._ours:
             signal.signal(signal.SIGINT, self._before)
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: to be obeyed like Ctrl-C."""
+
+
+class sigterm_as_ctrl_c:
+    """SIGTERM raises an exception here, as Ctrl-C does, so that what is begun is tidied up.
+
+    Examples
+    --------
+    >>> import os, signal
+    >>> try:
+    ...     with sigterm_as_ctrl_c():
+    ...         os.kill(os.getpid(), signal.SIGTERM)
+    ... except KeyboardInterrupt as error:
+    ...     print(type(error).__name__)
+    Terminated
+    """
+
+    def __enter__(self) -> None:
+        self._in_main = threading.current_thread() is threading.main_thread()
+        if self._in_main:
+            self._before = signal.signal(signal.SIGTERM, _terminate)
+
+    def __exit__(self, *_: object) -> None:
+        if self._in_main:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL if self._before is None else self._before)
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> None:
+    raise Terminated
 
 
 def attended(command: Callable[[], int]) -> int:

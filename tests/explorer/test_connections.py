@@ -27,6 +27,7 @@ from springpot.explorer.server import FIRST_MESSAGE_SECONDS, MOST_SESSIONS
 from springpot.explorer.session import Session
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import tab
+from tests.signals import in_a_terminal
 
 
 def connected(server: Server, sent: str = "") -> socket.socket:
@@ -168,7 +169,7 @@ def test_a_tab_that_says_nothing_gives_its_place_back(server: Server) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_an_orderly_end_whatever_hangs_on_the_server() -> None:
     """Half requests, silent tabs, tabs that ask without an end: one line, at once."""
-    with running() as started, ExitStack() as stack:
+    with in_a_terminal(), running() as started, ExitStack() as stack:
         with tab(started) as first:
             first.say(kind="problem", paths=64)
             first.until("estimates", complete=True)

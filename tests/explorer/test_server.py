@@ -23,6 +23,7 @@ from springpot.explorer.protocol import LONGEST_MESSAGE
 from springpot.explorer.server import MOST_SESSIONS, allowed_hosts
 from tests.explorer.conftest import COMMAND, Server, running
 from tests.explorer.talk import Tab, tab
+from tests.signals import in_a_terminal
 
 SMALL = {"kind": "problem", "paths": 256}
 LONG = {"kind": "problem", "paths": 100_000, "coefficient": 0.1}
@@ -308,19 +309,20 @@ def test_a_pause_stops_time_and_paths(server: Server) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("busy", [False, True])
-def test_ctrl_c_is_an_orderly_end(busy: bool) -> None:
+def test_ctrl_c_is_an_orderly_end(busy: bool, sent: signal.Signals) -> None:
     """At once while modules still load, and with a tab in the middle of its work."""
-    with running() as started:
+    with in_a_terminal(), running() as started:
         if busy:
             with tab(started) as working:
                 working.say(**LONG)
                 working.until("estimates")
-                started.process.send_signal(signal.SIGINT)
+                started.process.send_signal(sent)
                 with pytest.raises(ConnectionClosed):
                     working.count(20.0)
         else:
-            started.process.send_signal(signal.SIGINT)
+            started.process.send_signal(sent)
         out, err = started.process.communicate(timeout=30)
     assert started.process.returncode == 130, err
     assert (out, err) == ("", "springpot: interrupted.\n")

@@ -24,6 +24,8 @@ from springpot.studies import running, tasks
 from springpot.studies.estimate import status
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
+from springpot.studies.workers import Workers
+from tests.signals import in_a_terminal
 from tests.studies.samples import COMMAND, RUNS, THEORY, chunks, content, given, orphans, write_toml
 
 LONGER: dict[str, Any] = {
@@ -201,10 +203,11 @@ def test_nor_on_a_cluster(runs: Path, tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def start(words: Sequence[object], folder: Path) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [*COMMAND, "run", *map(str, words)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        start_new_session=True,
-    )  # fmt: skip
+    with in_a_terminal():
+        return subprocess.Popen(
+            [*COMMAND, "run", *map(str, words)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            start_new_session=True,
+        )  # fmt: skip
 
 
 def wait_for_answers(process: subprocess.Popen[str], store: Path, count: int) -> None:
@@ -270,6 +273,16 @@ def test_killed_at_fifty_random_moments(how: str, times: int, longer: Path, tmp_
     assert killed_and_resumed([how, "2"], times, longer, tmp_path, seed=3) >= 2
 
 
+def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    found = []
+    with contextlib.suppress(psutil.NoSuchProcess):
+        for child in psutil.Process(process.pid).children(recursive=True):
+            with contextlib.suppress(psutil.NoSuchProcess):
+                if "springpot.studies.worker" in child.cmdline():
+                    found.append(child)
+    return found
+
+
 def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
     """Kill a worker so many times; the study ends by itself with the right bytes."""
     rng = random.Random(seed)
@@ -280,11 +293,7 @@ def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
         process = start([file, "--store", store, "--workers", "2"], folder)
         wait_for_answers(process, store, rng.randint(1, 12))
         time.sleep(rng.uniform(0.0, 0.2))
-        workers = [
-            child
-            for child in psutil.Process(process.pid).children(recursive=True)
-            if "spawn_main" in " ".join(child.cmdline())
-        ]
+        workers = workers_of(process)
         assert workers  # of the two, one may still be starting
         rng.choice(workers).kill()
         out, errors = process.communicate(timeout=WAIT)
@@ -297,6 +306,49 @@ def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
 
 def test_a_worker_killed_in_the_middle(longer: Path, tmp_path: Path) -> None:
     kill_workers(1, longer, tmp_path, seed=1)
+
+
+def test_workers_killed_while_they_start(runs: Path, tmp_path: Path) -> None:
+    """Each is replaced, and the study ends by itself with the right bytes."""
+    process = start([write_toml(tmp_path / "runs.toml", RUNS), "--store", "study.zarr", "--workers", "2"], tmp_path)
+    killed: set[int] = set()
+    while len(killed) < 5 and process.poll() is None:
+        for worker in workers_of(process):
+            if worker.pid not in killed and len(killed) < 5:
+                worker.kill()
+                killed.add(worker.pid)
+        time.sleep(0.02)
+    out, errors = process.communicate(timeout=WAIT)
+    assert (process.returncode, errors, out) == (0, "", "study.zarr: 12 tasks, 0 found, 12 computed.\n")
+    assert len(killed) == 5
+    assert content(tmp_path / "study.zarr") == content(runs)
+
+
+def test_workers_that_end_again_and_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    with Workers("tcp://127.0.0.1:1", 1) as own, pytest.raises(OSError, match="end again and again, the last one with"):
+        for _ in range(1000):
+            own.replace_ended(progress=False)
+            time.sleep(0.01)
+
+
+def test_workers_end_with_a_killed_parent_while_they_start() -> None:
+    code = (
+        "import time; from springpot.studies.workers import Workers\n"
+        "with Workers('tcp://127.0.0.1:1', 2) as own:\n"
+        "    print('ready', flush=True); time.sleep(600)\n"
+    )
+    for wait in (0.0, 0.3, 1.0):
+        with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as parent:
+            assert parent.stdout is not None
+            assert parent.stdout.readline() == "ready\n"
+            time.sleep(wait)
+            left = workers_of(parent)
+            assert len(left) == 2
+            parent.kill()
+            begun = time.monotonic()
+            assert psutil.wait_procs(left, timeout=20.0)[1] == []
+            assert time.monotonic() - begun < 10.0  # a tenth of a second where nothing else runs
 
 
 @pytest.mark.validation

@@ -10,10 +10,11 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import mimetypes
+import signal
 import socket
 import time
-from collections.abc import Callable, Sequence
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from springpot.explorer.engine import Engine
 from springpot.explorer.protocol import LONGEST_MESSAGE, parse
 from springpot.explorer.session import Session
+from springpot.interrupt import sigterm_as_ctrl_c
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -282,7 +284,9 @@ def listen_on(address: str, port: int) -> socket.socket:
 
 
 def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
-    """Serve the page until Ctrl-C, which is passed on.
+    """Serve the page until Ctrl-C or SIGTERM, which is passed on as KeyboardInterrupt.
+
+    Where Ctrl-C is ignored, as in the background of a script, it stays so.
 
     Parameters
     ----------
@@ -305,6 +309,14 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
             if self.started:
                 ready()
 
+        @contextmanager
+        def capture_signals(self) -> Iterator[None]:
+            before = signal.getsignal(signal.SIGINT)
+            with super().capture_signals():
+                if before is signal.SIG_IGN:
+                    signal.signal(signal.SIGINT, signal.SIG_IGN)
+                yield
+
     logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # what a hostile client provokes is no news
     config = uvicorn.Config(
         application(allowed_hosts(address, port)),
@@ -318,4 +330,5 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=1,
     )
-    Server(config).run(list(sockets))
+    with sigterm_as_ctrl_c():
+        Server(config).run(list(sockets))

@@ -7,25 +7,24 @@ through the missing tasks in an order of its own and leaves out what another has
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import itertools
 import os
+import queue
 import random
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from springpot.crew import work_together
+from springpot.interrupt import Terminated, sigterm_as_ctrl_c
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Task, check_some, compute, tasks
+from springpot.studies.workers import Workers, without_ctrl_c
 
 __all__ = ["Outcome", "Terminated", "run_study"]
 
@@ -34,10 +33,6 @@ TELL = 0.2  # s
 CHECKED = 20_000  # points at which the settings of Monte Carlo are checked before any work: some seconds
 PATIENCE = "20s"  # for a scheduler to answer
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM: to be obeyed like Ctrl-C."""
 
 
 class _Stopped(Exception):
@@ -150,7 +145,7 @@ def run_study(
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
         raise ValueError(f"workers must be a whole number from 1 to 4096, not {workers!r}.")
     path = Path(path).resolve()
-    with _obeying_sigterm():
+    with sigterm_as_ctrl_c():
         check_some(study, CHECKED)
         store = open_store(path, study)
         store.remove_orphans()
@@ -167,22 +162,6 @@ def run_study(
             _on_threads(store, missing, count, threads)
     found = len(mine) - len(missing) + count.others
     return Outcome(path, len(mine), found, count.computed, tuple(count.failures))
-
-
-@contextmanager
-def _obeying_sigterm() -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def leave(_signal: int, _frame: FrameType | None) -> None:
-        raise Terminated
-
-    before = signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL if before is None else before)
 
 
 def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
@@ -250,9 +229,9 @@ def _remote(path: str, task: Task) -> bool:
 def _on_a_cluster(
     store: Store, missing: Sequence[Task], count: _Count, workers: int | None, scheduler: str | None
 ) -> None:
-    with _client(workers, scheduler) as client:
+    with _client(workers, scheduler) as (client, own):
         try:
-            _submit_all(client, store, missing, count)
+            _submit_all(client, own, store, missing, count)
         except Exception as error:
             if client.status != "running":
                 raise OSError(
@@ -262,41 +241,54 @@ def _on_a_cluster(
             raise
 
 
-def _submit_all(client: Any, store: Store, missing: Sequence[Task], count: _Count) -> None:
-    from distributed import as_completed
-
-    room = IN_FLIGHT * max(1, sum(client.nthreads().values()))
+def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequence[Task], count: _Count) -> None:
+    room = IN_FLIGHT * (sum(client.nthreads().values()) if own is None else own.count)
     waiting = iter(missing)
     of_key: dict[str, Task] = {}
+    ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
-    def submit(task: Task) -> Any:
+    def submit(task: Task) -> None:
         # the key is new each time: a cluster may remember what a store has lost
         future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
         of_key[future.key] = task
-        return future
+        future.add_done_callback(ended.put)
 
-    first = [submit(task) for task in itertools.islice(waiting, room)]
-    running = as_completed(first, with_results=True, raise_errors=False)
-    for future, found in running:
-        task = of_key.pop(future.key)
-        if future.status == "finished":
-            count.computed += found
-            count.others += not found
-        elif future.status != "error":
-            raise ConnectionError("a task was cancelled by the cluster")
-        else:
-            error = future.exception()
-            if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
-                raise error
-            count.failures.append((task, f"{type(error).__name__}: {error}"))
-        future.release()
+    for task in itertools.islice(waiting, max(1, room)):
+        submit(task)
+    while of_key:
+        try:
+            future = ended.get(timeout=TELL)
+        except queue.Empty:
+            future = None
+        if own is not None:
+            own.replace_ended(progress=future is not None)
+        if client.status != "running":
+            raise ConnectionError("the scheduler is gone")
+        if future is not None:
+            _take(future, of_key.pop(future.key), count)
+            for following in itertools.islice(waiting, 1):
+                submit(following)
         count.tell()
-        for following in itertools.islice(waiting, 1):
-            running.add(submit(following))
+
+
+def _take(future: Any, task: Task, count: _Count) -> None:
+    """Count a task that a worker has done, or what went wrong with it."""
+    if future.status == "finished":
+        found = future.result()
+        count.computed += found
+        count.others += not found
+    elif future.status != "error":
+        raise ConnectionError("a task was cancelled by the cluster")
+    else:
+        error = future.exception()
+        if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
+            raise error
+        count.failures.append((task, f"{type(error).__name__}: {error}"))
+    future.release()
 
 
 @contextmanager
-def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, Workers | None]]:
     try:
         import distributed
     except ImportError:
@@ -311,42 +303,18 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         except (OSError, ValueError, TimeoutError) as error:
             raise OSError(f"there is no Dask scheduler at {scheduler!r}: {error}") from None
         with client:
-            yield client
+            yield client, None
         return
-    quiet = {"distributed.worker.daemon": True, "distributed.scheduler.allowed-failures": 10}
-    with dask.config.set(quiet):
-        with _ctrl_c_is_ours():
+    with dask.config.set({"distributed.scheduler.allowed-failures": 10}):
+        with without_ctrl_c():
             cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, silence_logs=50, host="127.0.0.1",
+                n_workers=0, silence_logs=50, host="127.0.0.1",
                 # no dashboard; without an address, Dask's server would claim port 8787, and complain where it is taken
                 scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             )  # fmt: skip
-        with cluster, distributed.Client(cluster) as client:
-            try:
-                yield client
-            except BaseException:
-                # what is under way is given up: closing the cluster would wait for it
-                cluster.sync(_end_workers, list(cluster.workers.values()))
-                raise
-
-
-async def _end_workers(nannies: Sequence[Any]) -> None:
-    for nanny in nannies:  # asked to end, a worker tells of what it was doing, at length
-        nanny.auto_restart = False
-        if nanny.pid is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(nanny.pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
-    await asyncio.gather(*(nanny.close(timeout=0.5) for nanny in nannies), return_exceptions=True)
-
-
-@contextmanager
-def _ctrl_c_is_ours() -> Iterator[None]:
-    """Threads and processes begun here are not told of Ctrl-C, which a terminal sends to all: we shall end them."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        with (
+            cluster,
+            distributed.Client(cluster) as client,
+            Workers(cluster.scheduler_address, workers or 1) as own,  # ended first: closing the cluster waits for none
+        ):
+            yield client, own

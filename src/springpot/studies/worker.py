@@ -1,0 +1,46 @@
+"""One worker process of a study's own Dask cluster: ``python -m springpot.studies.worker ADDRESS FOLDER``.
+
+Its standard input is a pipe from the process that started it.  When that one ends, in whatever way, the system closes
+the pipe, and the worker ends at once: also while its modules still load, or while it computes.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+
+__all__ = ["main"]
+
+
+def _end_with_its_parent() -> None:
+    while os.read(0, 1):
+        pass
+    os._exit(1)
+
+
+def main(address: str, folder: str) -> None:
+    """Work for the scheduler at an address, with scratch files in a folder, until the parent ends."""
+    threading.Thread(target=_end_with_its_parent, daemon=True).start()
+
+    import asyncio
+    import logging
+    import warnings
+
+    import distributed
+
+    from springpot.trusted import UnusedCache
+
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    warnings.simplefilter("ignore", UnusedCache)  # the first process says it
+
+    async def work() -> None:
+        worker = distributed.Worker(address, nthreads=1, host="127.0.0.1", local_directory=folder, silence_logs=50)
+        async with worker:
+            await worker.finished()
+
+    asyncio.run(work())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

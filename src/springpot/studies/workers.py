@@ -1,0 +1,97 @@
+"""The worker processes of a study's own Dask cluster: started here, replaced when they end, and never left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["Workers", "without_ctrl_c"]
+
+MOST_ENDS = 10  # of each worker, without a task done in between
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+
+
+class Workers:
+    """Processes that work for a scheduler; a context that ends them.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler.
+    count : int
+    """
+
+    def __init__(self, address: str, count: int) -> None:
+        self._address, self.count = address, count
+        self._ends = 0
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def __enter__(self) -> Workers:
+        self._folder = tempfile.TemporaryDirectory(prefix="springpot-", ignore_cleanup_errors=True)
+        self._processes = [self._start() for _ in range(self.count)]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._processes:  # nothing is lost: a task is kept by the time it is reported
+            process.kill()
+        for process in self._processes:
+            process.wait()
+            if process.stdin is not None:
+                process.stdin.close()
+        self._folder.cleanup()
+
+    def replace_ended(self, progress: bool) -> None:
+        """Start a worker for each that has ended, as by a batch system that wants its memory.
+
+        Parameters
+        ----------
+        progress : bool
+            Whether a task was done since the last call.
+
+        Raises
+        ------
+        OSError
+            If they end again and again.
+        """
+        if progress:
+            self._ends = 0
+        for index, process in enumerate(self._processes):
+            if (code := process.poll()) is None:
+                continue
+            self._ends += 1
+            if self._ends > MOST_ENDS * self.count:
+                how = f"signal {-code}" if code < 0 else f"exit code {code}"
+                raise OSError(
+                    f"the worker processes end again and again, the last one with {how}: everything answered so far is "
+                    "kept, and running the study again goes on from there."
+                )
+            if process.stdin is not None:
+                process.stdin.close()
+            self._processes[index] = self._start()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        places = os.pathsep.join(filter(None, sys.path))
+        with without_ctrl_c():
+            return subprocess.Popen(
+                [sys.executable, "-P", "-m", "springpot.studies.worker", self._address, self._folder.name],
+                stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                env={**_ONE_THREAD, **os.environ, "PYTHONPATH": places},
+            )  # fmt: skip
+
+
+@contextmanager
+def without_ctrl_c() -> Iterator[None]:
+    """Processes begun here do not obey Ctrl-C, which a terminal sends to all: they are ended by the first one."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

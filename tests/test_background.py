@@ -1,0 +1,48 @@
+"""Commands in the background of a script: the shell has Ctrl-C ignored for them, and SIGTERM ends them."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from tests.explorer.conftest import running
+from tests.signals import in_the_background
+from tests.studies.samples import COMMAND, RUNS, chunks, write_toml
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+
+
+def test_the_page() -> None:
+    with in_the_background(), running() as started:
+        started.process.send_signal(signal.SIGINT)
+        time.sleep(0.5)
+        with urllib.request.urlopen(started.address, timeout=30) as page:  # goes on
+            assert page.status == 200
+        started.process.send_signal(signal.SIGTERM)
+        out, err = started.process.communicate(timeout=30)
+    assert (started.process.returncode, out, err) == (130, "", "springpot: interrupted.\n")
+
+
+def test_a_study(tmp_path: Path) -> None:
+    long = {**RUNS, "monte_carlo": {"paths": 2048, "duration": 40000.0, "step": 0.02}}
+    file, store = write_toml(tmp_path / "long.toml", long), tmp_path / "study.zarr"
+    with in_the_background():
+        process = subprocess.Popen(
+            [*COMMAND, "run", str(file), "--store", str(store), "--threads", "1"], stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True, start_new_session=True,
+        )  # fmt: skip
+    while not chunks(store) and process.poll() is None:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(0.5)
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
+    assert err == "springpot: interrupted; what is answered is kept, and the same command goes on from there.\n"
