@@ -326,10 +326,14 @@ def test_workers_killed_while_they_start(runs: Path, tmp_path: Path) -> None:
 
 def test_workers_that_end_again_and_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", shutil.which("false"))
-    with Workers("tcp://127.0.0.1:1", 1) as own, pytest.raises(OSError, match="end again and again, the last one with"):
+
+    def wait(own: Workers) -> None:
         for _ in range(1000):
             own.replace_ended(progress=False)
             time.sleep(0.01)
+
+    with Workers("tcp://127.0.0.1:1", 1) as own, pytest.raises(OSError, match="end again and again, the last one with"):
+        wait(own)
 
 
 def test_workers_end_with_a_killed_parent_while_they_start() -> None:
