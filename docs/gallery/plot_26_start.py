@@ -1,6 +1,6 @@
 r"""
-What a start is remembered for
-==============================
+How long the start from rest influences the results
+===================================================
 
 From rest the displacement climbs to its mean, and the springpot remembers that step with a force that dies only like
 :math:`t^{-\alpha}`. At small :math:`\alpha` a "long" run from rest is then still not stationary. An adapted start

@@ -8,7 +8,7 @@ housing, takes a part of its speed, and wears with, say, the cube of the speed o
 tight housing cost?
 
 The averages are the user's own: a function of t, x and v, and one of the speed of an impact. With order 1 the
-Fokker-Planck equation gives the answer without dice as well.
+Fokker-Planck equation gives the answer without random numbers as well.
 """
 
 import matplotlib.pyplot as plt

@@ -40,7 +40,7 @@ app = App(
 
 @app.command
 def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
-    """Answers without dice: every method side by side, their warnings, and the one to trust here."""
+    """Theory: all analytical methods side by side (no random numbers), their warnings, and the recommended one."""
     oscillator = flags.oscillator()
     with leave_at_once():
         from springpot.theory import all_methods
@@ -290,7 +290,7 @@ app.command("springpot.studies.commands:app", name="study")
 
 @app.command
 def doctor(*, json_: Json = False) -> int:
-    """What this machine gives: versions, processor, threads, cache, and a check of about a second."""
+    """Check the installation: versions, processor, threads, caches, and a self-test of about a second."""
     with leave_at_once():
         from springpot import simulation  # noqa: F401  (what takes long to load)
         from springpot.doctor import diagnose

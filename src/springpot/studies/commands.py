@@ -17,7 +17,7 @@ __all__ = ["app"]
 
 app = App(
     name="study",
-    help="Many questions: a grid of oscillators in a file, answered into a store that loses nothing.",
+    help="Many questions: a grid of oscillators in a file. Results are saved on disk; interrupted runs resume.",
     help_format="plaintext",
 )
 
