@@ -6,10 +6,11 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
-from springpot.simulation.accuracy import even_step, reach, slow_impact_order
+from springpot.simulation.accuracy import reach
 from springpot.simulation.ensemble import advance, tables
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
+from springpot.simulation.slow_impacts import even_step, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
 
 from .problems import oscillator, truncated_gaussian

@@ -13,9 +13,9 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
-from springpot.simulation.accuracy import slow_impact_order
 from springpot.simulation.ensemble import advance, tables
 from springpot.simulation.settings import resolve
+from springpot.simulation.slow_impacts import slow_impact_order
 from springpot.simulation.statistics import linearised, standard_error
 
 from .problems import oscillator

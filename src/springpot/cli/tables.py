@@ -83,7 +83,10 @@ def print_estimates(answer: Mapping[str, Any]) -> None:
             for name in controlled
         ]
         print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
-    rows = [[name, with_error(answer[name], answer[f"{name}_se"], UNITS[name])] for name in rest]
+    rows = [
+        [name, with_error(answer[name], answer[f"{name}_se"], UNITS[name]), _step_bias(answer.get(f"{name}_step_bias"))]
+        for name in rest
+    ]
     print_table([["", "value +- standard error"], *rows] if controlled else rows)
     if passages := _first_passages(answer):
         print()
@@ -118,7 +121,16 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
             [name, *(with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
             for name, unit in units.items()
         ]
+        + [
+            [f"{name}, step bias up to", *(_plain_short(biases[i]) for i in shown)]
+            for name in units
+            if (biases := answer.get(f"{name}_quantile_step_bias")) is not None
+        ]
     )
+
+
+def _step_bias(bound: float | None) -> str:
+    return "" if bound is None else f"step bias up to {bound:.2g}"
 
 
 def _plain_short(value: float | None) -> str:

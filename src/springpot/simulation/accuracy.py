@@ -28,14 +28,11 @@ from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
+from springpot.simulation.slow_impacts import even_step, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
-from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import MOMENTS
 
-__all__ = [
-    "CONTROLLED", "Budget", "Reached", "checked_quantities", "even_step", "missed_impacts", "reach",
-    "slow_impact_order",
-]  # fmt: skip
+__all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "reach"]
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
@@ -357,67 +354,6 @@ def _left_of_the_difference(oscillator: Oscillator, name: str, step: float) -> f
     if not (oscillator.restitution < 1.0 and name.startswith("impact")):
         return 1.0
     return max(EXTRAPOLATED, 0.3 * (step / even_step(oscillator)) ** 2)
-
-
-def even_step(oscillator: Oscillator) -> float:
-    """Step in s beyond which slow impacts behind a lossy wall are not missed by the known power of it; inf if none.
-
-    A preload presses the mass against the wall with g = Omega^2 b.  In a step that hides in speeds of the order g h,
-    unless they are small beside those of the noise, sqrt(q h).  Against the Fokker-Planck equation at order 1, r = 0.3,
-    0.5 and 0.65, b = 0.5, 1 and 2, what the power leaves of a difference is 0.2 of it at g sqrt(h / q) = 0.2 r and
-    goes like the square of the step; 0.3 is what counts as bound.
-
-    Examples
-    --------
-    >>> from springpot.oscillator import Barrier
-    >>> round(even_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5))), 4)
-    0.01
-    """
-    wall, q = oscillator.barrier, oscillator.excitation.intensity
-    press = 0.0 if wall is None else oscillator.natural_frequency**2 * oscillator.direction * wall.position
-    if oscillator.restitution == 1.0 or not press > 0.0 or q == 0.0:
-        return math.inf
-    return q * (0.2 * oscillator.restitution / press) ** 2
-
-
-def slow_impact_order(restitution: float) -> float:
-    """Order in the step of the impact rate's bias, between 0 and 1.
-
-    Near a lossy wall under white noise the flux of impacts slower than v goes like v^m with the m of
-    `springpot.theory.mckean.slow_impact_power`, and a step h blurs speeds of the order sqrt(h): the bias goes like
-    h^(m/2).  At and below r = 0.163 there is no such m and the rate is infinite.
-
-    Examples
-    --------
-    >>> [round(slow_impact_order(r), 3) for r in (1.0, 0.5, 0.25, 0.1)]
-    [1.0, 0.5, 0.125, 0.0]
-    """
-    return 0.5 * slow_impact_power(restitution)
-
-
-def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square: float) -> float:
-    """Share of the impacts that a run with this step misses behind a lossy wall, by its own mean square impact speed.
-
-    A step h blurs speeds of the order sqrt(q h), and of the impacts slower than u there are u^m: the share is
-    B (q h / <u^2>)^(m/2).  Against the Fokker-Planck equation at order 1, for r from 0.2 to 0.9, c from 0.1 to 2 and
-    b = 0 and -0.5, B = exp(-3.41 (r - 0.163)^(3/4)) within a tenth of itself at b = 0 and a fifth at b = -0.5.  What
-    the missing ones hand over is next to nothing: the rate is that share too low, the mean speed as much too high.
-
-    Examples
-    --------
-    >>> from springpot.oscillator import Barrier
-    >>> round(missed_impacts(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, 1.0), 3)
-    0.022
-    """
-    if oscillator.barrier is None or not impact_speed_mean_square > 0.0:
-        return 0.0
-    restitution = oscillator.barrier.restitution
-    blur = oscillator.excitation.intensity * step / impact_speed_mean_square
-    front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
-    order, missed = slow_impact_order(restitution), 0.0
-    for _ in range(50):  # with the slow ones missing, the mean square of the others is too high
-        missed = min(front * (blur / (1.0 - missed)) ** order, 0.95)
-    return missed
 
 
 def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:

@@ -41,7 +41,10 @@ FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _FREQUENCY, _WALL, _LANES = range(FIRST)
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
-"""Largest and smallest values of each path in the window, and their units; speeds without sign."""
+"""Largest and smallest values of each path in the window, and their units; speeds without sign.
+
+They are taken at the ends of the steps and at the impacts.
+"""
 
 SKETCHED = {
     "x": ("m", "m-1"), "v": ("m s-1", "s m-1"), "amplitude": ("m", "m-1"), "impact_speed": ("m s-1", "s m-1"),
@@ -118,10 +121,11 @@ def taken_names() -> set[str]:
     """Names of everything else in the results of a run."""
     budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
+    biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
     extreme = (f"{name}_quantile" for name in EXTREMES)
     others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
     attributes = ("oscillator", "settings", "diagnostics", "warnings")
-    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *others, *attributes}
+    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
 
 
 def cause_of(reason: Exception) -> str:
@@ -187,8 +191,12 @@ def _extreme_parts() -> tuple[Any, Any]:
 
     @cfunc(HEAR, **FAST)
     def hear(count, speed, lane, array):
-        at = FIRST + 3 * LANES + lane
-        array[at] = max(array[at], abs(array[_SPEED_UNIT]) * speed)
+        # at an impact the mass is at the wall, and as fast as it will be there
+        wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed
+        array[FIRST + lane] = min(array[FIRST + lane], wall)
+        array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
+        for at in (FIRST + 2 * LANES + lane, FIRST + 3 * LANES + lane):
+            array[at] = max(array[at], reached)
 
     return watch, hear
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import Budget, Reached, missed_impacts, reach, slow_impact_order
+from springpot.simulation.accuracy import Budget, Reached, reach
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Progress, Tables, advance, tables
 from springpot.simulation.first_passage import from_the_start
@@ -33,8 +33,10 @@ from springpot.simulation.settings import (
     relaxation_time,
     resolve,
 )
+from springpot.simulation.slow_impacts import missed_impacts, slow_impact_order
 from springpot.simulation.spectral import Spectrum
 from springpot.simulation.statistics import estimates, standard_error
+from springpot.simulation.step_biases import about_quantiles, step_biases
 from springpot.simulation.watched import Observable, watched
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.units import UNITS
@@ -78,7 +80,7 @@ class Run:
         `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if they were asked for.
     extremes : dict
         Smallest and largest x, largest speed and impact speed of each path in the window, if they were asked for:
-        arrays of shape (paths,), taken at the ends of the steps.
+        arrays of shape (paths,), taken at the ends of the steps and at the impacts.
     spectrum : Spectrum or None
         `springpot.simulation.Spectrum` of x in the window, if it was asked for.
     first_passages : dict
@@ -115,11 +117,13 @@ class Run:
         (True, 1)
         """
         quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
+        biases = self._step_biases()
         return {
             **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
             **({"probability": list(PROBABILITIES)} if quantiles else {}),
             **{name: _finite(at) for name, (at, _) in quantiles.items()},
             **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
+            **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
             **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
             **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
             "oscillator": asdict(self.oscillator),
@@ -128,9 +132,17 @@ class Run:
             "warnings": list(self.warnings),
         }
 
+    def _step_biases(self) -> dict[str, float | npt.NDArray[np.float64]]:
+        """Bounds on the step's bias by name, where there is no budget that has them."""
+        if self.budgets:
+            return {}
+        return step_biases(
+            self.oscillator, self.settings.step, self.values, self.distributions, self.extremes, PROBABILITIES
+        )
+
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
         """Every number by its public name: value, unit and what it is."""
-        numbers = {}
+        numbers, biases = {}, self._step_biases()
         for name, value in self.values.items():
             unit = UNITS.get(name, "")  # only the user knows the unit of an observable
             numbers[name] = value, unit, name.replace("_", " ")
@@ -141,6 +153,8 @@ class Run:
                 numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
                 numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
                 numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
+            elif name in biases:
+                numbers[f"{name}_step_bias"] = float(biases[name]), unit, f"bound on the step's bias of {name}"
         for passage in self.first_passages.values():
             numbers |= passage.numbers()
         return numbers
@@ -190,6 +204,7 @@ class Run:
             for name, (value, unit, text) in self._numbers().items()
         }
         coordinates: dict[str, Any] = {}
+        biases = self._step_biases()
         if self.settings.record:
             coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
             data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
@@ -198,6 +213,8 @@ class Run:
             coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
             data[name] = ("probability", at, {"units": unit})
             data[f"{name}_se"] = ("probability", error, {"units": unit})
+            if name in biases:
+                data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
         if (found := self.spectrum) is not None:
             coordinates["frequency"] = ("frequency", found.frequency, {"units": "rad s-1"})
             data["x_spectrum"] = ("frequency", found.density, {"units": "m2 s rad-1", "resolution": found.resolution})
@@ -211,6 +228,8 @@ class Run:
             coordinates[f"{name}_bin_width"] = (where, np.diff(edges), {"units": sketch.unit})
             data[f"{name}_density"] = (where, density, per_unit)
             data[f"{name}_density_se"] = (where, error, per_unit)
+            if f"{name}_density" in biases:
+                data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
         attributes = {
             "oscillator": json.dumps(asdict(self.oscillator)),
             "settings": json.dumps(self.settings.to_dict()),
@@ -320,6 +339,11 @@ def run(
             *_about_default_start(oscillator, given),
             *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
             *about_slow_impacts(oscillator, settings, values),
+            *(
+                about_quantiles(oscillator, settings.step, observed.distributions["impact_speed"], PROBABILITIES)
+                if distributions
+                else ()
+            ),
             *(
                 f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
                 for name in observed.means
@@ -463,10 +487,12 @@ def simulate(
         Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, ``amplitude_mean_square`` (x^2 + v^2 / Omega^2),
         ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
         ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
-        end of the run, each with a twin ``_se``; with ``rtol`` the first seven also have ``_step_bias``,
-        ``_memory_bias``, ``_transient`` and their total ``_error``.  Then the observables; with
-        ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
-        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
+        end of the run, each with a twin ``_se``; impact rate and speeds, the quantiles of the impact speed and of the
+        largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.
+        With ``rtol`` the first seven have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.
+        Then the observables; with ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over
+        ``probability``, and so have the extremes ``x_minimum``, ``x_maximum``, ``v_largest``,
+        ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,

@@ -5,7 +5,7 @@ the energy.  The start is adapted, and the energy balance is a control variate (
 :mod:`springpot.simulation.accuracy`).
 
 Behind a lossy wall slow impacts crowd, and a step h misses those slower than about sqrt(h): the impact rate lacks a
-share that goes like h^p with the p of `springpot.simulation.accuracy.slow_impact_order`.  Against the Fokker-Planck
+share that goes like h^p with the p of `springpot.simulation.slow_impacts.slow_impact_order`.  Against the Fokker-Planck
 equation at order 1 that one power describes the whole bias from steps of 0.1 down to 0.003, at r = 0.3, 0.4, 0.5 and
 0.65, to the standard errors of 0.15 %: so two steps and the known power take it out; behind a preload they have to be
 shorter.  What impacts hand over, rate times mean speed and rate times mean square speed, does not suffer, for slow
@@ -18,10 +18,10 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.simulation.accuracy import even_step, slow_impact_order
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.ensemble import Floats, Progress, advance, tables
 from springpot.simulation.settings import Settings, energy_time, fastest_rate, impacts_are_countable, resolve
+from springpot.simulation.slow_impacts import even_step, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory.result import MOMENTS
 
