@@ -63,7 +63,7 @@ def read_chunk(path: str, size: int) -> bytes | None:
 
 
 def read_file(path: str, largest: int) -> bytes | None:
-    """Content of a file, or None if there is none.  It never waits, as opening a named pipe would.
+    """Content of a file, or None if there is none (nor its folder).  It never waits, as opening a named pipe would.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def read_file(path: str, largest: int) -> bytes | None:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise Damaged("it is not a file, but a pipe or a device")
             found = file.read(largest + 1)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except IsADirectoryError:
         raise Damaged("it is a folder, not a file") from None
@@ -120,9 +120,9 @@ def make_room(path: str, *, folder: bool = False) -> None:
         try:
             os.rmdir(path)
         except OSError:
-            raise FileExistsError(f"{path!r} is a folder where a file belongs: remove it.") from None
+            raise FileExistsError(f"{path!r} is a folder where a file belongs: remove it") from None
     elif stat.S_ISREG(kind) and folder:
-        raise FileExistsError(f"{path!r} is a file where a folder belongs: remove it.")
+        raise FileExistsError(f"{path!r} is a file where a folder belongs: remove it")
     elif not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
         os.unlink(path)
 

@@ -114,10 +114,13 @@ def test_run_resumes(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     store = Path(shutil.copytree(made / "runs.zarr", tmp_path / "runs.zarr"))
     before = content(store)
     run = ("run", made / "runs.toml", "--store", store)
-    assert asked(capsys, *run)[0] == f"{store}: 12 tasks, 12 found, 0 computed.\n"
+    assert asked(capsys, *run)[0] == (
+        f"{store}: 12 tasks, 12 found, 0 computed.\n"
+        f'finished: xarray.open_datatree({str(store)!r}, engine="zarr") opens it.\n'
+    )
     chunks(store)[0].unlink()
     assert json.loads(asked(capsys, *run, "--json")[0]) == {
-        "store": str(store), "tasks": 12, "found": 11, "computed": 1, "failed": 0,
+        "store": str(store), "tasks": 12, "found": 11, "computed": 1, "failed": 0, "labelled": True,
     }  # fmt: skip
     assert json.loads(asked(capsys, *run, "--shard", "2/5", "--json")[0])["tasks"] == 3
     assert content(store) == before
@@ -167,10 +170,11 @@ def test_failed_tasks_end_with_one(
 def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     store = Path(shutil.copytree(made / "runs.zarr", tmp_path / "runs.zarr"))
     out = asked(capsys, "status", store)[0]
-    assert [line.split() for line in out.splitlines()[2:]] == [
+    assert [line.split() for line in out.splitlines()[2:-1]] == [
         ["averaging", "6", "0", "0"],
         ["monte_carlo", "6", "0", "0"],
     ]
+    assert out.endswith("\nlabelled group, for xarray: right\n")
     theory = chunks(store / "theory")
     theory[0].write_bytes(b"damaged")
     theory[1].unlink()
@@ -188,6 +192,7 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         "damaged": {"averaging": 1, "monte_carlo": 0},
         "missing": {"averaging": 1, "monte_carlo": 0},
         "damaged_metadata": ["theory/zarr.json"],
+        "labelled": "outdated",
     }
     assert "there is no store" in asked(capsys, "status", tmp_path / "none.zarr", code=2)[1]
 
@@ -204,6 +209,11 @@ def test_status_loads_nothing_heavy(made: Path) -> None:
 def test_export(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, start in (("out.csv", b"method,order,restitution,"), ("out.nc", b"\x89HDF")):
         assert asked(capsys, "export", made / "runs.zarr", tmp_path / name)[0] == f"{tmp_path / name}\n"
+        assert (tmp_path / name).read_bytes().startswith(start)
+        said = asked(capsys, "export", made / "runs.zarr", tmp_path / name, code=2)[1]
+        assert said.startswith(f"springpot: {str(tmp_path / name)!r} exists already: give another name, or --overwrite")
+        (tmp_path / name).write_bytes(b"old")
+        asked(capsys, "export", made / "runs.zarr", tmp_path / name, "--overwrite")
         assert (tmp_path / name).read_bytes().startswith(start)
     assert "must end in .nc" in asked(capsys, "export", made / "runs.zarr", tmp_path / "out.xls", code=2)[1]
 

@@ -144,7 +144,10 @@ def test_a_table_holds_the_same_digits(place: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "says"),
-    [("out.txt", r"must end in \.nc \(netCDF\) or \.csv, not 'out\.txt'"), ("none/out.csv", "folder that exists")],
+    [
+        ("out.txt", r"must end in \.nc \(netCDF\), \.zarr \(a Zarr group\) or \.csv, not 'out\.txt'"),
+        ("none/out.csv", "folder that exists"),
+    ],
 )
 def test_where_nothing_can_be_exported(name: str, says: str, place: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=says):

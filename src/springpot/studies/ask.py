@@ -104,7 +104,7 @@ def study(
         with tempfile.TemporaryDirectory(prefix="springpot-") as folder:
             return _answered(
                 asked, Path(folder) / "study.zarr", threads=threads, workers=workers, scheduler=scheduler,
-                progress=progress,
+                progress=progress, labelled=False,
             ).load()  # fmt: skip
     return _answered(asked, store, threads=threads, workers=workers, scheduler=scheduler, progress=progress)
 

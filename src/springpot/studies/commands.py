@@ -129,9 +129,11 @@ def run(
         return 130
     if json_:
         print_json({"store": store, "tasks": found.tasks, "found": found.found, "computed": found.computed,
-                    "failed": len(found.failures)})  # fmt: skip
+                    "failed": len(found.failures), "labelled": found.labelled})  # fmt: skip
     else:
         print(f"{store}: {found.tasks} tasks, {found.found} found, {found.computed} computed.")
+        if found.labelled:
+            print(f'finished: xarray.open_datatree({found.path.as_posix()!r}, engine="zarr") opens it.')
     if found.failures:
         task, reason = found.failures[0]
         where = ", ".join(f"{name} {task.point[name]:g}" for name in study.columns)
@@ -151,7 +153,7 @@ def status(store: _Store, *, json_: Json = False) -> int:
     if json_:
         print_json({"name": opened.study.name, "shape": opened.study.shape, "done": found.done,
                     "damaged": found.damaged, "missing": found.missing,
-                    "damaged_metadata": opened.damaged_metadata()})  # fmt: skip
+                    "damaged_metadata": opened.damaged_metadata(), "labelled": found.labelled})  # fmt: skip
         return 0
     print(f"{opened.study.name}: {' x '.join(f'{count} {name}' for name, count in opened.study.shape.items())}")
     print_table(
@@ -160,19 +162,25 @@ def status(store: _Store, *, json_: Json = False) -> int:
     )
     if descriptions := opened.damaged_metadata():
         print(f"damaged descriptions: {', '.join(descriptions)}")
-    if any((*found.damaged.values(), *found.missing.values(), *descriptions)):
+    print(f"labelled group, for xarray: {found.labelled}")
+    if any((*found.damaged.values(), *found.missing.values(), *descriptions)) or found.labelled != "right":
         print(f"springpot study run FILE --store {store} computes what is missing and mends what is damaged.")
     return 0
 
 
 @app.command
-def export(store: _Store, out: Annotated[str, Parameter(help="A file that ends in .nc or .csv.")]) -> int:
-    """Write all numbers to one file: netCDF with units and labels, or a table."""
+def export(
+    store: _Store,
+    out: Annotated[str, Parameter(help="A file that ends in .nc or .csv, or a folder that ends in .zarr.")],
+    *,
+    overwrite: Annotated[bool, Parameter(negative="", help="Replace what is there.")] = False,
+) -> int:
+    """Write all numbers to one place: netCDF or Zarr with units and labels, or a table."""
     with leave_at_once():
         from springpot.studies.dataset import export as write
         from springpot.studies.store import open_store
 
-    print(write(open_store(store), out))
+    print(write(open_store(store), out, overwrite=overwrite))
     return 0
 
 

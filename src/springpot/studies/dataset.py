@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.files import partial_name
+from springpot.studies.labelled import write_zarr
 from springpot.studies.question import QUANTITIES, Study
-from springpot.studies.store import Damaged, Store, document
+from springpot.studies.store import Damaged, Store, document, is_store, metadata_of
 from springpot.studies.tasks import Answer, columns_of, tasks
 from springpot.units import UNITS
 
@@ -167,14 +171,17 @@ def _outer(array: npt.NDArray[Any], place: tuple[Any, ...]) -> Any:
     return array
 
 
-def export(store: Store, path: str | Path) -> Path:
-    """Write everything a store holds to one file.
+def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write everything a store holds to one place.
 
     Parameters
     ----------
     store : Store
     path : str or Path
-        Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``) or ``.csv`` (a row for each point and method).
+        Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``), ``.zarr`` (a folder: the same as a Zarr group)
+        or ``.csv`` (a row for each point and method).
+    overwrite : bool
+        Whether to replace what is there: a file, or a Zarr group that is no store of a study.
 
     Returns
     -------
@@ -183,25 +190,52 @@ def export(store: Store, path: str | Path) -> Path:
     Raises
     ------
     ValueError
-        If it ends otherwise.
+        If it ends otherwise, or is there already.
     OSError
         If it cannot be written.
     """
     path = Path(path)
-    if path.suffix not in (".nc", ".csv"):
-        raise ValueError(f"the file to export to must end in .nc (netCDF) or .csv, not {path.name!r}.")
+    if path.suffix not in (".nc", ".zarr", ".csv"):
+        raise ValueError(
+            f"the file to export to must end in .nc (netCDF), .zarr (a Zarr group) or .csv, not {path.name!r}."
+        )
     if not path.resolve().parent.is_dir():
         raise ValueError(f"the file to export to must lie in a folder that exists, and {str(path.parent)!r} does not.")
-    partial = path.with_name(f".{path.name}.part")
+    _check_replaced(path, overwrite)
+    partial = path.with_name(partial_name(path.name))
     try:
+        if path.suffix == ".zarr":
+            write_zarr(open_tree(store), partial)
+            if path.is_dir():
+                shutil.rmtree(path)
+            os.rename(partial, path)
+            return path
         if path.suffix == ".nc":
             open_tree(store).to_netcdf(partial, engine="h5netcdf")
         else:
             _write_table(store, partial)
         partial.replace(path)
     finally:
+        if partial.is_dir():
+            shutil.rmtree(partial, ignore_errors=True)
         partial.unlink(missing_ok=True)
     return path
+
+
+def _check_replaced(path: Path, overwrite: bool) -> None:
+    """Nothing is replaced that was not meant to be."""
+    if not os.path.lexists(path):
+        return
+    what = str(path)
+    if path.suffix == ".zarr":
+        if is_store(path):
+            raise ValueError(f"{what!r} is the store of a study, and export replaces none: give another name.")
+        if not path.is_dir() or metadata_of(path) is None:
+            raise ValueError(f"{what!r} exists and is no Zarr group: give another name, or remove it first.")
+    elif path.is_dir():
+        raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
+    if not overwrite:
+        raise ValueError(f"{what!r} exists already: give another name, or --overwrite (overwrite=True) to replace it.")
 
 
 def _write_table(store: Store, path: Path) -> None:

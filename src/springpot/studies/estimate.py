@@ -7,6 +7,7 @@ import math
 import time
 from dataclasses import dataclass
 
+from springpot.studies.labelled import AnswersDigest, State, state
 from springpot.studies.layout import SENTENCES
 from springpot.studies.question import Study
 from springpot.studies.store import Damaged, Store
@@ -57,11 +58,14 @@ class Status:
     ----------
     done, damaged, missing : dict
         Number of tasks of each method.
+    labelled : {"right", "outdated", "damaged", "missing"}
+        How the group that any xarray opens compares with the answers.
     """
 
     done: dict[str, int]
     damaged: dict[str, int]
     missing: dict[str, int]
+    labelled: State
 
 
 def estimate(study: Study) -> Estimate:
@@ -124,11 +128,14 @@ def _roughly(task: Task) -> tuple[Task, float]:
 def status(store: Store) -> Status:
     """Look at every answer of a store's study, with its checksum."""
     done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
+    digest = AnswersDigest(store)
     for task in tasks(store.study):
+        answer: Answer | None = None
         try:
-            answer: Answer | None = store.read(task)
+            answer = store.read(task)
         except Damaged:
             damaged[task.method] += 1
         else:
             (missing if answer is None else done)[task.method] += 1
-    return Status(done, damaged, missing)
+        digest.add(task, answer)
+    return Status(done, damaged, missing, state(store, digest.value()))

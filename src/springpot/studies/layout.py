@@ -12,10 +12,11 @@ from typing import Any
 from springpot.studies.tasks import SLOTS, columns_of
 from springpot.units import UNITS
 
-__all__ = ["ARRAYS", "CHECK", "SENTENCES", "group", "metadata", "place_of"]
+__all__ = ["ARRAYS", "CHECK", "LABELLED", "SENTENCES", "group", "metadata", "place_of"]
 
 ARRAYS = ("numbers", "sentences")
 SENTENCES = 4096  # bytes
+LABELLED = "labelled"  # the group of a finished study
 CHECK = "task"  # first column: the task's check
 
 
@@ -32,11 +33,11 @@ def metadata(methods: Iterable[str]) -> dict[str, dict[str, Any]]:
         place = place_of(method)
         found |= {place.partition("/")[0]: group({}), place: group({})}
         found[f"{place}/numbers"] = _array(
-            2 + len(columns), "float64", "NaN", {"name": "bytes", "configuration": {"endian": "little"}},
+            2 + len(columns), "column", "float64", "NaN", {"name": "bytes", "configuration": {"endian": "little"}},
             {"columns": [CHECK, "sentences_length", *columns], "units": ["1", "1", *map(_unit, columns)]},
         )  # fmt: skip
         found[f"{place}/sentences"] = _array(
-            SENTENCES, "uint8", 0, {"name": "bytes"}, {"encoding": "JSON in UTF-8, padded with zero bytes"}
+            SENTENCES, "byte", "uint8", 0, {"name": "bytes"}, {"encoding": "JSON in UTF-8, padded with zero bytes"}
         )
     return found
 
@@ -47,7 +48,7 @@ def group(attributes: dict[str, Any]) -> dict[str, Any]:
 
 
 def _array(
-    width: int, kind: str, empty: float | str, serializer: dict[str, Any], attributes: dict[str, Any]
+    width: int, across: str, kind: str, empty: float | str, serializer: dict[str, Any], attributes: dict[str, Any]
 ) -> dict[str, Any]:
     return {
         "shape": [SLOTS, width],
@@ -57,6 +58,7 @@ def _array(
         "fill_value": empty,
         "codecs": [serializer, {"name": "crc32c"}],
         "attributes": attributes,
+        "dimension_names": ["slot", across],
         "zarr_format": 3,
         "node_type": "array",
         "storage_transformers": [],

@@ -21,8 +21,9 @@ from typing import Any
 
 from springpot.crew import work_together
 from springpot.interrupt import Terminated, sigterm_as_ctrl_c
+from springpot.studies.labelled import finish
 from springpot.studies.question import Study
-from springpot.studies.store import Store, StoreError, open_store
+from springpot.studies.store import Store, StoreError, cannot_write, open_store, take_away_labelled
 from springpot.studies.tasks import Task, check_some, compute, tasks
 from springpot.studies.workers import Workers, without_ctrl_c
 
@@ -52,6 +53,8 @@ class Outcome:
         Answers that were there already, and that were computed now.
     failures : tuple of (Task, str)
         Tasks that ended with an error; they have no answer.
+    labelled : bool
+        Whether the study is finished and its labelled group, which any xarray opens, is there.
     """
 
     path: Path
@@ -59,6 +62,7 @@ class Outcome:
     found: int
     computed: int
     failures: tuple[tuple[Task, str], ...]
+    labelled: bool
 
 
 @dataclass
@@ -91,6 +95,7 @@ def run_study(
     scheduler: str | None = None,
     shard: tuple[int, int] = (1, 1),
     progress: Progress | None = None,
+    labelled: bool = True,
 ) -> Outcome:
     """Compute every task of a study that its store does not hold yet.
 
@@ -109,6 +114,8 @@ def run_study(
         (i, N) does only every N-th task, from the i-th: N jobs with i = 1 ... N do them all.
     progress : callable
         Called with the fraction done, some times a second, by the thread that called this.
+    labelled : bool
+        Whether to write the labelled group once every task of the study has an answer.
 
     Returns
     -------
@@ -154,14 +161,26 @@ def run_study(
         # an order of its own for each process: two on one store seldom meet, and the time left is told without bias
         random.SystemRandom().shuffle(missing)
         count = _Count(len(missing), progress)
+        if missing:
+            take_away_labelled(path)
         if not missing:
             pass
         elif workers is not None or scheduler is not None:
             _on_a_cluster(store, missing, count, workers, scheduler)
         else:
             _on_threads(store, missing, count, threads)
+        whole = labelled and not count.failures and _finished(store, count)
     found = len(mine) - len(missing) + count.others
-    return Outcome(path, len(mine), found, count.computed, tuple(count.failures))
+    return Outcome(path, len(mine), found, count.computed, tuple(count.failures), whole)
+
+
+def _finished(store: Store, count: _Count) -> bool:
+    try:
+        return finish(store)
+    except OSError as error:
+        if count.computed:
+            raise cannot_write(store.path, error) from error
+        return False  # a store that can only be read is as good as it was
 
 
 def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
@@ -293,7 +312,8 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, W
         import distributed
     except ImportError:
         raise ValueError(
-            'workers and scheduler need Dask: install it with python3 -m pip install "springpot[cluster]".'
+            "workers and scheduler need Dask: install it with python3 -m pip install distributed, or, in a clone of "
+            'springpot, with python3 -m pip install ".[cluster]".'
         ) from None
     import dask
 

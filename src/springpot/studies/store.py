@@ -26,15 +26,38 @@ from typing import Any
 import numpy as np
 
 from springpot.faults import FileFault
-from springpot.files import Damaged, checksum, partial_name, read_chunk, remove_orphans, write, write_chunk
-from springpot.studies.layout import ARRAYS, SENTENCES, group, metadata, place_of
+from springpot.files import (
+    Damaged,
+    checksum,
+    make_room,
+    partial_name,
+    read_chunk,
+    read_file,
+    remove_orphans,
+    write,
+    write_chunk,
+)
+from springpot.studies.layout import ARRAYS, LABELLED, SENTENCES, group, metadata, place_of
 from springpot.studies.question import Study, read_study
 from springpot.studies.tasks import Answer, Task, columns_of, tasks
 
-__all__ = ["Damaged", "Store", "StoreError", "open_store"]
+__all__ = [
+    "Damaged",
+    "Store",
+    "StoreError",
+    "cannot_write",
+    "describe_labelled",
+    "is_store",
+    "listed",
+    "metadata_of",
+    "open_store",
+    "take_away_labelled",
+]
 
 FORMAT = 1
 ATTRIBUTE = "springpot_study"
+CONSOLIDATED = "consolidated_metadata"
+MOST_METADATA = 2**28  # bytes of a zarr.json: a million values on axes take a tenth of it
 CHECKSUM = "crc32c"  # of the root's metadata without it
 
 
@@ -110,7 +133,7 @@ class Store:
                 write_chunk(self._chunk(task, "sentences"), said.ljust(SENTENCES, b"\0"))
             write_chunk(self._chunk(task, "numbers"), row.tobytes())
         except OSError as error:
-            raise _cannot_write(self.path, error) from error
+            raise cannot_write(self.path, error) from error
 
     def remove_orphans(self) -> int:
         """Remove what killed processes left half-written; files of processes at work are left alone."""
@@ -128,7 +151,8 @@ class Store:
         return f"{self.path}/{place_of(task.method)}/{array}/{task.slot}.0"
 
 
-def _cannot_write(path: Path, error: OSError) -> OSError:
+def cannot_write(path: Path, error: OSError) -> OSError:
+    """The error with the sentence that says what of the store is kept."""
     return OSError(
         f"store {str(path)!r} cannot be written ({error.strerror or error}): everything answered so far is kept, and "
         "running the study again goes on from there."
@@ -196,15 +220,56 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
     try:
         return _describe(path, study, ours)
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
 
 
 def _json(place: Path) -> Any:
-    """Content of a JSON file, or None if it is missing or damaged."""
+    """Content of a JSON file, or None if it is missing, damaged, or no file."""
     try:
-        return json.loads(place.read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError, ValueError):
+        body = read_file(str(place), MOST_METADATA)
+        return None if body is None else json.loads(body)
+    except (Damaged, ValueError, RecursionError):
         return None
+
+
+def metadata_of(place: Path) -> dict[str, Any] | None:
+    """Zarr's metadata in a folder, or None if they are missing or damaged."""
+    content = _json(place / "zarr.json")
+    return content if isinstance(content, dict) else None
+
+
+def describe_labelled(path: Path, labelled: dict[str, Any] | None) -> None:
+    """Let the root's consolidated metadata list the labelled group, by its metadata, or (None) nothing."""
+    root = metadata_of(path)
+    if root is None:
+        return
+    wanted = {name: part for name, part in root.items() if name != CONSOLIDATED}
+    if labelled is not None:
+        wanted[CONSOLIDATED] = listed(labelled)
+    if wanted != root:
+        write(f"{path}/zarr.json", _text(wanted), durable=True)
+
+
+def listed(labelled: dict[str, Any]) -> dict[str, Any]:
+    """The root's consolidated metadata where there is a labelled group with these metadata."""
+    below = labelled[CONSOLIDATED]["metadata"]
+    own = {name: part for name, part in labelled.items() if name != CONSOLIDATED}
+    found = {LABELLED: own} | {f"{LABELLED}/{name}": part for name, part in below.items()}
+    return {"kind": "inline", "must_understand": False, "metadata": found}
+
+
+def take_away_labelled(path: Path) -> None:
+    """Remove the labelled group, if there is one; first from the root's list, so that this never leads to nothing."""
+    place = path / LABELLED
+    if not os.path.lexists(place):
+        return
+    describe_labelled(path, None)
+    if place.is_symlink() or not place.is_dir():
+        make_room(str(place), folder=True)
+        return
+    aside = path / partial_name(f"{LABELLED}-before")
+    os.rename(place, aside)
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 def _ours(path: Path) -> dict[str, Any] | None:
@@ -215,8 +280,9 @@ def _ours(path: Path) -> dict[str, Any] | None:
     try:
         ours = dict(content["attributes"][ATTRIBUTE])
         kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
-        right = kept > FORMAT or content == _root(ours)
-    except (TypeError, KeyError, IndexError, ValueError):
+        bare = {name: part for name, part in content.items() if name != CONSOLIDATED}
+        right = kept > FORMAT or bare == _root(ours)
+    except (AttributeError, TypeError, KeyError, IndexError, ValueError, RecursionError):
         right = False
     if not right:
         if any(path.glob("*/*/numbers")):
@@ -228,6 +294,13 @@ def _ours(path: Path) -> dict[str, Any] | None:
             f"({version('springpot')}, format {FORMAT}): install that version, or use a new store."
         )
     return ours
+
+
+def is_store(path: Path) -> bool:
+    """Whether a folder holds, or held, the answers of a study."""
+    attributes = (metadata_of(path) or {}).get("attributes")
+    described = isinstance(attributes, dict) and ATTRIBUTE in attributes
+    return described or any(path.glob("*/*/numbers"))
 
 
 def _release(version: str) -> tuple[int, ...]:
@@ -284,6 +357,7 @@ def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
     store = Store(path, study, versions if at_work in versions else [*versions, at_work])
     for place, content in metadata(study.methods).items():
         if _json(path / place / "zarr.json") != content:
+            make_room(f"{path}/{place}", folder=True)
             (path / place).mkdir(parents=True, exist_ok=True)
             write(f"{path}/{place}/zarr.json", _text(content), durable=True)
     now = {"format": FORMAT, "study": document(study), "versions": store.versions}
@@ -294,6 +368,8 @@ def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
             # where only the versions are new, a store that can only be read is as good as it was
             if ours is None or ours["study"] != now["study"]:
                 raise
+    if ours is not None and ours["study"] != now["study"]:
+        take_away_labelled(path)
     return store
 
 

@@ -265,4 +265,3 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
     ]  # fmt: skip
     known = (np.abs(errors) < _CANCELLED) & (np.array(changes) > 0.0)
     return np.where(known, np.log(np.where(known, changes, 1.0)), math.nan)
-
