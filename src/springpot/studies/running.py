@@ -151,7 +151,10 @@ def run_study(
     threads = checked_threads(threads)
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
         raise ValueError(f"workers must be a whole number from 1 to 4096, not {workers!r}.")
-    path = Path(path).resolve()
+    try:
+        path = Path(path).resolve()
+    except RuntimeError:  # of Python before 3.13
+        raise StoreError(f"store {str(path)!r} is a link that leads back to itself: remove it.") from None
     with sigterm_as_ctrl_c():
         check_some(study, CHECKED)
         store = open_store(path, study)
@@ -162,7 +165,10 @@ def run_study(
         random.SystemRandom().shuffle(missing)
         count = _Count(len(missing), progress)
         if missing:
-            take_away_labelled(path)
+            try:
+                take_away_labelled(path)
+            except OSError as error:
+                raise cannot_write(path, error) from error
         if not missing:
             pass
         elif workers is not None or scheduler is not None:
