@@ -31,7 +31,9 @@ print(f"1. rms displacement: {1e3 * rms:.3f} +- {1e3 * rms_error:.3f} mm")
 print(f"2. impacts per second: {run.values['impact_rate']:.2f} +- {run.errors['impact_rate']:.2f}")
 print(f"3. 99 % of the impacts are slower than {fast:.3f} +- {fast_error:.3f} m/s")
 
-watched = sp.run(device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010})
+watched = sp.run(
+    device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010}
+)
 wait, wait_error, assumption = watched.first_passages["x"].mean
 print(f"4. mean time until x > 10 mm: {wait:.1f} +- {wait_error:.1f} s")
 print(f"   {assumption}")
@@ -56,6 +58,6 @@ plt.show()
 # The numbers after +- are standard errors. Theory takes milliseconds, so use it to search for a design, and Monte Carlo
 # to confirm the design that you found.
 #
-# The last picture shows why the quantity must be named. The amplitude :math:`\sqrt{x^2 + \dot x^2/\Omega^2}` also passes
-# the level with a large velocity, and near the stop, so it passes 10 mm much earlier than x does. Theory's
+# The last picture shows why the quantity must be named. The amplitude :math:`\sqrt{x^2 + \dot x^2/\Omega^2}` also
+# passes the level with a large velocity, and near the stop, so it passes 10 mm much earlier than x does. Theory's
 # ``first_passage`` is that of the amplitude.
