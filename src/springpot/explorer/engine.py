@@ -36,7 +36,7 @@ class Engine:
         self._theory = ThreadPoolExecutor(1, "theory")
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._pilots = ThreadPoolExecutor(1, "pilots")
-        self._curves: OrderedDict[Oscillator, list[dict[str, float | None]]] = OrderedDict()
+        self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
 
     async def load(self) -> None:
         """Import and compile what takes long."""
@@ -62,13 +62,13 @@ class Engine:
         # a tab that has gone, or asked anew, takes what has not begun out of the queue
         return await asyncio.wrap_future(pool.submit(function, *args, **kwargs))
 
-    def curve(self, key: Oscillator) -> list[dict[str, float | None]] | None:
+    def curve(self, key: Oscillator) -> dict[str, Any] | None:
         """A curve over the order that has been kept."""
         if key in self._curves:
             self._curves.move_to_end(key)
         return self._curves.get(key)
 
-    def keep_curve(self, key: Oscillator, curve: list[dict[str, float | None]]) -> None:
+    def keep_curve(self, key: Oscillator, curve: dict[str, Any]) -> None:
         """Keep a curve, and forget the one unused for longest."""
         self._curves[key] = curve
         while len(self._curves) > MOST_CURVES:

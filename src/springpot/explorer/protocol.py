@@ -14,6 +14,7 @@ __all__ = ["LONGEST_MESSAGE", "Message", "NextPath", "Play", "Problem", "Step", 
 LONGEST_MESSAGE = 2048  # bytes; the longest honest one has some 400
 MOST_PATHS = 100_000
 FARTHEST_WALL = 20.0  # in units of the length scale
+STRONGEST = 1000.0  # C in units of Omega^(2 - alpha)
 _STRICT = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
@@ -45,9 +46,9 @@ class Problem(BaseModel):
     kind: Literal["problem"] = "problem"
     generation: _Generation = 0
     order: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
-    coefficient: Annotated[float, Field(ge=0.0, le=1e3)] = 1.0
-    natural_frequency: Annotated[float, Field(ge=1e-2, le=1e3)] = 1.0
-    intensity: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
+    coefficient: Annotated[float, Field(ge=0.0)] = 1.0
+    natural_frequency: Annotated[float, Field(ge=1e-2, le=1e6)] = 1.0
+    intensity: Annotated[float, Field(ge=1e-12, le=1e12)] = 1.0
     wall: bool = True
     position: float = 0.0
     restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
@@ -125,7 +126,12 @@ def parse(text: object) -> Problem | Play | Step | NextPath:
         message = _MESSAGES.validate_json(text)
     except ValidationError as error:
         raise ValueError(_sentence(error)) from None
-    if isinstance(message, Problem) and message.wall:
+    if not isinstance(message, Problem):
+        return message
+    strongest = STRONGEST * message.natural_frequency ** (2.0 - message.order)
+    if message.coefficient > strongest:
+        raise ValueError(f"coefficient: C must be at most {strongest:.3g} ({STRONGEST:g} Omega^(2 - alpha)).")
+    if message.wall:
         scale = math.sqrt(message.intensity / message.natural_frequency**3)
         if abs(message.position) > FARTHEST_WALL * scale:
             raise ValueError(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["Session"]
 
 LONGEST_WAIT = 0.25  # s that a frame makes up for; longer ones (a suspended computer) are left out
-SETTLE = 0.15  # s without a new question before curves over the order are worth their time
+SETTLE = 0.15  # s without a new question before the slow curve over the order is worth its time
 HISTOGRAM_BINS = 60
 DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
@@ -128,7 +128,7 @@ class Session:
                 self._slots = {kind: said for kind, said in self._slots.items() if kind in ("status", "refused")}
                 self._post("accepted", command=as_command(problem), python=as_python(problem))
                 work = asyncio.gather(
-                    *(self._guarded(part, problem) for part in (self._theory, self._simulation, self._curve))
+                    *(self._guarded(part, problem) for part in (self._curve, self._theory, self._simulation))
                 )
         finally:
             if work is not None:
@@ -220,18 +220,20 @@ class Session:
     async def _curve(self, problem: Problem) -> None:
         engine, oscillator = self._engine, problem.oscillator()
         await engine.theory_ready.wait()
-        from springpot.explorer.answers import ORDERS, along_the_order
+        from springpot.explorer.answers import along_the_order
 
         key = replace(oscillator, springpot=Springpot(0.5, oscillator.springpot.coefficient))
         curve = engine.curve(key)
         if curve is None:
-            await engine.kernel_ready.wait()  # what loads first is worth more
+            points = along_the_order(key)
+            curve = await engine.think(next, points)
+            self._post("curve", **curve)
             await asyncio.sleep(SETTLE)
-            curve, points = [], along_the_order(key)
-            for _ in ORDERS:
-                curve.append(await engine.think(next, points))
+            while curve["missing"]:
+                curve = await engine.think(next, points)
+                self._post("curve", **curve)
             engine.keep_curve(key, curve)
-        self._post("curve", orders=ORDERS, methods={name: [point[name] for point in curve] for name in curve[0]})
+        self._post("curve", **curve)
 
 
 @contextmanager

@@ -2,19 +2,28 @@
 
 import { palette, onTheme } from "./theme.js";
 import { METHODS } from "./methods.js";
-import { short } from "./numbers.js";
+import { exponentFor, scaledUnit, short } from "./numbers.js";
+import { withUnit } from "./units.js";
 
 const FONT = "12px system-ui, sans-serif";
 const all = new Set();
 onTheme(() => all.forEach((chart) => chart.plot?.redraw(false)));
 
-const axis = (label, size) => ({
-  label, labelSize: 20, labelFont: FONT, font: FONT, size, gap: 4, labelGap: 0,
-  stroke: () => palette.muted,
-  grid: { stroke: () => palette.faint, width: 1 },
-  ticks: { stroke: () => palette.faint, width: 1, size: 4 },
-  values: (_, splits) => splits.map((v) => (v === null ? "" : short(v, 4))),
-});
+// quantity: of now, { what, factor, unit }; numbers far from 1 are shown without a power of ten, which is in the label
+const axis = (scale, quantity, size, log = false) => {
+  const exponent = (u) => {
+    const { min, max } = u.scales[scale];
+    return log ? 0 : exponentFor(Math.max(Math.abs(min), Math.abs(max)) * quantity().factor);
+  };
+  return {
+    label: (u) => withUnit(quantity().what, scaledUnit(exponent(u), quantity().unit)),
+    labelSize: 20, labelFont: FONT, font: FONT, size, gap: 4, labelGap: 0,
+    stroke: () => palette.muted,
+    grid: { stroke: () => palette.faint, width: 1 },
+    ticks: { stroke: () => palette.faint, width: 1, size: 4 },
+    values: (u, splits) => splits.map((v) => (v === null ? "" : short((v * quantity().factor) / 10 ** exponent(u), 4))),
+  };
+};
 
 export const methodSeries = (name, width = 2) => ({
   label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
@@ -28,9 +37,10 @@ function ofLogarithm(u, splits) {
 }
 
 export class Chart {
+  // x, y: functions that give what is on the axes, see axis; the data stay in the page's own units
   // draw: called with (plot, context) under the lines; over: above them
   // readout: of a place on the x axis, [[name, value], ...] to show there
-  constructor(host, { height, xLabel, yLabel, series, draw, over, readout, yLog = false, xRange, yRange, bands, ySize = 52 }) {
+  constructor(host, { height, x, y, series, draw, over, readout, yLog = false, xRange, yRange, bands, ySize = 52 }) {
     this.host = host;
     this.tip = document.createElement("div");
     this.tip.className = "tip";
@@ -46,7 +56,7 @@ export class Chart {
         x: { time: false, range: xRange },
         y: { distr: yLog ? 3 : 1, range: yRange },
       },
-      axes: [axis(xLabel, 30), { ...axis(yLabel, ySize), ...(yLog ? { filter: ofLogarithm } : {}) }],
+      axes: [axis("x", x, 30), { ...axis("y", y, ySize, yLog), ...(yLog ? { filter: ofLogarithm } : {}) }],
       series: [{}, ...series],
       bands,
       hooks: {
@@ -92,11 +102,7 @@ export class Chart {
     this.plot.setData(data, true);
   }
 
-  labels(x, y) {
-    this.plot.axes[0].label = x;
-    this.plot.axes[1].label = y;
-    this.plot.redraw(false, true);
-  }
+  relabel() { this.plot.redraw(false, true); }
 
   // a copy at a size fit for a report, whatever the size on the page; nobody sees the change between two frames
   async snapshot(width, height) {
@@ -138,4 +144,24 @@ export function bars(u, ctx, edges, density, fill, stroke) {
   ctx.strokeStyle = stroke;
   ctx.lineWidth = devicePixelRatio || 1;
   ctx.stroke();
+}
+
+// the same as a line only, dotted
+export function outline(u, g, edges, density, color) {
+  const places = [], heights = [];
+  density.forEach((height, i) => { places.push(edges[i], edges[i + 1]); heights.push(height, height); });
+  polyline(u, g, places, heights, color);
+}
+
+export const PINNED_DASH = [3, 3];
+
+export function polyline(u, g, places, heights, color) {
+  const ratio = devicePixelRatio || 1;
+  g.beginPath();
+  places.forEach((place, i) => g.lineTo(u.valToPos(place, "x", true), u.valToPos(heights[i], "y", true)));
+  g.strokeStyle = color;
+  g.lineWidth = 2 * ratio;
+  g.setLineDash(PINNED_DASH.map((dash) => dash * ratio));
+  g.stroke();
+  g.setLineDash([]);
 }

@@ -1,15 +1,20 @@
 // Sliders and fields: what a person changes, and how it is shown.
 
-import { PARAMETERS, checked, lengthScale, rangeOf } from "./state.js";
+import { PARAMETERS, checked, lengthScale, rangeOf, tidy } from "./state.js";
 import { plain, short } from "./numbers.js";
+import { CHOICES } from "./units.js";
 
+// kind: of the units to choose from; other: what the parameter is called in them
 const LABELS = {
-  order: { symbol: "α", name: "order", si: "", hint: "0 spring – 1 dashpot" },
-  coefficient: { symbol: "C", name: "springpot", si: "s^(α−2)", dimensionless: "c = C Ω^(α−2)" },
-  natural_frequency: { symbol: "Ω", name: "natural frequency", si: "rad/s" },
-  intensity: { symbol: "q", name: "noise intensity", si: "m²/s³" },
-  position: { symbol: "b", name: "wall at", si: "m", dimensionless: "√(q/Ω³)", hint: "gap < 0" },
-  restitution: { symbol: "r", name: "restitution", si: "", hint: "lossy – elastic" },
+  order: { symbol: "α", name: "order", hint: "0 spring – 1 dashpot" },
+  coefficient: { symbol: "C", name: "springpot", unit: "s^(α−2)", dimensionless: "c = C Ω^(α−2)" },
+  natural_frequency: { symbol: "Ω", name: "natural frequency", kind: "frequency", other: { Hz: { symbol: "f" } } },
+  intensity: {
+    symbol: "q", name: "noise intensity", kind: "excitation",
+    other: { psd: { symbol: "S", name: "one-sided PSD" }, g: { symbol: "S", name: "one-sided PSD" } },
+  },
+  position: { symbol: "b", name: "wall at", kind: "length", dimensionless: "√(q/Ω³)", hint: "gap < 0" },
+  restitution: { symbol: "r", name: "restitution", hint: "lossy – elastic" },
 };
 
 export const PRESETS = {
@@ -38,7 +43,7 @@ export class Controls {
     this.simple(form, "start", "change");
     this.simple(form, "seed", "input");
     form.querySelector("#seed").addEventListener("blur", () => this.show());
-    form.querySelector("#dice").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
+    form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
     for (const radio of form.querySelectorAll("[name=units]")) {
       radio.addEventListener("change", () => state.setUnits(radio.value));
     }
@@ -73,30 +78,58 @@ export class Controls {
   }
 
   row(name) {
-    const { symbol, name: said } = LABELS[name];
+    const { name: said, kind } = LABELS[name];
     const element = document.createElement("div");
     element.className = "parameter";
+    const choices = kind ? Object.entries(CHOICES[kind]).map(([key, unit]) => `<option value="${key}">${unit.name}</option>`).join("") : "";
     element.innerHTML = `
-      <label for="field-${name}"><i>${symbol}</i> <span>${said}</span> <small class="hint"></small></label>
-      <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${said} ${symbol}">
-      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small></span>
+      <label for="field-${name}"><i></i> <span></span> <small class="hint"></small></label>
+      <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${said}">
+      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${said}">${choices}</select>` : ""}</span>
       <small class="range" id="range-${name}" hidden></small>`;
     const slider = element.querySelector("[type=range]"), field = element.querySelector("[type=number]");
+    const choice = element.querySelector("select");
     slider.addEventListener("input", () => this.state.set({ [name]: this.fromSlider(name, Number(slider.value)) }));
     field.addEventListener("input", () => {
-      const value = checked(name, field.value);
+      const value = this.fromField(name);
       if (value === null) mark(field, false); else this.state.set({ [name]: value });
     });
     field.addEventListener("blur", () => this.show());
+    choice?.addEventListener("change", () => this.state.setShown(kind, choice.value));
     this.rows[name] = {
-      element, slider, field,
-      unit: element.querySelector(".unit"), hint: element.querySelector(".hint"), range: element.querySelector(".range"),
+      element, slider, field, choice, decades: 0,
+      symbol: element.querySelector("label i"), name: element.querySelector("label span"),
+      unit: element.querySelector("small.unit"), hint: element.querySelector(".hint"), range: element.querySelector(".range"),
     };
     return element;
   }
 
+  // what a number in the page's own units is multiplied with to be shown
+  factor(name) {
+    const { kind } = LABELS[name];
+    return kind && this.state.units === "si" ? CHOICES[kind][this.state.shown[kind]].factor : 1;
+  }
+
+  fromField(name) {
+    const { value } = this.rows[name].field, factor = this.factor(name);
+    return value.trim() === "" || factor === 1 ? checked(name, value) : checked(name, tidy(Number(value) / factor));
+  }
+
+  // the ends of a logarithmic slider move by whole decades to where a value from elsewhere lies
+  ends(name) {
+    const { from, to } = PARAMETERS[name], { decades } = this.rows[name];
+    return [from * 10 ** decades, to * 10 ** decades];
+  }
+
+  reach(name, value) {
+    const { from, to, log } = PARAMETERS[name], [low, high] = this.ends(name);
+    if (!log || !(value > 0) || (value > low * 0.999 && value < high * 1.001)) return;
+    const usual = value >= from && value <= to;
+    this.rows[name].decades = usual ? 0 : Math.round(Math.log10(value / Math.sqrt(from * to)));
+  }
+
   fromSlider(name, place) {
-    const { from, to, log, scaled, steps } = PARAMETERS[name];
+    const { log, scaled, steps } = PARAMETERS[name], [from, to] = this.ends(name);
     const part = place / steps;
     if (log) return Number((from * (to / from) ** part).toPrecision(3));
     const value = from + (to - from) * part;
@@ -104,28 +137,35 @@ export class Controls {
   }
 
   toSlider(name, value) {
-    const { from, to, log, scaled, steps } = PARAMETERS[name];
+    const { log, scaled, steps } = PARAMETERS[name], [from, to] = this.ends(name);
     const inner = scaled ? value / lengthScale(this.state.values) : value;
     const part = log ? Math.log(Math.max(inner, from) / from) / Math.log(to / from) : (inner - from) / (to - from);
     return Math.round(Math.min(Math.max(part, 0), 1) * steps);
   }
 
   show() {
-    const { values, units } = this.state, si = units === "si";
+    const { values, units, shown } = this.state, si = units === "si";
     for (const [name, row] of Object.entries(this.rows)) {
-      const label = LABELS[name], [low, high] = rangeOf(name, values);
+      const label = LABELS[name], choice = si ? shown[label.kind] : undefined, factor = this.factor(name);
+      const said = { ...label, ...label.other?.[choice] };
+      const unit = si ? (choice ? CHOICES[label.kind][choice].name : label.unit ?? "") : label.dimensionless ?? "";
+      const [low, high] = rangeOf(name, values).map((end) => end * factor);
+      this.reach(name, values[name]);
       row.slider.value = this.toSlider(name, values[name]);
-      row.slider.setAttribute("aria-valuetext", `${short(values[name])} ${si ? label.si : label.dimensionless ?? ""}`);
-      if (document.activeElement !== row.field || checked(name, row.field.value) !== values[name]) {
-        row.field.value = plain(values[name]);
+      row.slider.setAttribute("aria-valuetext", `${short(values[name] * factor)} ${unit}`);
+      if (document.activeElement !== row.field || this.fromField(name) !== values[name]) {
+        row.field.value = plain(values[name] * factor);
       }
       Object.assign(row.field, { min: low, max: high, title: `from ${short(low, 3)} to ${short(high, 3)}` });
       row.range.textContent = row.field.title;
-      mark(row.field, (name === "position" && !values.wall) || (low <= values[name] && values[name] <= high));
-      row.unit.textContent = si ? label.si : label.dimensionless ?? "";
-      row.hint.textContent = label.hint ?? "";
+      mark(row.field, (name === "position" && !values.wall) || (low <= values[name] * factor && values[name] * factor <= high));
+      row.symbol.textContent = said.symbol;
+      row.name.textContent = said.name;
+      row.hint.textContent = said.hint ?? "";
+      row.unit.textContent = row.choice && si ? "" : unit;
+      if (row.choice) Object.assign(row.choice, { hidden: !si, value: choice ?? row.choice.value });
     }
-    this.rows.coefficient.element.querySelector("label i").textContent = si ? "C" : "c";
+    this.rows.coefficient.symbol.textContent = si ? "C" : "c";
     for (const name of ["natural_frequency", "intensity"]) this.rows[name].element.hidden = !si;
     for (const name of ["position", "restitution"]) {
       this.rows[name].slider.disabled = this.rows[name].field.disabled = !values.wall;

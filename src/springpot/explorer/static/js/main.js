@@ -1,17 +1,21 @@
 // The page: takes what the server sends into one view, and draws the view.
 
 import { Connection } from "./connection.js";
+import { PINNED_DASH } from "./charts.js";
 import { Controls } from "./controls.js";
 import { METHODS, NAMES } from "./methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
+import { pinOf, showPinned, snapshot } from "./pinned.js";
 import { Scene } from "./scene.js";
 import { State, lengthScale } from "./state.js";
-import { Table, gapOf, gapText, isSilent, isTransient } from "./table.js";
+import { Table, fadeWhereCut, isTransient } from "./table.js";
+import { showTiles } from "./tiles.js";
 import { Track } from "./track.js";
 import { copy, csv, png, save, say } from "./share.js";
-import { grouped, short, typeset, withError, withErrorHtml } from "./numbers.js";
+import { grouped, short, typeset, withError } from "./numbers.js";
 import { onTheme, palette, startTheme } from "./theme.js";
+import { unitOf } from "./units.js";
 
 const element = (id) => document.getElementById(id);
 const SHOWN_RADIANS = 40; // of the path, in 1/Omega
@@ -27,7 +31,7 @@ const view = {
   low: 0, high: 3, fastest: 3, peak: {},
   theory: null, growth: null, curve: null,
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
-  measured: null, densities: null, grown: null, marker: null, copies: null,
+  measured: null, densities: null, grown: null, marker: null, copies: null, pin: null,
   get values() { return state.values; },
   get si() { return state.units === "si"; },
   timeWindow() {
@@ -79,12 +83,16 @@ on("theory", (message) => {
     const best = message.recommended;
     for (const name of [best, best === "averaging" ? "averaging_printed" : "averaging"]) if (name && message.methods[name]) view.drawn.add(name);
   }
+  for (const { moments } of Object.values(message.methods)) moments.x_rms = rootOf(moments.x_mean_square);
   take("theory", message);
   setBounds();
 });
 on("growth", (message) => take("growth", message));
 on("curve", (message) => take("curve", message));
 on("estimates", (message) => {
+  const { values, errors } = message;
+  values.x_rms = rootOf(values.x_mean_square);
+  errors.x_rms = values.x_rms > 0 && errors.x_mean_square !== null ? errors.x_mean_square / (2 * values.x_rms) : null;
   view.measured = message;
   view.marker = { order: question.order, value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
   for (const name of ["numbers", "curve"]) dirty.add(name);
@@ -101,6 +109,8 @@ on("motion", ({ arrays }) => {
   stretch(arrays[1], arrays[2]);
   dirty.add("motion");
 });
+
+const rootOf = (square) => (square >= 0 && square !== null ? Math.sqrt(square) : null);
 
 // neither seed nor paths matter to any of them
 function dependsOn({ order, start, coefficient, natural_frequency, intensity, wall, position, restitution }) {
@@ -120,7 +130,8 @@ function showOld() {
   for (const card of document.querySelectorAll("[data-chart]")) {
     const old = Boolean(view.old[DENSITIES[card.dataset.chart] ? "theory" : card.dataset.chart]);
     card.classList.toggle("old", old);
-    for (const button of card.querySelectorAll(".tool")) button.disabled = old;
+    const coming = card.dataset.chart === "curve" && view.curve?.missing.length > 0;
+    for (const button of card.querySelectorAll(".tool")) button.disabled = old || coming;
   }
   drawnChanged();
 }
@@ -171,7 +182,7 @@ function rmsSpeed() {
   return square > 0 ? Math.sqrt(square) : view.fastest / 3;
 }
 
-const unitsOf = () => (view.si ? { length: "m", speed: "m/s" } : { length: "", speed: "" });
+const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) });
 const boundsOf = () => [Math.min(view.low, view.values.wall ? view.values.position : view.low), view.high];
 
 function drawMotion() {
@@ -193,38 +204,38 @@ function drawTraces() {
 }
 
 function drawNumbers() {
-  const { measured, si } = view, old = view.old.theory;
-  const unit = (text) => (si ? ` <small>${text}</small>` : "");
-  table.show(view.theory, measured, si, old);
-  element("tile-theory").classList.toggle("stale", old);
-  const best = view.theory?.recommended, answer = best && view.theory.methods[best];
-  element("tile-theory-name").textContent = best ? METHODS[best].label : "";
-  element("tile-theory").innerHTML = answer ? short(answer.moments.amplitude_mean_square) + unit("m²") : "–";
-  const value = measured?.values.amplitude_mean_square, error = measured?.errors.amplitude_mean_square;
-  const gap = answer && measured && !old && !isTransient(measured) ? gapText(gapOf(answer.moments.amplitude_mean_square, value, error)) : "";
-  element("tile-theory-note").textContent = gap ? `gap ${gap}` : isTransient(measured) && best && !old ? "stationary; the run is not" : view.theory && !best && !old ? (isSilent(view.theory) ? "no stationary answer" : "no method to trust here") : "\u00a0";
-  element("tile-measured").innerHTML = measured ? withErrorHtml(value, error, unit("m²")) : "–";
-  element("tile-measured-note").textContent = measured ? `± one standard error, t > ${short(measured.settings.window[0], 3)}${si ? " s" : ""}` : "\u00a0";
-  element("tile-rate").innerHTML = measured ? withErrorHtml(measured.values.impact_rate, measured.errors.impact_rate, unit("1/s")) : "–";
-  element("tile-rate-note").textContent = answer && !old && view.values.wall ? `${METHODS[best].label}: ${short(answer.moments.impact_rate)}` : "\u00a0";
-  element("tile-paths").textContent = measured ? grouped(measured.paths) : "0";
-  element("progress").value = measured ? measured.paths / measured.of : 0;
-  if (measured) {
-    const steps = measured.paths * Math.round(measured.settings.duration / measured.settings.step);
-    element("tile-paths-note").textContent = measured.complete ? `done: ${short(steps, 2)} steps in ${short(measured.seconds, 2)} s` : `of ${grouped(measured.of)}${playing ? "" : ": paused"}`;
-  } else if (!playing) element("tile-paths-note").textContent = "paused: Play or Step";
+  const { measured, theory } = view, old = view.old.theory;
+  table.show(view, old);
+  showTiles(view, element, playing);
+  showPinned(view, element);
+  showStart();
+  element("pin").disabled = !measured?.complete || old;
   if (measured?.complete && !old && view.spoken !== connection.generation) {
     view.spoken = connection.generation;
-    element("spoken").textContent = `Monte Carlo ${withError(value, error)}${answer ? `, ${METHODS[best].label} ${short(answer.moments.amplitude_mean_square)}` : ""}.`;
+    const { factor, name: unit } = unitOf("x_rms", state), answer = theory?.methods[theory.recommended];
+    const theirs = answer ? `, ${METHODS[theory.recommended].label} ${short(answer.moments.x_rms * factor)}` : "";
+    element("spoken").textContent = `x rms by Monte Carlo ${withError(measured.values.x_rms * factor, measured.errors.x_rms * factor)}${theirs} ${unit}.`;
   }
-  element("results").dataset.complete = String(Boolean(measured?.complete && view.theory) && !old);
+  element("results").dataset.complete = String(Boolean(measured?.complete && theory) && !old);
   element("results").dataset.generation = String(connection.generation);
+}
+
+// what a start means for the numbers and for the curve of <A^2> over time
+function showStart() {
+  const { measured } = view, fromRest = (measured?.settings.start ?? view.values.start) === "rest";
+  const window = measured ? ` All other numbers are averages over ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}.` : "";
+  element("growth-note").textContent = (fromRest
+    ? "Mean over all paths, which start at rest, with two standard errors on either side. Methods without a transient are level lines."
+    : "Mean over all paths, with two standard errors on either side. Each path starts at the stationary mean displacement with zero velocity, so the curve still rises at first. Theory: stationary values.")
+    + window;
+  element("transient").hidden = !isTransient(measured);
+  element("use-stationary").hidden = view.values.start !== "rest";
 }
 
 function drawnChanged() {
   const drawn = NAMES.filter((name) => view.drawn.has(name) && view.theory?.methods[name]);
-  element("curve-legend").innerHTML = legend(curvesShown(view));
-  element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn);
+  element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
+  element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn, view.pin);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
   scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
@@ -278,9 +289,11 @@ function notice(origin, text) {
 const speedOf = (place) => 0.2 * 500 ** (place / 100); // from 0.2 to 100
 function setSpeed() {
   const speed = Number(speedOf(Number(element("speed").value)).toPrecision(2));
-  element("speed-shown").textContent = `${speed} /Ω per s`;
-  element("speed").setAttribute("aria-valuetext", `${speed} over Omega per second`);
-  connection.setPlay({ playing, speed });
+  const times = short(speed / state.values.natural_frequency, 2);
+  const said = view.si ? `${times} × real time` : `Ωt: ${times} per s`;
+  element("speed-shown").textContent = said;
+  element("speed").setAttribute("aria-valuetext", said);
+  if (connection.play.playing !== playing || connection.play.speed !== speed) connection.setPlay({ playing, speed });
 }
 
 function setPlaying(now) {
@@ -308,7 +321,7 @@ document.addEventListener("keydown", (event) => {
 const described = () => {
   const v = state.values;
   const wall = v.wall ? `b = ${v.position}, r = ${v.restitution}` : "no wall";
-  return `alpha = ${v.order}, C = ${v.coefficient}, Omega = ${v.natural_frequency}, q = ${v.intensity}, ${wall}, start ${v.start}, seed ${v.seed}, ${v.paths} paths${view.si ? "" : " (dimensionless)"}`;
+  return `alpha = ${v.order}, C = ${v.coefficient}, Omega = ${v.natural_frequency}, q = ${v.intensity}, ${wall}, start ${v.start}, seed ${v.seed}, ${v.paths} paths${view.si ? " (in m, s, rad/s)" : " (dimensionless)"}`;
 };
 const fileName = (name, kind) => `springpot-${name}.${kind}`;
 const note = element("copied");
@@ -325,6 +338,12 @@ element("save-csv").addEventListener("click", () => {
   const columns = ["method", "quantity", "value", "standard_error"].map((name, i) => [name, rows.map((row) => row[i] ?? "")]);
   save(fileName("numbers", "csv"), csv(described(), columns));
 });
+
+fadeWhereCut(element("pinned-table"));
+element("pin").addEventListener("click", () => { view.pin = snapshot(view); drawnChanged(); });
+element("unpin").addEventListener("click", () => { view.pin = null; drawnChanged(); });
+element("pin-return").addEventListener("click", () => state.set(pinOf(view).values));
+element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
 
 // each card gets its two buttons
 const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
@@ -351,6 +370,7 @@ function lines(name) {
   return [
     { label: "Monte Carlo", color: palette.measured, dash: [], box: true },
     ...shown.map((method) => ({ label: METHODS[method].label, color: palette[method], dash: METHODS[method].dash })),
+    ...(view.pin ? [{ label: "pinned", color: palette.pinned, dash: PINNED_DASH }] : []),
   ];
 }
 
@@ -371,27 +391,29 @@ let linkTimer = null;
 let linkShown = "";
 function takeLink() {
   const unsound = state.readLink(location.hash);
-  notice("link", !unsound.length ? "" : `The link holds what cannot be: ${unsound.join(", ")}. The usual values were taken instead.`);
+  notice("link", !unsound.length ? "" : `The link has invalid values for ${listed(unsound)}; defaults are used.`);
 }
+const listed = (names) => (names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names.at(-1)}`);
 let unitsShown = null;
-state.onChange(() => {
+state.onChange((_, another) => {
   element("law").hidden = !state.values.wall;
   notice("link", "");
-  if (unitsShown !== state.units) {
-    unitsShown = state.units;
+  const units = [state.units, ...Object.values(state.shown)].join();
+  if (unitsShown !== units) {
+    unitsShown = units;
     for (const panel of Object.values(panels)) panel?.relabel();
-    dirty.add("numbers");
+    for (const name of ["numbers", "motion"]) dirty.add(name);
   }
+  setSpeed();
   clearTimeout(linkTimer);
   linkTimer = setTimeout(() => {
     linkShown = state.link();
     if (location.hash !== linkShown) history.replaceState(null, "", linkShown);
   }, 250);
-  connection.ask();
+  if (another) connection.ask();
 });
 addEventListener("hashchange", () => { if (location.hash !== linkShown) takeLink(); });
 takeLink();
-setSpeed();
 if (matchMedia("(max-width: 900px)").matches) element("controls").open = false;
 connection.open();
 requestAnimationFrame(frame);

@@ -29,13 +29,15 @@ function fixed(value, error) {
   return `${value.toFixed(places).replace("-", "−")} ± ${error.toFixed(places)}`;
 }
 
-// the number large, its error smaller and on one line with the unit
+// a number large, its error smaller below it, each with the power of ten that both share, and the unit
 export function withErrorHtml(value, error, unit) {
-  const [number, deviation] = withError(value, error).split(" ± ");
-  return number + (deviation ? ` <span>± ${deviation}</span>\u00a0${unit.trim()}` : unit);
+  const [number, deviation] = withError(value, error).replace(/^\((.*)\)(·10.*)$/, "$1$2").split(" ± ");
+  const [digits, power = ""] = (deviation ?? "").split(/(?=·10)/);
+  const named = unit ? `\u00a0<small>${unit}</small>` : "";
+  return deviation ? `${number}${power}${named} <span>± ${digits}${power}</span>` : number + named;
 }
 
-// what the library says, in a typesetter's hand; numbers without dimensions carry no units
+// what the library says, with symbols; numbers without dimensions carry no units
 export function typeset(sentence, si = true) {
   return (si ? sentence : sentence.replace(/(\d) (?:m\/s|rad\/s|1\/s|per s|m|s)(?![\w^/])/g, "$1"))
     .replace(/<([A-Za-z]+)\^2>/g, "⟨$1²⟩").replace(/<([A-Za-z]+)>/g, "⟨$1⟩")
@@ -51,3 +53,15 @@ export function superscript(exponent) {
 
 // for fields that a person edits: plain, no more digits than they carry
 export function plain(value) { return String(Number(value.toPrecision(6))); }
+
+// the power of ten, a multiple of three, that numbers up to a size are shown without; 0 if they are handy as they are
+export function exponentFor(largest) {
+  const size = Math.abs(largest);
+  if (!(size > 0) || !Number.isFinite(size) || (size >= 0.01 && size < 1e5)) return 0;
+  return 3 * Math.floor(Math.log10(size) / 3 + 1e-9);
+}
+
+// a unit with that power of ten in front
+export function scaledUnit(exponent, unit) {
+  return [exponent ? `10${superscript(exponent)}` : "", unit].filter(Boolean).join("\u00a0");
+}

@@ -1,21 +1,20 @@
 // The charts of the page: what each shows, of the newest answers in `view`.
 
-import { Chart, bars, methodSeries } from "./charts.js";
+import { Chart, bars, methodSeries, outline, polyline } from "./charts.js";
 import { METHODS, NAMES } from "./methods.js";
 import { withError } from "./numbers.js";
+import { pinnedDensity, pinnedGrowth, pinnedMarker } from "./pinned.js";
 import { palette } from "./theme.js";
+import { densityUnitOf, unitOf } from "./units.js";
 
-export const DENSITIES = {
-  x: { title: "Displacement", axis: "x", unit: "m" },
-  v: { title: "Velocity", axis: "v", unit: "m/s" },
-  amplitude: { title: "Amplitude", axis: "A", unit: "m" },
-  impact_speed: { title: "Impact speed", axis: "impact speed", unit: "m/s" },
-};
+export const DENSITIES = { x: "x", v: "v", amplitude: "A", impact_speed: "impact speed" }; // names of their axes
 const CURVES = ["averaging_printed", "averaging", "envelope"];
 const SLACK = 1.06;
 
-const withUnit = (what, unit, si) => (si && unit ? `${what} (${unit})` : what);
-const per = (unit) => ({ m: "1/m", "m/s": "s/m" }[unit]);
+const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
+const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: view.si ? "t" : "Ω t", factor, unit }; };
+const muAxis = (view) => quantity(view, "μ", "amplitude_mean_square");
+const timeName = (view) => (view.si ? "t" : "Ωt");
 
 export function makePanels(view, element, { onOrder }) {
   const small = () => (matchMedia("(max-width: 700px)").matches ? 170 : 190);
@@ -32,10 +31,10 @@ export function makePanels(view, element, { onOrder }) {
 
 function trace(view, host, what, height) {
   const chart = new Chart(host, {
-    height, xLabel: "t (s)", yLabel: what,
+    height, x: timeAxis(view), y: quantity(view, what, what),
     series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
     xRange: () => view.timeWindow(),
-    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[view.si ? "t" : "Ωt", chart.data[0][i]], [what, chart.data[1][i]]]),
+    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), chart.data[0][i]], [what, chart.data[1][i] * unitOf(what, view.state).factor]]),
     yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high] : [-view.fastest, view.fastest]),
     draw: (u, g, ratio) => {
       if (what !== "x" || !view.values.wall) return;
@@ -70,7 +69,6 @@ function trace(view, host, what, height) {
     const { track } = view, first = Math.max(track.from(view.timeWindow()[0]) - 1, 0);
     chart.set([track.t.slice(first), (what === "x" ? track.x : track.v).slice(first)]);
   };
-  chart.relabel = () => chart.labels(view.si ? "t (s)" : "Ω t", withUnit(what, what === "x" ? "m" : "m/s", view.si));
   chart.columns = () => [["t", view.track.t], ["x", view.track.x], ["v", view.track.v]];
   return chart;
 }
@@ -78,21 +76,29 @@ function trace(view, host, what, height) {
 // --- densities -----------------------------------------------------------------------------------------------------
 
 function density(view, host, name, height) {
-  const { axis, unit } = DENSITIES[name];
+  const what = DENSITIES[name], place = quantity(view, what, name);
+  const tall = () => { const { factor, name: unit } = densityUnitOf(name, view.state); return { what: "density", factor, unit }; };
   const chart = new Chart(host, {
-    height, xLabel: axis, yLabel: "density", ySize: 48,
+    height, x: place, y: tall, ySize: 48,
     series: NAMES.map((method) => methodSeries(method)),
-    xRange: (u, low, high) => (low === null ? [0, 1] : [low, high]),
+    xRange: (u, low, high) => {
+      const { range } = pinnedDensity(view, name) ?? {};
+      if (low === null) return range ?? [0, 1];
+      return range ? [Math.min(low, range[0]), Math.max(high, range[1])] : [low, high];
+    },
     yRange: () => [0, view.peak[name] > 0 ? SLACK * view.peak[name] : 1],
-    readout: (place, i) => {
-      const found = view.densities?.[name], bin = found ? found.edges.findIndex((edge) => edge > place) - 1 : -1;
-      return [[axis, place], ["Monte Carlo", bin >= 0 ? found.density[bin] : 0], ...methodsAt(chart, i, 1, NAMES)];
+    readout: (at, i) => {
+      const found = view.densities?.[name], bin = found ? found.edges.findIndex((edge) => edge > at) - 1 : -1;
+      return [[what, at * place().factor], ["Monte Carlo", (bin >= 0 ? found.density[bin] : 0) * tall().factor],
+        ...methodsAt(chart, i, 1, NAMES, tall().factor)];
     },
     draw: (u, g) => {
       const found = view.densities?.[name];
       if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
     },
     over: (u, g, ratio) => {
+      const { edges, density: heights } = pinnedDensity(view, name) ?? {};
+      if (edges) outline(u, g, edges, heights, palette.pinned);
       const said = name !== "impact_speed" ? "" : noImpacts(view);
       if (!said) return;
       g.fillStyle = palette.muted;
@@ -112,10 +118,9 @@ function density(view, host, name, height) {
     // curves may rise without bound at a lossy wall: the bars then say how high to draw
     const curves = Math.max(0, ...lines.flat().filter(Number.isFinite));
     const nearby = found?.density.length ? Math.min(curves, 1.6 * inside) : curves;
-    view.peak[name] = Math.max(inside, nearby);
+    view.peak[name] = Math.max(inside, nearby, ...(pinnedDensity(view, name)?.density ?? []));
     chart.set([place, ...lines]);
   };
-  chart.relabel = () => chart.labels(withUnit(axis, unit, view.si), withUnit("density", per(unit), view.si));
   chart.columns = () => {
     const found = view.densities?.[name], place = view.theory?.places[name] ?? [];
     const theory = NAMES.filter((method) => view.theory?.methods[method]?.densities[name]);
@@ -134,9 +139,9 @@ function noImpacts(view) {
 }
 
 // what the methods' series, from one of them on, are worth at an index
-function methodsAt(chart, index, first, methods) {
+function methodsAt(chart, index, first, methods, factor) {
   return methods.map((method, k) => [METHODS[method].label, chart.data[first + k]?.[index] ?? null])
-    .filter(([, value]) => value !== null);
+    .filter(([, value]) => value !== null).map(([label, value]) => [label, value * factor]);
 }
 
 function edgesOf(view, name) {
@@ -148,7 +153,7 @@ function edgesOf(view, name) {
 
 function growth(view, host, height) {
   const chart = new Chart(host, {
-    height, xLabel: "t (s)", yLabel: "μ",
+    height, x: timeAxis(view), y: muAxis(view),
     series: [
       { stroke: () => "transparent", points: { show: false } }, { stroke: () => "transparent", points: { show: false } },
       { stroke: () => palette.measured, width: 2, points: { show: false } },
@@ -156,11 +161,26 @@ function growth(view, host, height) {
     ],
     bands: [{ series: [1, 2], fill: () => palette["measured-soft"] }],
     xRange: (u, low, high) => [0, high ?? 1],
-    readout: (t, i) => (i === null || !view.growth ? [] : [
-      [view.si ? "t" : "Ωt", chart.data[0][i]],
-      ["Monte Carlo", view.grown ? withError(view.grown.mean[i], view.grown.error[i]) : "–"], ...methodsAt(chart, i, 4, NAMES),
-    ]),
-    yRange: (u, low, high) => [0, SLACK * (high ?? 1)],
+    readout: (t, i) => {
+      if (i === null || !view.growth) return [];
+      const { factor } = muAxis(view)(), { grown } = view;
+      const measured = grown ? withError(grown.mean[i] * factor, grown.error[i] * factor) : "–";
+      return [[timeName(view), chart.data[0][i]], ["Monte Carlo", measured], ...methodsAt(chart, i, 4, NAMES, factor)];
+    },
+    yRange: (u, low, high) => [0, SLACK * Math.max(high ?? 0, ...(pinnedGrowth(view)?.mean ?? []), 0) || 1],
+    draw: (u, g, ratio) => {
+      const begin = view.measured?.settings.window[0], { left, width, top, height: tall } = u.bbox;
+      if (begin === undefined || begin >= u.scales.x.max) return;
+      const at = u.valToPos(begin, "x", true);
+      g.fillStyle = palette.faint;
+      g.globalAlpha = 0.6;
+      g.fillRect(at, top, left + width - at, tall);
+      g.globalAlpha = 1;
+    },
+    over: (u, g) => {
+      const pin = pinnedGrowth(view);
+      if (pin) polyline(u, g, pin.times, pin.mean, palette.pinned);
+    },
   });
   chart.update = () => {
     const times = view.growth?.times ?? [0, 1], none = times.map(() => null);
@@ -170,7 +190,6 @@ function growth(view, host, height) {
     const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[method] : null) ?? none);
     chart.set([times, error(1), error(-1), grown ? Array.from(grown.mean) : none, ...lines]);
   };
-  chart.relabel = () => chart.labels(view.si ? "t (s)" : "Ω t", withUnit("μ", "m²", view.si));
   chart.columns = () => {
     const methods = Object.keys(view.growth?.methods ?? {});
     return [
@@ -185,13 +204,13 @@ function growth(view, host, height) {
 
 function curve(view, host, height, onOrder) {
   const chart = new Chart(host, {
-    height, xLabel: "α", yLabel: "μ", yLog: true,
+    height, x: () => ({ what: "α", factor: 1, unit: "" }), y: muAxis(view), yLog: true,
     series: CURVES.map((method) => methodSeries(method)),
     xRange: () => [-0.02, 1.02], // a marker at either end is seen whole
-    readout: (order, i) => (i === null || !view.curve ? [] : [["α", chart.data[0][i]], ...methodsAt(chart, i, 1, CURVES)]),
+    readout: (order, i) => (i === null || !view.curve ? [] : [["α", chart.data[0][i]], ...methodsAt(chart, i, 1, CURVES, muAxis(view)().factor)]),
     yRange: () => {
       const curves = CURVES.flatMap((method) => view.curve?.methods[method] ?? []);
-      const all = [...curves, view.marker?.value].filter((v) => v > 0);
+      const all = [...curves, view.marker?.value, pinnedMarker(view)?.value].filter((v) => v > 0);
       return all.length ? [roundBelow(Math.min(...all) / 1.1), Math.max(...all) * 1.25] : [0.1, 10];
     },
     over: (u, g, ratio) => {
@@ -204,20 +223,9 @@ function curve(view, host, height, onOrder) {
       g.lineTo(at, u.bbox.top + u.bbox.height);
       g.stroke();
       g.setLineDash([]);
-      if (!(view.marker?.value > 0)) return;
-      const { order, value, error } = view.marker, x = u.valToPos(order, "x", true);
-      g.strokeStyle = g.fillStyle = palette.text;
-      g.lineWidth = 2 * ratio;
-      const y = (v) => u.valToPos(v, "y", true);
-      g.beginPath();
-      g.moveTo(x, y(value + 2 * (error || 0)));
-      g.lineTo(x, y(Math.max(value - 2 * (error || 0), 1e-3 * value)));
-      g.stroke();
-      g.beginPath();
-      g.arc(x, y(value), 5 * ratio, 0, 7);
-      g.fillStyle = palette.measured;
-      g.fill();
-      g.stroke();
+      const pin = pinnedMarker(view);
+      if (pin?.value > 0) marker(u, g, ratio, pin, palette.pinned, true);
+      if (view.marker?.value > 0) marker(u, g, ratio, view.marker, palette.measured, false);
     },
   });
   chart.host.addEventListener("click", (event) => {
@@ -226,13 +234,30 @@ function curve(view, host, height, onOrder) {
   });
   chart.update = () => {
     const orders = view.curve?.orders ?? [0, 1];
-    chart.set([orders, ...CURVES.map((method) => view.curve?.methods[method] ?? orders.map(() => null))]);
+    // the line goes on through what is still to come (undefined), and not through what has no answer (null)
+    const coming = new Set(view.curve?.missing ?? []);
+    chart.set([orders, ...CURVES.map((method) => (view.curve?.methods[method] ?? orders.map(() => null))
+      .map((value, i) => (value === null && method === "envelope" && coming.has(i) ? undefined : value)))]);
   };
-  chart.relabel = () => chart.labels("α", withUnit("μ", "m²", view.si));
   chart.columns = () => [
     ["order", view.curve?.orders ?? []], ...CURVES.map((method) => [method, view.curve?.methods[method] ?? []]),
   ];
   return chart;
+}
+
+function marker(u, g, ratio, { order, value, error }, fill, square) {
+  const x = u.valToPos(order, "x", true), y = (v) => u.valToPos(v, "y", true), r = 5 * ratio;
+  g.strokeStyle = palette.text;
+  g.fillStyle = fill;
+  g.lineWidth = 2 * ratio;
+  g.beginPath();
+  g.moveTo(x, y(value + 2 * (error || 0)));
+  g.lineTo(x, y(Math.max(value - 2 * (error || 0), 1e-3 * value)));
+  g.stroke();
+  g.beginPath();
+  if (square) g.rect(x - r, y(value) - r, 2 * r, 2 * r); else g.arc(x, y(value), r, 0, 7);
+  g.fill();
+  g.stroke();
 }
 
 // ticks of a logarithmic axis are counted from its lower end
@@ -244,8 +269,9 @@ function roundBelow(value) {
 // those that have an answer here
 export const curvesShown = (view) => CURVES.filter((method) => view.curve?.methods[method]?.some((v) => v !== null));
 
-export function legend(methods) {
+export function legend(methods, pinned) {
   const measured = '<span class="swatch box"></span>Monte Carlo';
-  return [measured, ...methods.map((m) => `<span class="swatch" data-method="${m}"></span>${METHODS[m].label}`)]
+  const other = pinned ? ['<span class="swatch pinned"></span>pinned'] : [];
+  return [measured, ...methods.map((m) => `<span class="swatch" data-method="${m}"></span>${METHODS[m].label}`), ...other]
     .map((item) => `<span class="item">${item}</span>`).join("");
 }

@@ -2,7 +2,8 @@
 
 import { Canvas, ticks } from "./canvas.js";
 import { palette } from "./theme.js";
-import { short } from "./numbers.js";
+import { exponentFor, scaledUnit, short } from "./numbers.js";
+import { withUnit } from "./units.js";
 
 const SHADES = 8;
 
@@ -88,27 +89,29 @@ export class Phase {
     g.fillStyle = palette.muted;
     g.strokeStyle = palette.faint;
     g.lineWidth = 1;
+    const { length, speed } = units;
+    const powers = [exponentFor(Math.max(Math.abs(low), Math.abs(high)) * length.factor), exponentFor(fastest * speed.factor)];
     g.textAlign = "center";
     g.textBaseline = "top";
     for (const x of ticks(low, high, Math.max((right - left) / 60, 2))) {
       line(g, Math.round(X(x)) + 0.5, top, Math.round(X(x)) + 0.5, bottom);
-      const said = short(x, 3), most = this.canvas.width - g.measureText(said).width / 2;
+      const said = short((x * length.factor) / 10 ** powers[0], 3), most = this.canvas.width - g.measureText(said).width / 2;
       g.fillText(said, Math.min(X(x), most), bottom + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
     for (const v of ticks(-fastest, fastest, Math.max((bottom - top) / 45, 2))) {
       line(g, left, Math.round(Y(v)) + 0.5, right, Math.round(Y(v)) + 0.5);
-      g.fillText(short(v, 3), left - 6, Y(v));
+      g.fillText(short((v * speed.factor) / 10 ** powers[1], 3), left - 6, Y(v));
     }
     g.textAlign = "center";
     g.textBaseline = "bottom";
-    g.fillText(`x${units.length ? ` (${units.length})` : ""}`, (left + right) / 2, this.canvas.tall - 4);
+    g.fillText(withUnit("x", scaledUnit(powers[0], length.name)), (left + right) / 2, this.canvas.tall - 4);
     g.save();
     g.translate(11, (top + bottom) / 2);
     g.rotate(-Math.PI / 2);
     g.textBaseline = "middle";
-    g.fillText(`v${units.speed ? ` (${units.speed})` : ""}`, 0, 0);
+    g.fillText(withUnit("v", scaledUnit(powers[1], speed.name)), 0, 0);
     g.restore();
   }
 }

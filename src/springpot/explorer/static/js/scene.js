@@ -2,7 +2,8 @@
 
 import { Canvas, ticks } from "./canvas.js";
 import { palette } from "./theme.js";
-import { short } from "./numbers.js";
+import { exponentFor, scaledUnit, short } from "./numbers.js";
+import { withUnit } from "./units.js";
 
 const FLASH = 350; // ms that an impact is seen
 const TALL = 236;
@@ -85,14 +86,15 @@ export class Scene {
     g.beginPath();
     g.moveTo(X(low), y + 0.5);
     g.lineTo(X(high), y + 0.5);
+    const exponent = exponentFor(Math.max(Math.abs(low), Math.abs(high)) * unit.factor);
     for (const value of ticks(low, high, W < 520 ? 5 : 9)) {
       g.moveTo(Math.round(X(value)) + 0.5, y);
       g.lineTo(Math.round(X(value)) + 0.5, y + 5);
-      g.fillText(short(value, 3), X(value), y + 9);
+      g.fillText(short((value * unit.factor) / 10 ** exponent, 3), X(value), y + 9);
     }
     g.stroke();
     g.textAlign = "left";
-    g.fillText(unit ? `x (${unit})` : "x", X(high) + 12, y - 7);
+    g.fillText(withUnit("x", scaledUnit(exponent, unit.name)), X(high) + 12, y - 7);
   }
 
   ground(g, left, W, floor) {

@@ -1,5 +1,7 @@
 // The state of a tab: the problem, its units, and the link that reproduces it.
 
+import { CHOICES, USUAL } from "./units.js";
+
 export const DEFAULTS = Object.freeze({
   order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1,
   wall: true, position: 0, restitution: 1,
@@ -9,9 +11,9 @@ export const DEFAULTS = Object.freeze({
 // low and high are what the server takes; from and to are the ends of the slider
 export const PARAMETERS = {
   order: { low: 0, high: 1, from: 0, to: 1, steps: 100 },
-  coefficient: { low: 0, high: 1000, from: 0.01, to: 10, log: true, steps: 300 },
-  natural_frequency: { low: 0.01, high: 1000, from: 0.1, to: 10, log: true, steps: 200 },
-  intensity: { low: 1e-6, high: 1e6, from: 0.01, to: 100, log: true, steps: 200 },
+  coefficient: { low: 0, high: Infinity, from: 0.01, to: 10, log: true, steps: 300 },
+  natural_frequency: { low: 0.01, high: 1e6, from: 0.1, to: 10, log: true, steps: 200 },
+  intensity: { low: 1e-12, high: 1e12, from: 0.01, to: 100, log: true, steps: 200 },
   position: { low: -Infinity, high: Infinity, from: -3, to: 3, scaled: true, steps: 120 },
   restitution: { low: 0.001, high: 1, from: 0.05, to: 1, steps: 95 },
 };
@@ -21,57 +23,73 @@ const SHORT = {
   seed: "seed", paths: "paths", start: "start",
 };
 const SCALES = { natural_frequency: "sW", intensity: "sq" }; // in a link of dimensionless numbers: the way back
+const NAMES = {
+  order: "order", coefficient: "springpot", natural_frequency: "natural frequency", intensity: "noise intensity",
+  position: "wall position", restitution: "restitution",
+};
 const MOST_PATHS = 100000;
 const FARTHEST_WALL = 20;
+const STRONGEST = 1000;
 
 export const lengthScale = (s) => Math.sqrt(s.intensity / s.natural_frequency ** 3);
 
-// what the server takes, which for the wall depends on the rest
+// what the server takes, which for wall and springpot depends on the rest
 export function rangeOf(name, values) {
+  if (name === "coefficient") return [0, STRONGEST * values.natural_frequency ** (2 - values.order)];
   if (name !== "position") return [PARAMETERS[name].low, PARAMETERS[name].high];
   const farthest = FARTHEST_WALL * lengthScale(values);
   return [-farthest, farthest];
 }
 
 // a number without the dust that a conversion leaves in its last digits
-function tidy(value) {
+export function tidy(value) {
   const rounded = Number(value.toPrecision(12));
   return Math.abs(rounded - value) <= 1e-14 * Math.abs(value) ? rounded : value;
 }
+
+// the same oscillator in other units, whose natural frequency and intensity are given: 1 and 1 if dimensionless
+export function converted(values, { natural_frequency, intensity }) {
+  const faster = natural_frequency / values.natural_frequency;
+  const longer = lengthScale({ natural_frequency, intensity }) / lengthScale(values);
+  return {
+    ...values, natural_frequency, intensity,
+    coefficient: tidy(values.coefficient * faster ** (2 - values.order)), position: tidy(values.position * longer),
+  };
+}
+
+const PLAIN = Object.freeze({ natural_frequency: 1, intensity: 1 });
 
 export class State {
   constructor() {
     this.values = { ...DEFAULTS };
     this.units = "si";
-    this.scales = { natural_frequency: 1, intensity: 1 }; // to come back from dimensionless numbers
+    this.shown = { ...USUAL }; // in which units, of those that there are for length, frequency and excitation
+    this.scales = { ...PLAIN }; // to come back from dimensionless numbers
     this.listeners = new Set();
   }
 
+  // listeners are called with this state, and with whether the problem may be another one
   onChange(listener) { this.listeners.add(listener); }
 
   set(changes) {
     Object.assign(this.values, changes);
-    for (const listener of this.listeners) listener(this);
+    this.tell(true);
+  }
+
+  tell(another) { for (const listener of this.listeners) listener(this, another); }
+
+  setShown(kind, choice) {
+    this.shown[kind] = choice;
+    this.tell(false);
   }
 
   setUnits(units) {
     if (units === this.units) return;
-    const s = this.values;
+    const { natural_frequency, intensity } = this.values, there = units === "dimensionless";
+    const scales = there ? PLAIN : this.scales;
+    if (there) this.scales = { natural_frequency, intensity };
     this.units = units;
-    if (units === "dimensionless") {
-      const { natural_frequency: W, intensity: q } = s;
-      this.scales = { natural_frequency: W, intensity: q };
-      this.set({
-        coefficient: tidy(s.coefficient * W ** (s.order - 2)), position: tidy(s.position / lengthScale(s)),
-        natural_frequency: 1, intensity: 1,
-      });
-    } else {
-      const W = this.scales.natural_frequency;
-      this.set({
-        coefficient: tidy(s.coefficient * W ** (2 - s.order)),
-        position: tidy(s.position * lengthScale(this.scales)), ...this.scales,
-      });
-    }
+    this.set(converted(this.values, scales));
   }
 
   problem(generation) { return { kind: "problem", generation, ...this.values }; }
@@ -83,27 +101,33 @@ export class State {
       words.push("units=dimensionless");
       for (const [name, key] of Object.entries(SCALES)) words.push(`${key}=${this.scales[name]}`);
     }
+    for (const [kind, choice] of Object.entries(this.shown)) if (choice !== USUAL[kind]) words.push(`${kind}=${choice}`);
     return `#${words.join("&")}`;
   }
 
-  // Takes what is sound from a link; returns the names of what is not.
+  // Takes what is valid from a link; returns the names of what is not.
   readLink(hash) {
     const given = new URLSearchParams(hash.replace(/^#/, ""));
     const values = { ...DEFAULTS }, unsound = [];
     for (const [name, key] of Object.entries(SHORT)) {
       if (!given.has(key)) continue;
       const sound = checked(name, given.get(key));
-      if (sound === null) unsound.push(key); else values[name] = sound;
+      if (sound === null) unsound.push(NAMES[name] ?? name); else values[name] = sound;
     }
     if (given.get("wall") === "0") values.wall = false;
     this.units = given.get("units") === "dimensionless" ? "dimensionless" : "si";
-    this.scales = { natural_frequency: 1, intensity: 1 };
+    this.scales = { ...PLAIN };
+    for (const kind of Object.keys(USUAL)) {
+      const choice = given.get(kind) ?? USUAL[kind], known = Object.hasOwn(CHOICES[kind], choice);
+      this.shown[kind] = known ? choice : USUAL[kind];
+      if (!known) unsound.push(`unit of ${kind}`);
+    }
     if (this.units === "dimensionless") {
       values.natural_frequency = values.intensity = 1;
       for (const [name, key] of Object.entries(SCALES)) {
         if (!given.has(key)) continue;
         const sound = checked(name, given.get(key));
-        if (sound === null) unsound.push(key); else this.scales[name] = sound;
+        if (sound === null) unsound.push(NAMES[name]); else this.scales[name] = sound;
       }
     }
     this.set(values);

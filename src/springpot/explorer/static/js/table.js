@@ -1,15 +1,12 @@
 // Every theory beside Monte Carlo: value, gap in per cent and in standard errors, warnings; and which ones are drawn.
 
 import { METHODS, NAMES } from "./methods.js";
-import { short, typeset, withError } from "./numbers.js";
+import { exponentFor, scaledUnit, short, typeset, withError } from "./numbers.js";
+import { unitOf } from "./units.js";
 
 export const QUANTITIES = [
-  ["amplitude_mean_square", "⟨A²⟩", "m²"],
-  ["x_mean", "⟨x⟩", "m"],
-  ["x_mean_square", "⟨x²⟩", "m²"],
-  ["v_mean_square", "⟨v²⟩", "m²/s²"],
-  ["impact_rate", "impact rate", "1/s"],
-  ["impact_speed_mean", "impact speed", "m/s"],
+  ["amplitude_mean_square", "⟨A²⟩"], ["x_rms", "x rms"], ["x_mean", "⟨x⟩"], ["v_mean_square", "⟨v²⟩"],
+  ["impact_rate", "impact rate"], ["impact_speed_mean", "impact speed"],
 ];
 const SMALL = 2, LARGE = 5; // per cent
 
@@ -26,6 +23,36 @@ export function gapText(gap) {
   return gap.percent === null ? `(${deviation} se)` : `${signed(gap.percent, 1)} % (${deviation} se)`;
 }
 
+// of each quantity its unit, with one power of ten for the whole column
+export function columnsFor(state, sources) {
+  return QUANTITIES.map(([name, symbol]) => {
+    const { factor, name: unit } = unitOf(name, state);
+    const sizes = sources.filter(Boolean).map(({ values }) => Math.abs(values[name] ?? 0) * factor);
+    const exponent = exponentFor(Math.max(0, ...sizes));
+    return { name, symbol, factor: factor / 10 ** exponent, unit: scaledUnit(exponent, unit) };
+  });
+}
+
+export function headOf(first, columns) {
+  return [`<th scope=col>${first}</th>`, ...columns.map(({ symbol, unit }) => `<th scope=col>${symbol} <small>${unit || "&nbsp;"}</small></th>`)].join("");
+}
+
+export function measuredCells(measured, columns) {
+  return columns.map(({ name, factor }) => {
+    const value = measured?.values[name] ?? null, error = measured?.errors[name] ?? null;
+    const [number, deviation] = value === null ? ["–"] : withError(value * factor, error === null ? null : error * factor).split(/ (?=± )/);
+    return `<td data-quantity="${name}" data-value="${value ?? ""}" data-error="${error ?? ""}">${number}<span class="gap">${deviation ?? ""}</span></td>`;
+  }).join("");
+}
+
+// a table that is wider than its place fades out at the right
+export function fadeWhereCut(table) {
+  const scroll = table.parentElement;
+  const cut = () => scroll.classList.toggle("cut", scroll.scrollWidth - scroll.clientWidth - scroll.scrollLeft > 1);
+  scroll.addEventListener("scroll", cut);
+  for (const one of [scroll, table]) new ResizeObserver(cut).observe(one);
+}
+
 export class Table {
   constructor(element, warnings, silent, drawn, changed) {
     this.element = element;
@@ -33,25 +60,22 @@ export class Table {
     this.silent = silent;
     this.drawn = drawn; // Set of names
     this.changed = changed;
-    const scroll = element.parentElement;
-    const cut = () => scroll.classList.toggle("cut", scroll.scrollWidth - scroll.clientWidth - scroll.scrollLeft > 1);
-    scroll.addEventListener("scroll", cut);
-    for (const one of [scroll, element]) new ResizeObserver(cut).observe(one);
+    fadeWhereCut(element);
   }
 
-  show(theory, measured, si, stale) {
+  show({ theory, measured, state }, stale) {
     this.element.classList.toggle("stale", stale);
-    const head = ["<th scope=col>method</th>"];
-    for (const [, symbol, unit] of QUANTITIES) {
-      head.push(`<th scope=col>${symbol}${si ? ` <small>${unit}</small>` : ""}</th>`);
-    }
-    const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${this.measured(measured)}</tr>`];
+    const si = state.units === "si", best = theory?.recommended;
+    const columns = columnsFor(state, [measured ?? (best && { values: theory.methods[best].moments })]);
+    const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${measuredCells(measured, columns)}</tr>`];
+    // numbers that still depend on the start are no measure of theories of the stationary state
+    const judge = stale || isTransient(measured) ? null : measured;
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, theory.recommended === name && !isTransient(measured), stale || isTransient(measured) ? null : measured, si));
+      if (answer) rows.push(this.row(name, answer, best === name && !isTransient(measured), judge, columns, si));
     }
     const focused = document.activeElement?.dataset?.draw;
-    this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${head.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
+    this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${headOf("method", columns)}</tr></thead><tbody>${rows.join("")}</tbody>`;
     for (const box of this.element.querySelectorAll("[data-draw]")) {
       box.addEventListener("change", () => {
         if (box.checked) this.drawn.add(box.dataset.draw); else this.drawn.delete(box.dataset.draw);
@@ -62,22 +86,15 @@ export class Table {
     this.showWarnings(theory, measured, si);
   }
 
-  measured(measured) {
-    return QUANTITIES.map(([name]) => {
-      const value = measured?.values[name] ?? null, error = measured?.errors[name] ?? null;
-      return `<td data-quantity="${name}" data-value="${value ?? ""}" data-error="${error ?? ""}">${withError(value, error)}</td>`;
-    }).join("");
-  }
-
-  row(name, answer, best, measured, si) {
-    const cells = QUANTITIES.map(([quantity]) => {
+  row(name, answer, best, measured, columns, si) {
+    const cells = columns.map(({ name: quantity, factor }) => {
       const value = answer.moments[quantity];
       const gap = measured ? gapOf(value, measured.values[quantity], measured.errors[quantity]) : null;
       const size = gap?.percent === null || !gap ? "" : Math.abs(gap.percent) < SMALL ? "small" : Math.abs(gap.percent) < LARGE ? "middle" : "large";
-      return `<td data-quantity="${quantity}" data-value="${value ?? ""}">${short(value)}<span class="gap ${size}">${gapText(gap)}</span></td>`;
+      return `<td data-quantity="${quantity}" data-value="${value ?? ""}">${short(value === null ? null : value * factor)}<span class="gap ${size}">${gapText(gap)}</span></td>`;
     });
     const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" "), si))}">⚠</abbr>` : "";
-    const star = best ? `<span class="best" title="the method to trust here">★</span>` : "";
+    const star = best ? `<span class="best" title="recommended here">★</span>` : "";
     return `<tr data-method="${name}"${best ? ' class="recommended"' : ""}><th scope=row><label><input type="checkbox" data-draw="${name}" ${this.drawn.has(name) ? "checked" : ""} aria-label="draw ${METHODS[name].label}"><span class="swatch" data-method="${name}"></span>${METHODS[name].label}</label>${star}${warning}</th>${cells.join("")}</tr>`;
   }
 
@@ -86,7 +103,7 @@ export class Table {
     this.silent.innerHTML = silent.map((name) => `<p><b>${METHODS[name].label}</b> has no answer here: ${escaped(typeset(theory.statements[name], si))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) {
-      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is to be trusted here."]);
+      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is recommended here."]);
     }
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
     for (const name of theory ? NAMES : []) {

@@ -1,7 +1,7 @@
 // Colours for the canvases, from the style sheet's variables; and the switch between dark and light.
 
 const NAMES = [
-  "text", "muted", "faint", "line", "panel", "page", "measured", "measured-soft", "impact", "path", "steel", "mass",
+  "text", "muted", "faint", "line", "panel", "page", "measured", "measured-soft", "pinned", "impact", "path", "steel", "mass",
   "exact", "fokker_planck", "envelope", "closure", "averaging_shifted", "averaging", "averaging_printed",
 ];
 export const palette = {};

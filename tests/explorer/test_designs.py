@@ -1,0 +1,178 @@
+"""The page for a device: units, a second design beside the first, starts, and what fits on a screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext
+
+import springpot as sp
+from springpot.device import intensity_from_psd, psd_from_intensity
+from springpot.explorer.protocol import parse
+from tests.explorer.conftest import Server
+from tests.explorer.talk import tab as talking
+from tests.explorer.test_page import CUT, OVERLAPPING, opened
+
+DEVICE = "a=0.4&C=300&W=120&q=0.02&b=-0.0001&r=0.7&paths=640"
+
+
+@pytest.fixture(scope="module")
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    made = browser.new_context(viewport={"width": 1440, "height": 900})
+    yield made
+    made.close()
+
+
+def test_millimetres_hertz_and_spectral_densities(context: BrowserContext, server: Server) -> None:
+    """Units change what is shown and typed, nothing that is computed: conversions are those of `springpot.device`."""
+    with opened(context, server, DEVICE) as tab:
+        page, measured, asked = tab.page, tab.number("x_rms"), tab.generation()
+        for name, unit in (("position", "mm"), ("natural_frequency", "Hz"), ("intensity", "g")):
+            page.locator(f"#unit-{name}").select_option(unit)
+        shown = {
+            n: float(page.locator(f"#field-{n}").input_value()) for n in ("position", "natural_frequency", "intensity")
+        }
+        assert shown["position"] == -0.1
+        assert shown["natural_frequency"] == pytest.approx(120.0 / 6.283185307, rel=1e-5)
+        assert shown["intensity"] == pytest.approx(psd_from_intensity(0.02, "g2/Hz"), rel=1e-5)
+        page.wait_for_timeout(300)
+        assert (tab.number("x_rms"), tab.generation()) == (measured, asked)
+        cell = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text()
+        assert float(cell.split()[0]) == pytest.approx(1e3 * measured, rel=1e-2)
+        assert page.locator("#tile-rms").inner_text().split()[1] == "mm"
+        assert "x rms\nmm" in page.locator("#table thead").inner_text().replace("\t", "")
+        assert [page.evaluate(CUT), page.evaluate(OVERLAPPING), page.locator(".scroll.cut").count()] == [[], [], 0]
+        tab.changed(lambda: page.locator("#field-position").fill("-0.2"))
+        tab.changed(lambda: page.locator("#field-intensity").fill("1e-4"))
+        page.wait_for_timeout(400)
+        link = page.evaluate("location.hash").removeprefix("#")
+        words = dict(word.split("=") for word in link.split("&"))
+        assert words["b"] == "-0.0002"
+        assert float(words["q"]) == pytest.approx(intensity_from_psd(1e-4, "g2/Hz"), rel=1e-12)
+        assert (words["length"], words["frequency"], words["excitation"]) == ("mm", "Hz", "g")
+        page.locator("#unit-intensity").select_option("psd")
+        q = float(words["q"])
+        assert float(page.locator("#field-intensity").input_value()) == pytest.approx(2.0 * q, rel=1e-5)
+    wall, noise = sp.Barrier(-0.0002, 0.7), sp.WhiteNoise(q)
+    run = sp.run(sp.Oscillator(120.0, sp.Springpot(0.4, 300.0), wall, noise), paths=640, seed=1)
+    with opened(context, server, link) as again:
+        assert again.page.locator("#field-position").input_value() == "-0.2"
+        assert again.number("impact_rate") == run.values["impact_rate"]
+        assert again.number("x_rms") == pytest.approx(run.values["x_mean_square"] ** 0.5, rel=1e-14)
+
+
+def test_numbers_in_metres_stay_whole(context: BrowserContext, server: Server) -> None:
+    """A power of ten common to a column, and one for a number and its error."""
+    with opened(context, server, DEVICE) as tab:
+        page = tab.page
+        assert [page.evaluate(CUT), page.locator(".scroll.cut").count()] == [[], 0]
+        head, value = page.locator("#table thead").inner_text(), 1e6 * tab.number("x_rms")
+        assert "10⁻⁶\u00a0m" in head
+        shown = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text().split()
+        assert float(shown[0]) == pytest.approx(value, rel=1e-2)
+        tile = page.locator("#tile-measured").inner_text()
+        assert "(" not in tile
+        assert tile.count("·10⁻⁸") == 2
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720)])
+def test_buttons_are_on_the_first_screen(browser: Browser, server: Server, width: int, height: int) -> None:
+    with browser.new_context(viewport={"width": width, "height": height}) as context, opened(context, server) as tab:
+        for button in tab.page.locator(".share .button, .transport .button").all():
+            box = button.bounding_box()
+            assert box is not None
+            assert box["y"] + box["height"] <= height
+
+
+def test_a_second_design_pinned_beside_the_first(context: BrowserContext, server: Server) -> None:
+    """Its numbers and curves stay while the sliders move, in either kind of units, until it is unpinned."""
+    with opened(context, server, "a=0.5&C=0.8&W=2&q=3&b=-0.3&r=0.9&paths=640") as tab:
+        page = tab.page
+        first, length = {name: tab.number(name) for name in ("x_rms", "impact_rate")}, (3.0 / 8.0) ** 0.5
+        assert page.locator("#pinned").is_hidden()
+        page.locator("#pin").click()
+        assert "Both designs are the same" in page.locator("#pinned-note").inner_text()
+        tab.changed(lambda: page.locator("#field-restitution").fill("0.6"))
+
+        def pinned(name: str, row: int = 1) -> float:
+            cell = page.locator(f"#pinned-table tbody tr:nth-child({row + 1}) [data-quantity={name}]")
+            return float(cell.get_attribute("data-value") or "nan")
+
+        for name, value in first.items():
+            assert (pinned(name), pinned(name, 0)) == (value, tab.number(name))
+        change = page.locator("#pinned-table tbody tr:nth-child(3) [data-quantity=x_rms]").inner_text()
+        wanted = 100.0 * (tab.number("x_rms") / first["x_rms"] - 1.0)
+        assert float(change.split()[0].replace("−", "-")) == pytest.approx(wanted, abs=0.06)
+        assert "pinned" in page.locator("#density-legend").inner_text()
+        assert "The pinned design has r = 0.9; all else is the same." in page.locator("#pinned-note").inner_text()
+        tab.changed(lambda: page.get_by_text("dimensionless", exact=True).click())
+        assert pinned("x_rms") == pytest.approx(first["x_rms"] / length, rel=1e-12)
+        assert pinned("impact_rate") == pytest.approx(first["impact_rate"] / 2.0, rel=1e-12)
+        assert page.locator("#tile-rate").inner_text().split()[1] == "Ω"
+        assert "per second" not in page.locator("body").inner_text()
+        assert "Ωt" in page.locator("#speed-shown").inner_text()
+        tab.changed(lambda: page.get_by_text("SI units", exact=True).click())
+        assert "× real time" in page.locator("#speed-shown").inner_text()
+        tab.changed(lambda: page.locator("#pin-return").click())
+        assert tab.number("x_rms") == first["x_rms"]
+        page.locator("#unpin").click()
+        page.locator("#pinned").wait_for(state="hidden")
+
+
+def test_no_gaps_and_no_star_beside_a_transient_run(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "a=0.5&start=rest&paths=640") as tab:
+        page, gaps = tab.page, "#table [data-method] .gap"
+        assert page.locator("#transient").is_visible()
+        assert set(page.locator(gaps).all_inner_texts()) == {""}
+        assert page.locator("#table .best").count() == 0
+        assert "start at rest" in page.locator("#growth-note").inner_text()
+        tab.changed(lambda: page.locator("#use-stationary").click())
+        assert page.locator("#transient").is_hidden()
+        assert any("%" in gap for gap in page.locator(gaps).all_inner_texts())
+        assert page.locator("#table .best").count() == 1
+        assert "stationary mean displacement" in page.locator("#growth-note").inner_text()
+
+
+def test_the_curve_over_the_order_comes_in_parts(server: Server) -> None:
+    """Both averagings first, before Monte Carlo is complete; then more of the envelope from one to the next."""
+    with talking(server) as asking:
+        asking.say(kind="problem", generation=3, order=0.31, coefficient=0.77, paths=100_000)
+        kinds, curves = [], []
+        while not curves or curves[-1]["missing"]:
+            kind, content = asking.hear()
+            if kind == "estimates" and content["complete"]:
+                kinds.append(kind)
+            if kind == "curve":
+                kinds.append(kind)
+                curves.append(content)
+    assert kinds[0] == "curve"
+    assert all(len(values) == len(curves[0]["orders"]) for values in curves[0]["methods"].values())
+    assert None not in curves[0]["methods"]["averaging"]
+    sizes = [len(curve["missing"]) for curve in curves]
+    assert sizes[0] > sizes[len(sizes) // 2] > sizes[-1] == 0
+    assert None not in curves[-1]["methods"]["envelope"]
+
+
+def test_a_stiff_springpot_of_a_fast_device_is_taken() -> None:
+    """The bound of C goes with Omega^(2 - alpha): 100 Hz needs a thousand times what 1 rad/s does."""
+    found = parse('{"kind": "problem", "order": 0.5, "natural_frequency": 628.0, "coefficient": 15000.0}')
+    assert found.coefficient == 15000.0  # type: ignore[union-attr]
+    with pytest.raises(ValueError, match=r"^coefficient: C must be at most 1e\+03 "):
+        parse('{"kind": "problem", "order": 0.5, "coefficient": 1001.0}')
+
+
+def test_units_in_a_link_that_are_none_are_said(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, "length=furlong&paths=640") as tab:
+        said = tab.page.locator("#banner").inner_text()
+        assert said == "The link has invalid values for unit of length; defaults are used."
+
+
+def test_slider_ends_follow_a_device(context: BrowserContext, server: Server) -> None:
+    """A slider whose value lies far beyond its usual ends still moves it by little."""
+    with opened(context, server, DEVICE) as tab:
+        slider = tab.page.locator("#slider-natural_frequency")
+        slider.focus()
+        tab.changed(lambda: slider.press("ArrowRight"))
+        moved = float(tab.page.locator("#field-natural_frequency").input_value())
+        assert 0.95 < moved / 120.0 < 1.1
