@@ -182,6 +182,7 @@ def test_a_mean_of_censored_times_holds_over_samples() -> None:
     [
         (np.linspace(0.1, 100.0, 1000), 20.0, "too early for a mean time"),
         (np.linspace(4.6, 2000.0, 1000), 1.0, "too few for a mean time"),
+        (np.concatenate([np.linspace(0.1, 4.0, 990), np.full(10, 20.0)]), 1.0, "too few for a mean time"),
         (
             np.concatenate([np.linspace(0.1, 8.9, 500), np.linspace(9.0, 10.0, 300), np.full(200, 20.0)]),
             1.0,
@@ -215,6 +216,24 @@ def test_an_observable_passes_like_the_quantity_it_is() -> None:
     levels = {"energy": 2.0, "own": (lambda t, x, v: 0.5 * (v * v + x * x), 2.0)}
     found = run(oscillator(), **given, first_passage=levels).first_passages
     np.testing.assert_allclose(found["own"].times, found["energy"].times, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("order", "position"), [(1.0, 0.0), (0.5, None)])
+def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, position: float | None) -> None:
+    """Within 10 % for x, where the amplitude passes the same level in about half of the time."""
+    problem = oscillator(order, 0.1, position=position)
+    envelope = sp.theory.envelope(problem)
+    level = 1.2 * math.sqrt(envelope.amplitude_mean_square)
+    levels = {"x": level, "amplitude": level}
+    found = run(problem, paths=4000, duration=300.0, step=0.1, start="rest", first_passage=levels).first_passages
+    mean, error, _ = found["x"].mean
+    assert error < 0.025 * mean
+    assert abs(envelope.first_passage(x=level).mean_time / mean - 1.0) < 0.1
+    assert found["amplitude"].mean_time < 0.7 * mean
+    with pytest.raises(sp.theory.NotCovered, match="simulate it"):
+        sp.theory.envelope(oscillator(0.5, 0.3)).first_passage(x=level)
+    with pytest.raises(TypeError, match="one level"):
+        envelope.first_passage(x=level, amplitude=level)
 
 
 @pytest.mark.parametrize(

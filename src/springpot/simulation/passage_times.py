@@ -19,6 +19,7 @@ __all__ = ["PassageTimes"]
 Floats = npt.NDArray[np.float64]
 
 FEWEST_LATE = 20  # passages in the second half of the horizon, for a rate of them
+FEWEST_AT_ALL = 5  # the same where the paths that have not passed add less than a standard error to the mean
 MOST_DRIFT = 3.0  # standard errors between the rates of its two halves
 POINTS = 101  # of the survival curve in files
 
@@ -149,8 +150,9 @@ class PassageTimes:
         """Mean time in s, its standard error, and what was assumed or why there is none.
 
         If every path has passed it is the mean of the times.  Otherwise those that have not are taken to pass at the
-        constant rate that the others had in the second half of the horizon.  There is none (NaN) if that rate is not
-        seen to be constant there, or from too few passages, or the half begins too early.
+        constant rate that the others had in the second half of the horizon.  Where that adds more than a standard error
+        to the mean, there is none (NaN) if the rate is not seen to be constant there, or from too few passages, or the
+        half begins too early.
 
         Examples
         --------
@@ -165,33 +167,42 @@ class PassageTimes:
         share = f"{100.0 * self.share_censored:.2g} % of the paths have not passed by the end of the run"
         seen = np.minimum(self.times, self.horizon)
         late = (self.times > half) & ~censored
+        exposure = np.maximum(seen - half, 0.0)
+        c, e, d = censored.mean(), exposure.mean(), late.mean()
+        small = late.sum() >= FEWEST_AT_ALL and c * e / d < _standard_error(seen)
+        refusal = "" if small else self._no_mean(share, half, late, exposure)
+        if refusal:
+            return math.nan, math.nan, refusal
+        # to first order in the spread: mean = restricted + censored * exposure / late
+        value = float(seen.mean() + c * e / d)
+        samples = seen + censored * (e / d) + exposure * (c / d) - late * (c * e / d**2)
+        assumed = f"{share}; the mean time takes them to pass at the rate of the second half, {d / e:.3g} per s."
+        return value, _standard_error(samples), assumed
+
+    def _no_mean(self, share: str, half: float, late: npt.NDArray[np.bool_], exposure: Floats) -> str:
+        """Why the paths that have not passed leave no mean; empty if they do."""
+        seen = np.minimum(self.times, self.horizon)
         if half < self.settling:
             wanted = "quantiles or the survival curve"
             if math.isfinite(self.settling):
                 wanted = f"a run of at least {2.0 * self.settling:.3g} s from the start of the clock, or {wanted}"
-            return math.nan, math.nan, f"{share}, too early for a mean time: use {wanted}."
+            return f"{share}, too early for a mean time: use {wanted}."
         if late.sum() < FEWEST_LATE:
-            return math.nan, math.nan, (
-                f"{share}, and fewer than {FEWEST_LATE} have passed in its second half, too few for a mean time: "
-                "use a longer run or more paths."
-            )  # fmt: skip
-        exposure = np.maximum(seen - half, 0.0)
+            return (
+                f"{share}, and fewer than {FEWEST_LATE} have passed in its second half, too few for a mean time: use a "
+                "longer run or more paths."
+            )
         middle = 0.75 * self.horizon
         first = int((late & (self.times <= middle)).sum()), float(np.minimum(exposure, middle - half).sum())
         second = int(late.sum()) - first[0], float(np.maximum(seen - middle, 0.0).sum())
         rates = [count / time for count, time in (first, second)]
         spread = math.hypot(*(math.sqrt(max(count, 1)) / time for count, time in (first, second)))
         if abs(rates[1] - rates[0]) > MOST_DRIFT * spread:
-            return math.nan, math.nan, (
+            return (
                 f"{share}, and the rate of passages still changes in its second half, so there is no mean time: use a "
                 "longer run, or quantiles."
-            )  # fmt: skip
-        # to first order in the spread: mean = restricted + censored * exposure / late
-        c, e, d = censored.mean(), exposure.mean(), late.mean()
-        value = float(seen.mean() + c * e / d)
-        samples = seen + censored * (e / d) + exposure * (c / d) - late * (c * e / d**2)
-        assumed = f"{share}; the mean time takes them to pass at the rate of the second half, {d / e:.3g} per s."
-        return value, _standard_error(samples), assumed
+            )
+        return ""
 
     @property
     def mean_time(self) -> float:
