@@ -461,3 +461,20 @@ def test_a_partial_file_that_another_took_for_an_orphan(copy: Path, monkeypatch:
     assert store.read(task) == answer
     assert times >= 2
     assert read_chunk(str(copy / "theory/averaging/numbers/none.0"), 8) is None
+
+
+def _replace(place: Path, make: Callable[[Path], object]) -> None:
+    shutil.rmtree(place) if place.is_dir() else place.unlink()
+    make(place)
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda place: place.symlink_to(place)])
+def test_what_is_no_file_is_replaced(make: Callable[[Path], object], copy: Path, whole: Path) -> None:
+    task = next(tasks(STUDY))
+    for place in (f"theory/averaging/numbers/{task.slot}.0", "theory/averaging/numbers/zarr.json", "zarr.json"):
+        _replace(copy / place, make)
+        run_study(STUDY, copy, threads=1)
+        assert content(copy) == content(whole)
+    (copy / "zarr.json").write_text("[" * 100_000)
+    with pytest.raises(StoreError, match="is damaged: springpot study run FILE"):
+        open_store(copy)
