@@ -84,10 +84,17 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"{springpot.__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["theory", "simulate", "doctor", "reproduce"])
-def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+COMMANDS = ["theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_with_an_example_that_it_takes(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, "--help"]) == 0
-    assert f"Usage: springpot {command}" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert f"Usage: springpot {command}" in text
+    example = text.partition("Example: springpot ")[2].partition("\n\n")[0].partition("╭")[0].split()
+    assert example[0] == command
+    cli.commands.app.parse_args(example, exit_on_error=False, print_error=False)
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -131,7 +138,8 @@ def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) ->
     assert cli.main(["theory"]) == 0
     out, _ = capsys.readouterr()
     rows = {line.split()[0]: line.split()[1:] for line in out.splitlines() if line.startswith("  ")}
-    methods = out.splitlines()[0].split()
+    assert out.splitlines()[0].startswith("oscillator: natural_frequency 1, springpot order 0.5, coefficient 1")
+    methods = out.splitlines()[1].split()
     assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_shifted"]
     assert rows["amplitude_mean_square"][:2] == ["2.2963", "2.2963"]
     assert rows["amplitude_mean_square"][-1] == "m2"
@@ -238,6 +246,7 @@ def test_the_table_shows_values_with_errors_and_units(
     assert cli.main(["simulate"]) == 0
     out, err = capsys.readouterr()
     rows = dict(line.split(maxsplit=1) for line in out.splitlines() if line.startswith("  "))
+    assert rows.pop("value") == "+- standard error"
     assert rows.keys() == UNITS.keys()
     assert rows["x_mean_square"] == "1.235 +- 0.012 m2"
     assert rows["energy_residual"] == "1.235 +- 0.012"
@@ -250,11 +259,11 @@ def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: p
     assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
     lines = capsys.readouterr().out.splitlines()
     cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
-    assert cells[0] == ["value +- total error", "standard error", "step", "memory", "transient"]
+    assert cells[0] == ["value +- total error (95 %)", "standard error", "step", "memory", "transient"]
     assert cells[1] == ["x_mean", "1.235 +- 0.029 m", "0.012", "0.005", "1e-07", "0"]
     assert cells[2] == ["value +- standard error"]
     assert cells[3] == ["x_mean_square", "1.235 +- 0.012 m2"]
-    assert {row[0] for row in cells if len(row) > 1} == {*UNITS, "value +- total error"}
+    assert {row[0] for row in cells if len(row) > 1} == {*UNITS, "value +- total error (95 %)"}
 
 
 def test_a_real_run_to_an_error_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -366,6 +375,11 @@ def test_a_refused_argument_is_named_as_its_flag(
         ),
         ("quantities must be among x_mean, not y.", "--quantity must be among x_mean, not y."),
         ("The paths start at the initial_position.", "The paths start at the --initial-position."),
+        ('Use start="stationary" for those.', "Use --start stationary for those."),
+        ("use record_every=4 or at most 3 paths.", "use --every 4 or at most 3 paths."),
+        ("give another name, or overwrite=True to replace it.", "give another name, or --overwrite to replace it."),
+        ("Use rtol= to have it bounded.", "Use --rtol to have it bounded."),
+        ("name it in quantities to have it bounded.", "name it in --quantity to have it bounded."),
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:

@@ -15,7 +15,15 @@ from springpot.comparison import compare, observe
 from springpot.figures.comparison import draw_comparison
 from springpot.figures.style import save
 from springpot.simulation import run
-from springpot.theory import NoStationaryState, envelope, recommended, solve_all, trust
+from springpot.theory import (
+    NoStationaryState,
+    best_guess,
+    envelope,
+    recommended,
+    solve_all,
+    trust,
+    why_none_is_recommended,
+)
 from springpot.theory.reliability import JUDGED, METHODS, read_map, warning
 from springpot.validity import CELLS, gaps_of, make_map, simulate_cell
 from tests.simulation.problems import oscillator
@@ -158,13 +166,55 @@ def test_on_a_cell_only_that_cell_counts() -> None:
             assert (name in trust(problem, "envelope").unjudged) == math.isnan(measured)
 
 
-def test_off_the_map_the_least_bad_is_named() -> None:
-    strong = oscillator(0.3, 2.9, restitution=0.17)
-    assert recommended(strong, solve_all(strong)[0]) in ("closure", "envelope", "averaging")
+@pytest.mark.parametrize(
+    "far",
+    [
+        oscillator(0.5, 0.5, restitution=0.1),
+        oscillator(0.5, 30.0),
+        oscillator(0.5, 0.3, position=6.0),
+        oscillator(0.5, 0.3, position=-6.0, restitution=0.8),
+        oscillator(0.0, 0.5, restitution=0.8),
+        oscillator(0.5, 0.0, restitution=0.8),
+        oscillator(0.3, 2.9, restitution=0.17),
+    ],
+)
+def test_nothing_is_recommended_where_the_map_has_no_cell_near(
+    far: sp.Oscillator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers, _ = solve_all(far)
+    assert set(answers) & {"averaging", "envelope", "closure"}
+    assert not trust(far, "closure").mapped
+    assert recommended(far, answers) == ""
+    guess = best_guess(far, answers)
+    assert guess in answers
+    sentence = why_none_is_recommended(far, answers)
+    assert sentence == (
+        f"no method is recommended here, for the validity map has no cell near. The best guess is {guess}: "
+        "compare with Monte Carlo before you use a number."
+    )
+    words = [
+        f"--{name}={getattr(part, name)}" for part, name in ((far.springpot, "order"), (far.springpot, "coefficient"))
+    ]
+    words += [f"--position={far.barrier.position}", f"--restitution={far.restitution}"] if far.barrier else []
+    assert cli.main(["theory", *words]) == 0
+    out = capsys.readouterr().out
+    assert "*" not in out
+    assert out.splitlines()[-1] == sentence
+
+
+def test_near_the_map_one_is_recommended_without_a_word() -> None:
+    for near in (oscillator(0.02, 0.3), oscillator(0.5, 0.3, restitution=0.8), oscillator(1.0, 0.3)):
+        answers, _ = solve_all(near)
+        assert recommended(near, answers) == best_guess(near, answers) != ""
+        assert why_none_is_recommended(near, answers) == ""
+
+
+def test_far_off_the_map_averaging_is_no_guess() -> None:
     beyond = oscillator(0.5, 300.0)  # averaging alone has an answer, and is wrong by half
     answers, _ = solve_all(beyond)
     assert "averaging" in answers
-    assert recommended(beyond, answers) == ""
+    assert recommended(beyond, answers) == best_guess(beyond, answers) == ""
+    assert "Compare with Monte Carlo" in why_none_is_recommended(beyond, answers)
 
 
 def test_what_the_map_cannot_judge_is_not_called_good() -> None:

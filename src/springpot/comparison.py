@@ -13,7 +13,7 @@ from springpot.oscillator import Oscillator
 from springpot.simulation import Run, run
 from springpot.simulation.ensemble import Progress
 from springpot.simulation.settings import relaxation_time, resolve
-from springpot.theory import Result, recommended, solve_all
+from springpot.theory import Result, best_guess, recommended, solve_all, why_none_is_recommended
 from springpot.theory.result import MOMENTS
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]
@@ -52,7 +52,7 @@ class Comparison:
     statements : dict
         Name of a method that has no answer to the sentence that says why.
     recommended : str
-        The method to trust here.
+        The method to trust here; empty if nothing is known of the errors of any.
     simulation : Run
         From an adapted start.
     """
@@ -62,6 +62,11 @@ class Comparison:
     statements: Mapping[str, str]
     recommended: str
     simulation: Run
+
+    @property
+    def why_none_is_recommended(self) -> str:
+        """One sentence; empty if a method is recommended."""
+        return why_none_is_recommended(self.oscillator, self.answers)
 
     def gaps(self, method: str) -> dict[str, Gap]:
         """Gap of each moment that both know.
@@ -99,12 +104,14 @@ class Comparison:
         Returns
         -------
         dict
-            ``oscillator``, ``recommended``, ``simulation``, ``methods`` (with their gaps) and ``statements``; what is
+            ``oscillator``, ``recommended`` and ``why_none_is_recommended``, ``simulation``,
+            ``methods`` (with their gaps) and ``statements``; what is
             not a number is None.
         """
         return {
             "oscillator": asdict(self.oscillator),
             "recommended": self.recommended,
+            "why_none_is_recommended": self.why_none_is_recommended,
             "simulation": self.simulation.to_dict(),
             "methods": {
                 method: {
@@ -163,9 +170,8 @@ def compare(
     answers, statements = solve_all(oscillator)
     best = recommended(oscillator, answers)
     if quantities is None:
-        quantities = (
-            ("amplitude_mean_square", "x_mean") if _has_a_mean(answers.get(best)) else ("amplitude_mean_square",)
-        )
+        guess = answers.get(best_guess(oscillator, answers))
+        quantities = ("amplitude_mean_square", "x_mean") if _has_a_mean(guess) else ("amplitude_mean_square",)
     simulation = run(oscillator, rtol=rtol, quantities=tuple(quantities), seed=seed, threads=threads, progress=progress)
     return Comparison(oscillator, answers, statements, best, simulation)
 

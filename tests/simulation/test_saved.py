@@ -29,7 +29,7 @@ def rich() -> Run:
     """Everything that a run can hold, but a budget."""
     return sp.run(
         OSCILLATOR, paths=700, duration=40.0, start="stationary", record=3, record_every=5, distributions=True,
-        spectrum=[1.0, 2.0], observables={"power": lambda t, x, v: 0.1 * v * v},
+        spectrum=[1.0, 2.0], observables={"power": lambda t, x, v: 0.1 * v * v}, first_passage={"speed": 1.0},
     )  # fmt: skip
 
 

@@ -16,10 +16,12 @@ from cyclopts import App, Group, Parameter
 from springpot.cli.flags import STANDARD, Flags, Threads
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
 from springpot.interrupt import leave_at_once
+from springpot.places import place_for
 from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 
 __all__ = ["app", "simulate"]
 
+_OUTPUT = Group("Output", sort_key=9)
 _MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 
 
@@ -40,7 +42,10 @@ app = App(
 
 @app.command
 def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
-    """Theory: all analytical methods side by side (no random numbers), their warnings, and the recommended one."""
+    """Theory: all analytical methods side by side (no random numbers), their warnings, and the recommended one.
+
+    Example: springpot theory --order 0.7 --coefficient 0.2 --natural-frequency 3
+    """
     oscillator = flags.oscillator()
     with leave_at_once():
         from springpot.theory import all_methods
@@ -50,7 +55,8 @@ def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
     if json_:
         print_json({"oscillator": asdict(oscillator), **found})
         return 0
-    best = found.pop("recommended")
+    print(f"oscillator: {plain(asdict(oscillator))}")
+    best, why_none = found.pop("recommended"), found.pop("why_none_is_recommended")
     answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
@@ -62,17 +68,19 @@ def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for name, statement in silent.items():
         print(f"{name}: {statement}")
-    none = "no method can be trusted here." if shown else "no method has an answer here."
-    print(f"* recommended here: {best}" if best else none)
+    print(f"* recommended here: {best}" if best else why_none)
     # of the others --json tells
     for sentence in sentences(answers.get(str(best), {}), "warnings"):
-        say(f"warning: {best}: {sentence}")
+        warn(f"{best}: {sentence}")
     return 0
 
 
 @app.command
 def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
-    """Stationary moments from the atlas of Monte Carlo that comes with the library, with their errors, at once."""
+    """Atlas: stationary moments from a table of Monte Carlo that comes with the library, with their errors, at once.
+
+    Example: springpot atlas --order 0.3 --coefficient 30 --natural-frequency 12 --restitution 0.7
+    """
     oscillator = flags.oscillator()
     with leave_at_once():
         from springpot.atlases import atlas as look_up
@@ -83,6 +91,7 @@ def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
     if json_:
         print_json({"oscillator": asdict(oscillator), **found.to_dict()})
         return 0
+    print(f"oscillator: {plain(asdict(oscillator))}")
     rows = [[name, with_error(getattr(found, name), found.errors[name], UNITS[name])] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
@@ -101,7 +110,10 @@ def compare(
     ] = None,
     json_: Json = False,
 ) -> int:
-    """Theory beside Monte Carlo: the gap of each method in per cent and in standard errors."""
+    """Compare theory with Monte Carlo: the gap of each method in per cent and in standard errors.
+
+    Example: springpot compare --order 0.5 --restitution 0.8 --rtol 0.02
+    """
     oscillator = flags.oscillator()
     with leave_at_once():
         from springpot.comparison import compare as set_side_by_side
@@ -115,10 +127,10 @@ def compare(
         found = set_side_by_side(oscillator, rtol=rtol, seed=seed, threads=threads, progress=bar)
         observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in found.simulation.warnings:
-        say(f"warning: {sentence}")
+        warn(sentence)
     if found.recommended:
         for sentence in found.answers[found.recommended].warnings:
-            say(f"warning: {found.recommended}: {sentence}")
+            warn(f"{found.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
@@ -127,8 +139,11 @@ def compare(
     if json_:
         print_json(found.to_dict())
         return 0
+    print(f"oscillator: {plain(asdict(oscillator))}")
     gaps = {name: found.gaps(name) for name in found.answers}
-    table = [["", "Monte Carlo", *(f"{name} *" if name == found.recommended else name for name in gaps)]]
+    table = [
+        ["", "Monte Carlo +- standard error", *(f"{name} *" if name == found.recommended else name for name in gaps)]
+    ]
     for name in MOMENTS:
         value, error = found.simulation.values[name], found.simulation.errors[name]
         if not math.isfinite(value):
@@ -139,7 +154,7 @@ def compare(
     for name, statement in found.statements.items():
         print(f"{name}: {statement}")
     print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
-    print(f"* recommended here: {found.recommended}" if found.recommended else "no method has an answer here.")
+    print(f"* recommended here: {found.recommended}" if found.recommended else found.why_none_is_recommended)
     if plot is not None:
         print(plot)
     return 0
@@ -233,9 +248,28 @@ def simulate(
             "in m^2/s^2; can be repeated.  The clock starts with the window; with --start rest at 0.",
         ),
     ] = None,
+    out: Annotated[
+        str | None,
+        Parameter(
+            group=_OUTPUT,
+            metavar="FILE",
+            help="Save the run: .nc (netCDF) or .json, which springpot.load_run reads back, or .csv for spreadsheets.",
+        ),
+    ] = None,
+    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace a FILE that exists.")] = False,
+    record: Annotated[
+        Whole | None,
+        Parameter(group=_OUTPUT, help="Number of paths whose x and v are saved as well, at every step; needs --out."),
+    ] = None,
+    every: Annotated[
+        Whole | None, Parameter(group=_OUTPUT, help="With --record: save every so many steps only.")
+    ] = None,
     json_: Json = False,
 ) -> int:
-    """Monte Carlo: averages over a window of time and at the end, each with its standard error."""
+    """Monte Carlo: averages over a window of time and at the end, each with its standard error.
+
+    Example: springpot simulate --order 0.5 --restitution 0.8 --paths 2000 --out run.nc
+    """
     oscillator = flags.oscillator()
     if quantity is not None and rtol is None:
         raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
@@ -257,24 +291,38 @@ def simulate(
         "contact_tolerance": contact_tolerance,
         "distributions": distributions or None,
         "first_passage": None if first_passage is None else _levels(first_passage),
+        "record": record,
+        "record_every": every,
     }
+    if out is None and (record is not None or overwrite):
+        raise ValueError(f"--{'overwrite' if record is None else 'record'} needs --out, the file to save to.")
+    if every is not None and record is None:
+        raise ValueError("--every needs --record, the number of paths to save.")
     given = {name: value for name, value in settings.items() if value is not None}
     with leave_at_once():
         from springpot.simulation import run
+        from springpot.simulation.saved import places
         from springpot.simulation.settings import default_start
+
+    written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
     asked, _ = default_start(oscillator, initial_position, initial_velocity, derivative or "caputo")
     adapted = rtol is not None or (start or asked) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
-        answer = run(oscillator, **given, progress=bar).to_dict()
-    for warning in sentences(answer, "warnings"):
-        say(f"warning: {warning}")
+        found = run(oscillator, **given, progress=bar)
+    answer = found.to_dict()
+    for sentence in sentences(answer, "warnings"):
+        warn(sentence)
+    if out is not None:
+        found.save(out, overwrite=overwrite)
     if json_:
         print_json(answer)
         return 0
     print(f"oscillator: {plain(answer['oscillator'])}")
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer)
+    for place in written:
+        print(place)
     return 0
 
 
@@ -290,7 +338,10 @@ app.command("springpot.studies.commands:app", name="study")
 
 @app.command
 def doctor(*, json_: Json = False) -> int:
-    """Check the installation: versions, processor, threads, caches, and a self-test of about a second."""
+    """Check the installation: versions, processor, threads, caches, and a self-test of about a second.
+
+    Example: springpot doctor
+    """
     with leave_at_once():
         from springpot import simulation  # noqa: F401  (what takes long to load)
         from springpot.doctor import diagnose
@@ -314,7 +365,10 @@ def reproduce(
     out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
     threads: Threads = None,
 ) -> int:
-    """The paper's figures, their numbers, and the list of its errata."""
+    """Reproduce the paper: its figures, their numbers, and the list of its errata.
+
+    Example: springpot reproduce fig1 --out figures
+    """
     with leave_at_once():
         from springpot import simulation  # noqa: F401  (what takes long to load)
         from springpot.paper import reproduce as make
@@ -335,7 +389,12 @@ def validity(
     ] = False,
     threads: Threads = None,
 ) -> int:
-    """The validity map: how far each method of the theory is from Monte Carlo, as pictures and as a table."""
+    """The validity map: how far each method of the theory is from Monte Carlo, as pictures and as a table.
+
+    Example: springpot validity --out figures
+    """
+    if threads is not None and not simulate_again:
+        raise ValueError("--threads has no effect without --simulate-again: nothing is computed.")
     with leave_at_once():
         from springpot.figures.style import save
         from springpot.figures.validity import draw_gaps
@@ -367,8 +426,18 @@ def explore(
     ),
     browser: Annotated[bool, Parameter(help="Whether to open the page in the browser.")] = True,
 ) -> int:
-    """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo."""
+    """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo.
+
+    Example: springpot explore --port 0
+    """
     from springpot.explorer.commands import open_page
 
     open_page(host=host, port=port, browser=browser)
     return 0
+
+
+def warn(sentence: str) -> None:
+    """Print a warning of the library, with flags where it names arguments."""
+    from springpot.cli.messages import in_flags
+
+    say(f"warning: {in_flags(sentence)}")

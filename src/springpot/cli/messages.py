@@ -91,14 +91,17 @@ def in_flags(sentence: str) -> str:
     names = {field.name for field in fields(OscillatorFlags)} | set(signature(simulate).parameters)
     flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
         "quantities": "--quantity",
+        "record_every": "--every",
         "out": "--out",
         "plot": "--plot",
     }
     any_flag = "|".join(flags)
-    sentence = re.sub(rf"\b({any_flag})='([\w/-]+)'", lambda found: f"{flags[found[1]]} {found[2]}", sentence)
+    sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda found: flags[found[1]], sentence)
+    given = rf"(?<![\w-])({any_flag})=(['\"]?)([\w/+.-]*\w)\2"
+    sentence = re.sub(given, lambda found: f"{flags[found[1]]} {found[3]}", sentence)
     # in the middle of a sentence, only those names that are no English words
-    alone = "|".join(name for name in flags if "_" in name or name == "rtol")
-    sentence = re.sub(rf"(?<![\w-])({alone})\b", lambda found: flags[found[1]], sentence)
+    alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
+    sentence = re.sub(rf"(?<![\w-])({alone})(=(?!\S))?\b", lambda found: flags[found[1]], sentence)
     first, space, rest = sentence.partition(" ")
     return flags.get(first, first) + space + rest
 

@@ -82,12 +82,12 @@ def print_estimates(answer: Mapping[str, Any]) -> None:
             + [_plain_short(answer[f"{name}_{column}"]) for column in columns]
             for name in controlled
         ]
-        print_table([["", "value +- total error", "standard error", "step", "memory", "transient"], *rows, []])
+        print_table([["", "value +- total error (95 %)", "standard error", "step", "memory", "transient"], *rows, []])
     rows = [
         [name, with_error(answer[name], answer[f"{name}_se"], UNITS[name]), _step_bias(answer.get(f"{name}_step_bias"))]
         for name in rest
     ]
-    print_table([["", "value +- standard error"], *rows] if controlled else rows)
+    print_table([["", "value +- standard error"], *rows])
     if passages := _first_passages(answer):
         print()
         units = {"mean": "s", "restricted_mean": "s", "censored": "1", "at_start": "1"}

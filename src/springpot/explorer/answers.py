@@ -22,6 +22,7 @@ from springpot.theory import (
     NotCovered,
     Result,
     averaging,
+    best_guess,
     envelope,
     solve_all,
 )
@@ -52,7 +53,8 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
     >>> len(found["methods"]["envelope"]["densities"]["x"]) == len(found["places"]["x"])
     True
     """
-    places = {} if not best else _places(oscillator, answers[best])
+    near = best_guess(oscillator, answers)
+    places = {} if not near else _places(oscillator, answers[near])
     return {
         "recommended": best or None,
         "statements": statements,

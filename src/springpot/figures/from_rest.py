@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
-from springpot.figures.style import bars, method_curve, panel
+from springpot.figures.designs import next_design
+from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
 from springpot.oscillator import Oscillator
 from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
@@ -30,6 +31,8 @@ def transient(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw a moment against time from rest: from recorded paths with error bars, and theory's curves.
 
@@ -44,6 +47,8 @@ def transient(
         Each is drawn if it knows this moment at a time.
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -69,13 +74,14 @@ def transient(
         raise ValueError("at must say when to draw theory, for there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
+    design = next_design(axes, color, label)
     if data is not None:
         oscillator, time, x, v = _from_rest(data)
         values = _OF_PATHS[quantity](x, v, oscillator.natural_frequency)
         error = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.full(time.size, np.nan)
         some = slice(None, None, max(1, time.size // _POINTS))
-        label = f"Monte Carlo, {len(values)} paths, 95 %"
-        bars(axes, time[some], values.mean(axis=0)[some], error[some], label=label)
+        measured = f"Monte Carlo, {len(values)} paths, 95 %"
+        design.bars(time[some], values.mean(axis=0)[some], error[some], measured=measured)
         times = time if at is None else times
     for result in results(theory):
         moment = _moment_at(result, quantity)
@@ -85,7 +91,7 @@ def transient(
             curve = moment(times)
         except (NotCovered, NoStationaryState):
             continue
-        method_curve(axes, result.method, times, curve)
+        design.curve(result.method, times, curve)
     axes.set_xlabel("time from rest $t$ (s)")
     axes.set_ylabel(MOMENTS[quantity])
     return axes
@@ -98,6 +104,8 @@ def survival(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw the probability that the amplitude has not yet reached a level, against time from rest.
 
@@ -113,6 +121,8 @@ def survival(
         Each is drawn if it has a ``first_passage``.
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -143,18 +153,19 @@ def survival(
         raise ValueError("at must say when to draw theory, for there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
+    design = next_design(axes, color, label)
     if data is not None:
         oscillator, time, x, v = _from_rest(data)
         below = np.logical_and.accumulate(np.hypot(x, v / oscillator.natural_frequency) < level, axis=1)
         share = below.mean(axis=0)
         error = np.sqrt(share * (1.0 - share) / len(below))
         some = slice(None, None, max(1, time.size // _POINTS))
-        bars(axes, time[some], share[some], error[some], label=f"Monte Carlo, {len(below)} paths, 95 %")
+        design.bars(time[some], share[some], error[some], measured=f"Monte Carlo, {len(below)} paths, 95 %")
         times = time if at is None else times
     for result in results(theory):
         first_passage = getattr(result, "first_passage", None)
         if first_passage is not None:
-            method_curve(axes, result.method, times, first_passage(amplitude=level).survival(times))
+            design.curve(result.method, times, first_passage(amplitude=level).survival(times))
     axes.set_xlabel("time from rest $t$ (s)")
     axes.set_ylabel(f"probability that $A$ was always below {level:g} m")
     axes.set_ylim(0.0, 1.03)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from springpot.figures.designs import from_zero
 from springpot.figures.style import COLOURS, panel
 from springpot.memory import power_law_sum
 from springpot.memory.exponential_sum import mclean
@@ -92,7 +93,7 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
     axes.plot(tolerances, asymptote, ":", color=COLOURS["black"], label=label)
     axes.set_xscale("log")
     axes.invert_xaxis()
-    axes.set_ylim(bottom=0.0)
+    from_zero(axes)
     axes.set_xlabel(
         r"Tolerance $\varepsilon$, relative error of $t^{-\alpha}$ for $10^{-3} \leq t \leq 10^{3}$ (any unit)"
     )

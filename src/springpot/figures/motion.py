@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from springpot.figures.data import Data, FloatArray, recorded, spacing_in_steps
+from springpot.figures.designs import next_design
 from springpot.figures.style import COLOURS, panel
 from springpot.oscillator import Oscillator
 
@@ -26,6 +27,8 @@ def path(
     quantity: Literal["x", "v"] = "x",
     member: int = 0,
     window: tuple[float, float] | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw x(t) or v(t) of one recorded path, with its impacts marked.
 
@@ -41,6 +44,8 @@ def path(
         Which of the recorded paths.
     window : (float, float), optional
         Times in s between which to draw.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -67,9 +72,10 @@ def path(
         raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
     seen = _seen(data, member, window)
     axes = panel(axes, 7.0, 3.0)
+    design, before = next_design(axes, color, label), set(axes.get_children())
     value = seen.x if quantity == "x" else seen.v
     times, values = (seen.time, value) if quantity == "x" else _broken(seen, seen.time, value)
-    axes.plot(times, values, color=COLOURS["blue"], linewidth=1.0)
+    axes.plot(times, values, color=design.color or COLOURS["blue"], linewidth=1.0, label=design.label or None)
     if quantity == "x":
         _wall(axes.axhline, seen)
         axes.plot(seen.impact_time, np.full_like(seen.impact_time, seen.wall), **_MARK)
@@ -77,6 +83,7 @@ def path(
         at = seen.struck
         axes.plot(seen.impact_time, seen.v[at], **_MARK)
         axes.vlines(seen.impact_time, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.6)
+    design.tag(before)
     axes.set_xlabel("time $t$ (s)")
     axes.set_ylabel(_LABELS[quantity])
     axes.set_xlim(seen.time[0], seen.time[-1])
@@ -84,13 +91,19 @@ def path(
 
 
 def phase_portrait(
-    data: Data, axes: Axes | None = None, *, member: int = 0, window: tuple[float, float] | None = None
+    data: Data,
+    axes: Axes | None = None,
+    *,
+    member: int = 0,
+    window: tuple[float, float] | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw one recorded path in the plane of displacement and velocity, with its impacts marked.
 
     Parameters
     ----------
-    data, axes, member, window
+    data, axes, member, window, label, color
         As in `path`.
 
     Returns
@@ -112,12 +125,15 @@ def phase_portrait(
     """
     seen = _seen(data, member, window)
     axes = panel(axes, 4.6, 4.2)
-    axes.plot(*_broken(seen, seen.x, seen.v), color=COLOURS["blue"], linewidth=0.9)
+    design, before = next_design(axes, color, label), set(axes.get_children())
+    line: dict[str, Any] = {"color": design.color or COLOURS["blue"], "label": design.label or None}
+    axes.plot(*_broken(seen, seen.x, seen.v), linewidth=0.9, **line)
     _wall(axes.axvline, seen)
     at = seen.struck
     wall = np.full(at.size, seen.wall)
     axes.vlines(wall, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
     axes.plot(wall, seen.v[at], **_MARK)
+    design.tag(before)
     axes.set_xlabel(_LABELS["x"])
     axes.set_ylabel(_LABELS["v"])
     return axes

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
-from springpot.figures.style import bars, method_curve, panel
+from springpot.figures.designs import Design, from_zero, next_design
+from springpot.figures.style import panel
 from springpot.theory import NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def density(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw the density of x, v, the amplitude or the impact speed: a run's histogram with error bars, theory's curves.
 
@@ -48,6 +51,8 @@ def density(
         Each is drawn if it has this density.
     at : array_like, shape (n,), optional
         Where to draw theory, in m or m/s; the range of the histogram if left out.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -71,6 +76,7 @@ def density(
     place = _place(data, at)
     across, up = _DENSITIES[quantity]
     axes = panel(axes)
+    design = next_design(axes, color, label)
     axes.set(xlabel=across, ylabel=up)
     if data is not None:
         found = as_dataset(data)
@@ -80,13 +86,13 @@ def density(
         if value.size == 0:
             axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
             return axes
-        bars(axes, middle, value, error, size=2.5, label=_MEASURED)
+        design.bars(middle, value, error, measured=_MEASURED, size=2.5)
         if at is None:
             half = np.asarray(found[f"{quantity}_bin_width"], dtype=float) / 2.0
             place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
     for result in results(theory):
-        _curve(axes, result, getattr(result, f"{quantity}_density", None), place)
-    axes.set_ylim(bottom=0.0)
+        _curve(design, result, getattr(result, f"{quantity}_density", None), place)
+    from_zero(axes)
     return axes
 
 
@@ -96,6 +102,8 @@ def spectrum(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw the two-sided spectral density of x on a logarithmic axis: a run's with error bars, theory's curves.
 
@@ -109,6 +117,8 @@ def spectrum(
         Each is drawn if it has a spectrum.
     at : array_like, shape (n,), optional
         Frequencies in rad/s at which to draw theory; those of the run if left out.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -129,16 +139,17 @@ def spectrum(
     """
     place = _place(data, at)
     axes = panel(axes)
+    design = next_design(axes, color, label)
     axes.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
     if data is not None:
         found = as_dataset(data)
         if "x_spectrum" not in found:
             raise ValueError("data holds no spectrum: simulate with spectrum= frequencies in rad/s.")
         frequency, value, error = _columns(found, "frequency", "x_spectrum")
-        bars(axes, frequency, value, error, size=2.5, label=_MEASURED)
+        design.bars(frequency, value, error, measured=_MEASURED, size=2.5)
         place = frequency if at is None else place
     for result in results(theory):
-        _curve(axes, result, getattr(result, "spectrum", None), place)
+        _curve(design, result, getattr(result, "spectrum", None), place)
     return axes
 
 
@@ -149,6 +160,8 @@ def correlation(
     theory: Theory = (),
     at: ArrayLike,
     since: float = 0.0,
+    label: str | None = None,
+    color: str | None = None,
 ) -> Axes:
     """Draw <x(t) x(t + lag)> against the lag: from recorded paths with error bars, and theory's curves.
 
@@ -164,6 +177,8 @@ def correlation(
         Lags in s, at least 0; for recorded paths the nearest whole numbers of steps.
     since : float
         Time in s before which recorded paths are not yet stationary, and left out.
+    label, color : str, optional
+        Name of this design in the legend, and its colour; by default those after what the axes hold already.
 
     Returns
     -------
@@ -190,6 +205,7 @@ def correlation(
     if not np.all(place >= 0.0):
         raise ValueError("at must hold lags of at least 0 s.")
     axes = panel(axes)
+    design = next_design(axes, color, label)
     axes.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
     if data is not None:
         _, time, x, _ = recorded(data)
@@ -200,9 +216,10 @@ def correlation(
         count = x.shape[1]
         means = np.array([(x[:, : count - shift] * x[:, shift:]).mean(axis=1) for shift in shifts])
         error = means.std(axis=1, ddof=1) / np.sqrt(len(x)) if len(x) > 1 else np.full(len(means), np.nan)
-        bars(axes, shifts * (time[1] - time[0]), means.mean(axis=1), error, size=2.5, label=_MEASURED)
+        lags = shifts * (time[1] - time[0])
+        design.bars(lags, means.mean(axis=1), error, measured=_MEASURED, size=2.5)
     for result in results(theory):
-        _curve(axes, result, getattr(result, "correlation", None), place)
+        _curve(design, result, getattr(result, "correlation", None), place)
     return axes
 
 
@@ -217,7 +234,7 @@ def _columns(found: Any, place: str, value: str) -> tuple[FloatArray, FloatArray
     return first, second, third
 
 
-def _curve(axes: Axes, result: Result, curve: Callable[[FloatArray], FloatArray] | None, place: FloatArray) -> None:
+def _curve(design: Design, result: Result, curve: Callable[[FloatArray], FloatArray] | None, place: FloatArray) -> None:
     """Draw one method's curve, if it has one here."""
     if curve is None:
         return
@@ -225,4 +242,4 @@ def _curve(axes: Axes, result: Result, curve: Callable[[FloatArray], FloatArray]
         values = curve(place)
     except (NotCovered, NoStationaryState):
         return
-    method_curve(axes, result.method, place, values)
+    design.curve(result.method, place, values)

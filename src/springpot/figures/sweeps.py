@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, as_dataset, oscillator_of
+from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
@@ -88,7 +89,7 @@ def against(
     theory: Iterable[Method] | Mapping[str, Method] = (),
     runs: Iterable[Data] = (),
     color: str | None = None,
-    label: str = "Monte Carlo, 95 %",
+    label: str | None = None,
 ) -> Axes:
     """Draw a moment against one number of the problem: theory as curves, runs as points with error bars.
 
@@ -110,9 +111,9 @@ def against(
     runs : sequence of Run or xarray.Dataset
         Each is one point, at the parameter of its own oscillator.
     color : str, optional
-        Of everything, to tell several calls on the same axes apart.
-    label : str
-        Of the points.
+        Of everything, to tell several calls on the same axes apart; by default the one after what they hold already.
+    label : str, optional
+        Of the points; "Monte Carlo, 95 %" if left out, with a number from the second call on.
 
     Returns
     -------
@@ -143,6 +144,8 @@ def against(
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
     name, read, change = _PARAMETERS[parameter]
     axes = panel(axes)
+    design, before = next_design(axes, color), set(axes.get_children())
+    color = design.color
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
     if methods and oscillator is None:
@@ -157,7 +160,9 @@ def against(
         at, found_runs = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in found_runs]
         error = [float(each[f"{quantity}_se"]) for each in found_runs]
-        bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=label)
+        points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
+        bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
+    design.tag(before)
     axes.set_xlabel(name)
     axes.set_ylabel(MOMENTS[quantity])
     return axes

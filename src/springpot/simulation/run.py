@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import meant
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import Budget, Reached, reach
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
@@ -38,6 +39,7 @@ from springpot.simulation.spectral import Spectrum
 from springpot.simulation.statistics import estimates, standard_error
 from springpot.simulation.step_biases import about_quantiles, step_biases
 from springpot.simulation.watched import Observable, watched
+from springpot.simulation.without_effect import without_effect
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.units import UNITS
 
@@ -52,6 +54,10 @@ MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_TRANSIENT = 0.01  # left where the window begins
 MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
+_DEFAULT_QUANTITIES = ("amplitude_mean_square",)
+_OWN_ARGUMENTS = (
+    "rtol", "quantities", "observables", "impact_observables", "distributions", "spectrum", "first_passage", "progress",
+)  # fmt: skip
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
 
@@ -297,7 +303,9 @@ def run(
     """
     for name in given:
         if name not in Options.__annotations__:
-            raise TypeError(f"there is no argument {name!r}; there are {', '.join(sorted(Options.__annotations__))}.")
+            known = [*Options.__annotations__, *_OWN_ARGUMENTS]
+            near = meant(name, known) or f"; there are {', '.join(sorted(known))}."
+            raise TypeError(f"there is no argument {name!r}{near}")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
     if rtol is not None:
@@ -307,6 +315,8 @@ def run(
                 "moments only."
             )
         return _run_to(oscillator, rtol, quantities, progress, given)
+    if tuple(quantities) != _DEFAULT_QUANTITIES:
+        raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
     settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))
     watching = watched(
         oscillator,
@@ -337,6 +347,7 @@ def run(
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
             *_about_default_start(oscillator, given),
+            *without_effect(oscillator, given),
             *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
             *about_slow_impacts(oscillator, settings, values),
             *(

@@ -27,6 +27,7 @@ LONGEST_DEFAULT = 2_000_000  # steps
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
 MOST_RECORDED = 50_000_000
 LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision memory would show
+SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
 CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
 
@@ -120,7 +121,7 @@ class Settings:
     @property
     def precision(self) -> str:
         """NumPy's name of the type in which memory modes are kept."""
-        return "float32" if self.memory_tolerance >= 1e-7 and self.steps <= LONGEST_SINGLE else "float64"
+        return "float32" if self.memory_tolerance >= SINGLE_PRECISION and self.steps <= LONGEST_SINGLE else "float64"
 
     def to_dict(self) -> dict[str, Any]:
         """All settings as plain numbers, words and lists."""

@@ -10,14 +10,21 @@ from springpot.theory.closure_memory import NoConvergence
 from springpot.theory.envelope import Envelope, envelope
 from springpot.theory.exact import Exact, exact
 from springpot.theory.fokker_planck import FokkerPlanck, fokker_planck
-from springpot.theory.reliability import METHODS, Trust, recommended, trust, warning
+from springpot.theory.reliability import (
+    METHODS,
+    Trust,
+    best_guess,
+    recommended,
+    trust,
+    warning,
+    why_none_is_recommended,
+)
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result, no_answer
 
 __all__ = [
     "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
-    "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "closure", "envelope", "exact",
-    "fokker_planck",
-    "recommended", "solve_all", "solve_one", "trust",
+    "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "best_guess", "closure",
+    "envelope", "exact", "fokker_planck", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 
 _METHODS: dict[str, Callable[[Oscillator], Result]] = {
@@ -126,7 +133,8 @@ def all_methods(oscillator: Oscillator) -> dict[str, object]:
     dict
         Name of the method to its dictionary (see `Result.to_dict`).  A method without an answer has None for every
         moment and a ``statement`` that says why; ``exact`` is None altogether where it has no answer.
-        ``recommended`` is the name of the method to trust here, or None.
+        ``recommended`` is the name of the method to trust here, or None; ``why_none_is_recommended`` is then a
+        sentence, otherwise None.
 
     Examples
     --------
@@ -141,4 +149,8 @@ def all_methods(oscillator: Oscillator) -> dict[str, object]:
             found[name] = answers[name].to_dict()
         else:
             found[name] = None if name == "exact" else no_answer(statements[name])
-    return {**found, "recommended": recommended(oscillator, answers) or None}
+    return {
+        **found,
+        "recommended": recommended(oscillator, answers) or None,
+        "why_none_is_recommended": why_none_is_recommended(oscillator, answers) or None,
+    }

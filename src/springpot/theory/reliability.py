@@ -19,7 +19,18 @@ import numpy.typing as npt
 from springpot.oscillator import Oscillator
 from springpot.theory.result import Result
 
-__all__ = ["JUDGED", "MAP_FILE", "METHODS", "Trust", "read_map", "recommended", "trust", "warning"]
+__all__ = [
+    "JUDGED",
+    "MAP_FILE",
+    "METHODS",
+    "Trust",
+    "best_guess",
+    "read_map",
+    "recommended",
+    "trust",
+    "warning",
+    "why_none_is_recommended",
+]
 
 MAP_FILE = Path(__file__).with_name("validity.csv")
 METHODS = ("averaging", "averaging_shifted", "envelope", "closure")
@@ -52,6 +63,11 @@ class Trust:
     gaps: Mapping[str, float]
     mapped: bool
     unjudged: tuple[str, ...] = ()
+
+    @property
+    def judges(self) -> bool:
+        """Whether the map has a finite gap of one moment at least."""
+        return self.mapped and any(math.isfinite(gap) for gap in self.gaps.values())
 
     @property
     def worst(self) -> float:
@@ -158,8 +174,9 @@ def warning(oscillator: Oscillator, method: str) -> str | None:
 def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     """The method to trust here, among those that have an answer.
 
-    Exact answers first; then the method with the smallest worst gap on the map; away from the map the closure, or the
-    envelope, or averaging up to the largest c of the map (beyond, its <A^2> was found wrong by half and more).
+    Exact answers first; then the method with the smallest worst gap on the map.  Where the map has no cell near, or its
+    Monte Carlo can judge none of the methods, nothing is known of their errors and none is recommended:
+    `why_none_is_recommended` says so, and `best_guess` names the one most likely to be near.
 
     Parameters
     ----------
@@ -177,15 +194,69 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     >>> recommended(Oscillator(), {})
     ''
     """
+    if exact := _exact_among(answers):
+        return exact
+    judged = {name: trust(oscillator, name) for name in METHODS if name in answers}
+    known = [name for name, found in judged.items() if found.judges]
+    return min(known, key=lambda name: judged[name].worst) if known else ""
+
+
+def best_guess(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+    """The method that is recommended, or the one most likely to be near where nothing is known of the errors.
+
+    Away from the map the closure, or the envelope, or averaging up to the largest c of the map (beyond, its <A^2> is
+    wrong by half and more).
+
+    Parameters
+    ----------
+    oscillator, answers
+        As in `recommended`.
+
+    Returns
+    -------
+    str
+        Name of the method; empty if there is none.
+
+    Examples
+    --------
+    >>> best_guess(Oscillator(), {})
+    ''
+    """
+    strong = oscillator.dimensionless_coefficient > float(read_map()["c"].max())
+    usual = ("closure", "envelope") if strong else ("closure", "envelope", "averaging")
+    return recommended(oscillator, answers) or next((name for name in usual if name in answers), "")
+
+
+def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+    """One sentence that says why no method is recommended here, and which is the best guess; empty if one is.
+
+    Parameters
+    ----------
+    oscillator, answers
+        As in `recommended`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> why_none_is_recommended(Oscillator(), {})
+    'no method is recommended here: none has an answer.'
+    """
+    if recommended(oscillator, answers):
+        return ""
+    if not answers:
+        return "no method is recommended here: none has an answer."
+    mapped = any(trust(oscillator, name).mapped for name in METHODS)
+    why = "Monte Carlo on the validity map cannot judge them" if mapped else "the validity map has no cell near"
+    guess = best_guess(oscillator, answers)
+    hint = f"The best guess is {guess}: compare" if guess else "Compare"
+    return f"no method is recommended here, for {why}. {hint} with Monte Carlo before you use a number."
+
+
+def _exact_among(answers: Mapping[str, Result]) -> str:
     for name in ("exact", "fokker_planck"):
         if name in answers:
             return name
-    known = [name for name in METHODS if name in answers]
-    if not known:
-        return ""
-    judged = {name: trust(oscillator, name) for name in known}
-    if not any(found.mapped for found in judged.values()):
-        strong = oscillator.dimensionless_coefficient > float(read_map()["c"].max())
-        trusted = ("closure", "envelope") if strong else ("closure", "envelope", "averaging")
-        return next((name for name in trusted if name in known), "")
-    return min(known, key=lambda name: judged[name].worst)
+    return ""

@@ -1,0 +1,110 @@
+"""Several designs on the same axes: each has a colour and a name in the legend of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from springpot.figures.style import COLOURS, bars, method_curve, method_label
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+__all__ = ["CYCLE", "Design", "from_zero", "next_design"]
+
+CYCLE = tuple(COLOURS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky", "black"))
+"""Colours of the first, second, ... design, told apart with any kind of colour vision."""
+
+_MARKS = ("o", "s", "^", "D", "v", "P", "X")
+_TAG = "design "
+
+
+@dataclass(frozen=True)
+class Design:
+    """One call's share of a picture.
+
+    Attributes
+    ----------
+    axes : matplotlib.axes.Axes
+    number : int
+        How many designs these axes held before.
+    color : str or None
+        Of everything of this design; None for the usual look: grey Monte Carlo, and the colours of the methods.
+    label : str
+        Its name in the legend; empty if it needs none.
+    """
+
+    axes: Axes
+    number: int
+    color: str | None
+    label: str
+
+    def bars(
+        self, place: ArrayLike, value: ArrayLike, standard_error: ArrayLike, *, measured: str, size: float = 3.0
+    ) -> None:
+        """Draw Monte Carlo with its 95 % bars; ``measured`` says in the legend what it is."""
+        before = set(self.axes.get_children())
+        label = ", ".join(filter(None, [self.label, measured]))
+        mark = _MARKS[self.number % len(_MARKS)]
+        bars(self.axes, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size, label=label)
+        self.tag(before)
+
+    def curve(self, method: str, place: ArrayLike, values: ArrayLike) -> None:
+        """Draw a curve of the theory."""
+        before = set(self.axes.get_children())
+        label = ", ".join(filter(None, [self.label, method_label(method)]))
+        method_curve(self.axes, method, place, values, color=self.color, label=label)
+        self.tag(before)
+
+    def tag(self, before: set[Artist]) -> None:
+        """Mark what the axes hold now and did not hold before as this design's."""
+        for artist in self.axes.get_children():
+            if artist not in before:
+                artist.set_gid(f"{_TAG}{self.number}")
+
+
+def next_design(axes: Axes, color: str | None = None, label: str | None = None) -> Design:
+    """The look of what is drawn next on these axes.
+
+    The first one without a name has the usual look.  Any other has one colour for Monte Carlo and theory, the next one
+    of CYCLE if none is given, and a name, a number if none is given.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    color, label : str, optional
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    TypeError
+        If the label is not a text.
+
+    Examples
+    --------
+    >>> from springpot.figures.style import panel
+    >>> axes = panel(None)
+    >>> next_design(axes).color is None, next_design(axes, label="soft").color
+    (True, '#0072B2')
+    >>> next_design(axes, label="soft").curve("exact", [0.0, 1.0], [0.0, 1.0])
+    >>> next_design(axes).label, next_design(axes).color, axes.lines[0].get_label()
+    ('2', '#D55E00', 'soft, exact')
+    """
+    if label is not None and not isinstance(label, str):
+        raise TypeError(f"label must be a text, not {label!r}.")
+    drawn = {gid for artist in axes.get_children() if (gid := artist.get_gid() or "").startswith(_TAG)}
+    number = len(drawn)
+    if color is None and (number > 0 or label is not None):
+        color = CYCLE[number % len(CYCLE)]
+    return Design(axes, number, color, label if label is not None else str(number + 1) if number else "")
+
+
+def from_zero(axes: Axes) -> None:
+    """Let the vertical axis begin at 0 and reach over all that is drawn, now and later."""
+    axes.set_ylim(bottom=0.0, auto=True)
