@@ -268,7 +268,7 @@ def simulate(
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error.
 
-    Example: springpot simulate --order 0.5 --restitution 0.8 --paths 2000 --out run.nc
+    Example: springpot simulate --order 0.5 --restitution 0.8 --out run.nc
     """
     oscillator = flags.oscillator()
     if quantity is not None and rtol is None:

@@ -101,7 +101,7 @@ def in_flags(sentence: str) -> str:
     sentence = re.sub(given, lambda found: f"{flags[found[1]]} {found[3]}", sentence)
     # in the middle of a sentence, only those names that are no English words
     alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
-    sentence = re.sub(rf"(?<![\w-])({alone})(=(?!\S))?\b", lambda found: flags[found[1]], sentence)
+    sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda found: flags[found[1]], sentence)
     first, space, rest = sentence.partition(" ")
     return flags.get(first, first) + space + rest
 
