@@ -259,7 +259,7 @@ def simulate(
     overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace a FILE that exists.")] = False,
     record: Annotated[
         Whole | None,
-        Parameter(group=_OUTPUT, help="Number of paths whose x and v are saved as well, at every step; needs --out."),
+        Parameter(group=_OUTPUT, help="Number of paths whose x and v go into FILE at every step; 0 if not given."),
     ] = None,
     every: Annotated[
         Whole | None, Parameter(group=_OUTPUT, help="With --record: save every so many steps only.")
