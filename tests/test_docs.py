@@ -76,6 +76,21 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert there(target, page), target
 
 
+def test_the_front_page_has_a_picture_and_the_installation() -> None:
+    """Before any list of pages; the package is in no registry, so it installs from a clone."""
+    top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorial]")[0]
+    (picture,) = re.findall(r"!\[[^]]*\]\((.*?)\)", top)
+    assert (DOCS / picture).is_file()
+    assert "```sh\npython3 -m pip install .\n```" in top
+    (example,) = re.findall(r"^```python\n(.*?)^```$", top, flags=re.M | re.S)
+    compile(example, "index.md", "exec")
+    pages = [DOCS.parent / "README.md", *PAGES]
+    for command in re.findall(
+        r"pip install (?!springpot` finds nothing)([^\s`]+)", "".join(map(Path.read_text, pages))
+    ):
+        assert not command.strip('"').startswith("springpot"), command
+
+
 def test_numbers_that_several_pages_state_are_those_measured() -> None:
     """Cells of the validity map, and bytes that a run holds for a path."""
     cells_of_the_map = len(MAP_FILE.read_text(encoding="utf-8").splitlines()) - 1
