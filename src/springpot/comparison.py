@@ -132,6 +132,7 @@ def compare(
     *,
     rtol: float = 0.01,
     quantities: Sequence[str] | None = None,
+    max_time: float | None = None,
     seed: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -146,7 +147,7 @@ def compare(
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
     quantities : sequence of str
         What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.
-    seed, threads, progress
+    max_time, seed, threads, progress
         As in `springpot.simulate`.
 
     Returns
@@ -172,7 +173,15 @@ def compare(
     if quantities is None:
         guess = answers.get(best_guess(oscillator, answers))
         quantities = ("amplitude_mean_square", "x_mean") if _has_a_mean(guess) else ("amplitude_mean_square",)
-    simulation = run(oscillator, rtol=rtol, quantities=tuple(quantities), seed=seed, threads=threads, progress=progress)
+    simulation = run(
+        oscillator,
+        rtol=rtol,
+        quantities=tuple(quantities),
+        max_time=max_time,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
     return Comparison(oscillator, answers, statements, best, simulation)
 
 

@@ -21,9 +21,12 @@ from springpot.trusted import UnusedCache
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from springpot.simulation.cost import Estimate
+
 __all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table", "say", "warnings_as_sentences"]
 
 QUIET_SECONDS = 2.0
+LONG_SECONDS = 10.0
 
 
 def _whole(type_: object, tokens: Sequence[Token]) -> int:
@@ -41,7 +44,9 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSO
 class Bar:
     """A progress bar on stderr, only on a terminal and only once the work has lasted a while.
 
-    It pulses, and says ``first``, until the work tells for the first time how far it is.
+    It pulses, and says ``first``, until the work tells for the first time how far it is.  A fraction that carries an
+    estimate (`springpot.simulation.cost.FractionDone`) shows the time still to come and what takes it; work that will
+    take longer than LONG_SECONDS, or cannot reach what was asked for, is said on stderr once, terminal or not.
     """
 
     def __init__(self, text: str, first: str = "") -> None:
@@ -51,6 +56,7 @@ class Bar:
         self._lock = threading.Lock()
         self._timer = threading.Timer(QUIET_SECONDS, self._show)
         self._timer.daemon = True
+        self._announced: set[str] = set()
 
     def __enter__(self) -> Bar:
         if sys.stderr is not None and sys.stderr.isatty():
@@ -58,10 +64,25 @@ class Bar:
         return self
 
     def __call__(self, fraction: float, text: str = "") -> None:
+        estimate = getattr(fraction, "estimate", None)
         with self._lock:
             self._done, self._said = fraction, text or self._text
+            if estimate is not None:
+                self._said = f"{self._said}: {estimate.sentence}"
+                self._announce(estimate)
             if self._bar is not None:
                 self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
+
+    def _announce(self, estimate: Estimate) -> None:
+        """Say once that it will be long, and once that not all can be reached."""
+        long = "long" if estimate.seconds > LONG_SECONDS else ""
+        for kind in {long, estimate.unreachable} - self._announced - {""}:
+            self._announced.add(kind)
+            sentence = kind if kind != "long" else f"this takes {estimate.sentence} (--max-time ends it earlier)"
+            if self._bar is None:
+                say(f"{sentence}.")
+            else:
+                self._bar.console.print(f"springpot: {sentence}.", highlight=False, soft_wrap=True)
 
     def _show(self) -> None:
         from rich.console import Console

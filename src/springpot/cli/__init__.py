@@ -4,7 +4,8 @@
 sentence of each failure.
 
 Exit codes: 0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted; other than 0, one sentence on
-stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails.
+stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails,
+and ``simulate --rtol`` and ``compare`` the numbers they have where the accuracy asked for was not reached.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ quick."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -104,6 +104,10 @@ def compare(
     rtol: Annotated[float, Parameter(group=_MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
     seed: Annotated[Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
     threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
+    max_time: Annotated[
+        float | None,
+        Parameter(group=_MONTE_CARLO, help="Seconds after which the Monte Carlo ends with what it has reached."),
+    ] = None,
     plot: Annotated[
         str | None,
         Parameter(metavar="FILE", help="PNG to draw densities and spectra of theory and Monte Carlo into."),
@@ -124,7 +128,7 @@ def compare(
     if plot is not None:
         check_picture(plot, "plot")
     with Bar("simulating", first="finding the stationary start") as bar:
-        found = set_side_by_side(oscillator, rtol=rtol, seed=seed, threads=threads, progress=bar)
+        found = set_side_by_side(oscillator, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
         observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in found.simulation.warnings:
         warn(sentence)
@@ -138,7 +142,7 @@ def compare(
         save(draw_comparison(observed, found.answers), Path(plot))
     if json_:
         print_json(found.to_dict())
-        return 0
+        return _exit_code(found.simulation.diagnostics)
     print(f"oscillator: {plain(asdict(oscillator))}")
     gaps = {name: found.gaps(name) for name in found.answers}
     table = [
@@ -157,7 +161,7 @@ def compare(
     print(f"* recommended here: {found.recommended}" if found.recommended else found.why_none_is_recommended)
     if plot is not None:
         print(plot)
-    return 0
+    return _exit_code(found.simulation.diagnostics)
 
 
 @app.command
@@ -179,6 +183,13 @@ def simulate(
             negative="",
             metavar="NAME",
             help="With --rtol: what must be known so well, amplitude_mean_square if not given; can be repeated.",
+        ),
+    ] = None,
+    max_time: Annotated[
+        float | None,
+        Parameter(
+            group=_MONTE_CARLO,
+            help="With --rtol: seconds after which the run ends with what it has reached.",
         ),
     ] = None,
     paths: Annotated[
@@ -276,6 +287,7 @@ def simulate(
     settings: dict[str, Any] = {
         "rtol": rtol,
         "quantities": quantity,
+        "max_time": max_time,
         "paths": paths,
         "duration": duration,
         "step": step,
@@ -317,13 +329,18 @@ def simulate(
         found.save(out, overwrite=overwrite)
     if json_:
         print_json(answer)
-        return 0
+        return _exit_code(answer["diagnostics"])
     print(f"oscillator: {plain(answer['oscillator'])}")
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer)
     for place in written:
         print(place)
-    return 0
+    return _exit_code(answer["diagnostics"])
+
+
+def _exit_code(diagnostics: Mapping[str, Any]) -> int:
+    """0, or 1 if the accuracy asked for was not reached; the numbers are printed all the same."""
+    return 0 if diagnostics.get("reached", True) else 1
 
 
 def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:

@@ -12,25 +12,38 @@ share swings wider, so its part in the balance explains nine tenths of the varia
 that of the mean; what is left of each estimate is its regression's residual.
 
 Paths are added until the sum of the parts is below what was asked for, and the step is halved where its bias stands in
-the way.
+the way; `springpot.simulation.decision` decides which.  Behind a lossy wall the impact rate is that of
+`springpot.simulation.completed_rate`, in which the slow impacts that a step cannot resolve are put back.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.faults import meant
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
+from springpot.simulation.completed_rate import are_crowded, completed_rate, counts_of_fast_impacts
+from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words
+from springpot.simulation.decision import NORMAL, Known, Move, Standing, decide
 from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
+from springpot.simulation.forgetting import forgetting_time, shares_missing
 from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import Settings, fastest_rate, impacts_are_countable, relaxation_time, resolve
+from springpot.simulation.settings import (
+    Settings,
+    creep_time,
+    energy_time,
+    fastest_rate,
+    impacts_are_countable,
+    resolve,
+)
 from springpot.simulation.slow_impacts import even_step, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
+from springpot.theory import exact
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "reach"]
@@ -38,14 +51,21 @@ __all__ = ["CONTROLLED", "Budget", "Reached", "checked_quantities", "reach"]
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
 
-NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
+LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # times longer, for a loose tolerance, where the energy is remembered so long
 FINEST_STEP = 1e-3
-EXTRAPOLATED = 0.1  # of a difference that has been taken to step 0
-FORGOTTEN = 101.0  # the start, at least, before the window: what a run does not warn of
-FIRST_PATHS = 2048
-SURE = 4.0  # standard errors beyond which a difference between steps is bias
-PILOT_PATHS = 2048
+WITH_MEMORY = 1.5  # bound on the fine step's bias over the difference, with a wall and an order below 1
+RESTORED = 0.03  # bound on the error of what is put back of slow impacts, over what is put back
+UNCERTAIN_ORDER = 0.4  # what the bias left behind a lossy wall has, at least, beyond the order of the plain rate
+FORGET = 20.0  # the start, at least, before the window begins
+SLOWLY = 0.2  # share of the tolerance that slow displacements may lack when the window begins
+RELAXATIONS = 10.0  # in the window, at least
+FIRST_RELAXATIONS = 2.0  # rtol^2 of the relaxations in the first round's windows
+FIRST_PATHS, FEWEST_PATHS = (512, 2048), 128  # in the first round; the fewest where each is dear
+FIRST_PATH_STEPS = 1e9
+PILOT_PATHS = (2048, 262_144)
+PILOTS_DO = 2e-3  # rtol down to which the fewest pilots do
+PRECISE = 1e-3  # rtol below which the memory is kept in double precision
 MOST_PATH_STEPS = 3e11
 SINGLE_PRECISION = 1e-4  # largest relative effect of memory in single precision that was ever seen, twice over
 
@@ -96,6 +116,10 @@ class Reached:
         Number of pairs of paths.
     shortfall : str
         Empty, or one sentence that says what could not be reached and why.
+    estimate : Estimate
+        What was expected when the first round was over.
+    path_steps : float
+        What was done.  `reach` with this as ``most_path_steps`` and no ``max_time`` gives the same bits.
     """
 
     settings: Settings
@@ -107,6 +131,8 @@ class Reached:
     rows: Floats
     pairs: int
     shortfall: str
+    estimate: Estimate
+    path_steps: float
 
 
 class _Level:
@@ -115,7 +141,10 @@ class _Level:
     def __init__(self, oscillator: Oscillator, settings: Settings, stream: int, halved: bool) -> None:
         self.oscillator, self.settings, self.stream, self.halved = oscillator, settings, stream, halved
         self.made = tables(oscillator, settings)
+        crowded = are_crowded(oscillator)
+        self.observers = (counts_of_fast_impacts(oscillator, settings, self.made),) if crowded else ()
         self.rows: list[Floats] = []
+        self.counted: list[Floats] = []
 
     @property
     def paths(self) -> int:
@@ -124,22 +153,39 @@ class _Level:
     def extend(self, paths: int, alive: Progress | None = None) -> None:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more > 0:
-            settings = replace(self.settings, paths=more)
             found = advance(
                 self.oscillator,
-                settings,
+                replace(self.settings, paths=more),
                 self.made,
                 stream=self.stream,
                 skipped=self.paths,
                 halved=self.halved,
+                observers=self.observers,
                 progress=alive,
             )
             self.rows.append(found.rows)
+            self.counted.extend(found.observed)
 
     def samples(self) -> dict[str, Floats]:
         """What each path contributes to each estimate."""
-        found = linearised(self.oscillator, self.settings, self.made, np.concatenate(self.rows))
-        return {name: samples for name, (_, samples) in found.items()}
+        rows = np.concatenate(self.rows)
+        found = {
+            name: samples for name, (_, samples) in linearised(self.oscillator, self.settings, self.made, rows).items()
+        }
+        if not self.observers:
+            return found
+        low, high = self.settings.window_steps
+        completed = completed_rate(self.oscillator, np.concatenate(self.counted), (high - low) * self.settings.step)
+        rates, rate = found["impact_rate"], float(completed.mean())
+        if not rate > 0.0:
+            return found
+        # what the impacts put back hand over is next to nothing
+        for name in ("impact_speed_mean", "impact_speed_mean_square"):
+            plain = float(found[name].mean())
+            flux = plain * rates + float(rates.mean()) * (found[name] - plain)  # its mean is rate times speed
+            speed = float(flux.mean()) / rate
+            found[name] = speed + (flux - speed * completed) / rate
+        return found | {"impact_rate": completed, "plain_rate": rates}
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +199,31 @@ class _Levels:
         levels = (self.coarse, self.pair_coarse, self.pair_fine)
         return sum(float(level.paths) * level.settings.steps for level in levels)
 
+    def extend(self, paths: int, pairs: int, alive: Progress | None) -> None:
+        self.coarse.extend(paths, alive)
+        self.pair_coarse.extend(pairs, alive)
+        self.pair_fine.extend(pairs, alive)
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """What is known after a round."""
+
+    settings: Settings
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    known: tuple[Known, ...]
+    made: Tables
+    rows: Floats
+    paths: int
+    pairs: int
+
+    @property
+    def off(self) -> float:
+        """The largest relative total error of what was asked for."""
+        return max(known.total / abs(known.value) for known in self.known)
+
 
 def reach(
     oscillator: Oscillator,
@@ -162,6 +233,7 @@ def reach(
     seed: int = 1,
     threads: int | None = None,
     most_path_steps: float = MOST_PATH_STEPS,
+    max_time: float | None = None,
     progress: Progress | None = None,
 ) -> Reached:
     """Estimate quantities so that the total error of each is below ``rtol`` of its value.
@@ -178,8 +250,10 @@ def reach(
         As in `springpot.simulate`.
     most_path_steps : float
         Work after which the run ends with a shortfall.
+    max_time : float
+        Seconds after which the run ends with what the whole rounds so far have reached.
     progress : callable
-        Called with an estimate of the fraction done, after every block of paths.
+        Called with an estimate of the fraction done, a `FractionDone`, after every block of paths.
 
     Returns
     -------
@@ -189,67 +263,207 @@ def reach(
     ------
     TypeError, ValueError
         If an argument is wrong or there is no stationary state.
+    TimeoutError
+        If ``max_time`` is too short for the smallest run that gives an error.
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     wanted = checked_quantities(oscillator, quantities)
-    fastest = fastest_rate(oscillator)
+    if max_time is not None:
+        max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     base = resolve(oscillator, seed=seed, threads=threads, start="stationary")
-    adapted = adapt(oscillator, base, paths=PILOT_PATHS)
-    base = replace(base, initial_position=adapted.position)
-    step = max(min(COARSEST_STEP / fastest, 4.0 * even_step(oscillator)), FINEST_STEP / fastest)
-    levels = _levels(oscillator, base, step, rtol)
-    spent = 0.0
-    targets = (FIRST_PATHS, FIRST_PATHS // 2)
-    done = 0.0
+    if rtol < PRECISE:
+        base = replace(base, memory_tolerance=1e-8)
+    return _Search(oscillator, rtol, wanted, base, most_path_steps, Clock(max_time), progress).run()
 
-    def alive(_: float) -> None:  # called block by block, so that whoever asks can end it by raising
-        if progress is not None:
-            progress(done)
 
-    while True:
-        levels.coarse.extend(targets[0], alive)
-        levels.pair_coarse.extend(targets[1], alive)
-        levels.pair_fine.extend(targets[1], alive)
-        samples = _with_slow_impacts(oscillator, _samples(levels))
-        values, errors, budgets = _combine(oscillator, levels, adapted, samples)
-        worst = max(wanted, key=lambda name: budgets[name].total / abs(values[name]))
-        reached = budgets[worst].total / abs(values[worst])
-        done = max(done, min(1.0, (rtol / reached) ** 2))
-        alive(done)
-        if reached <= rtol:
-            shortfall = ""
-            break
-        difference = samples[worst].difference
-        if abs(difference.mean()) > SURE * standard_error(difference) and budgets[worst].step_bias > 0.5 * rtol * abs(
-            values[worst]
-        ):
-            if step * fastest <= FINEST_STEP:
-                shortfall = _sentence(worst, reached, rtol, f"its bias at a step of {step:.2g} s is still too large")
-                break
-            spent += levels.path_steps
-            step *= 0.5
-            levels = _levels(oscillator, base, step, rtol)
-            targets = (FIRST_PATHS, FIRST_PATHS // 2)
-            continue
-        if budgets[worst].memory_bias + budgets[worst].transient > 0.9 * rtol * abs(values[worst]):
-            shortfall = _sentence(worst, reached, rtol, "what its start and its memory leave does not average out")
-            break
-        targets = _targets(samples, wanted, values, budgets, rtol)
-        more = targets[0] - levels.coarse.paths + 3 * (targets[1] - levels.pair_coarse.paths)
-        if spent + levels.path_steps + more * levels.coarse.settings.steps > most_path_steps:
-            shortfall = _sentence(worst, reached, rtol, f"it would take more than {most_path_steps:.0e} path-steps")
-            break
-    return Reached(
-        settings=replace(levels.coarse.settings, paths=levels.coarse.paths + 2 * levels.pair_coarse.paths),
-        adapted=adapted,
-        values=values,
-        errors=errors,
-        budgets=budgets,
-        made=levels.coarse.made,
-        rows=np.concatenate(levels.coarse.rows),
-        pairs=levels.pair_coarse.paths,
-        shortfall=shortfall,
-    )
+class _Search:
+    """The rounds of one run to a tolerance."""
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        rtol: float,
+        wanted: tuple[str, ...],
+        base: Settings,
+        most_path_steps: float,
+        clock: Clock,
+        progress: Progress | None,
+    ) -> None:
+        self.oscillator, self.rtol, self.wanted, self.base = oscillator, rtol, wanted, base
+        self.most_path_steps, self.clock, self.progress = most_path_steps, clock, progress
+        self.targets = (0, 0)
+        self.spent = 0.0  # path-steps of whole rounds
+        self.halvings = 0
+        self.estimate: Estimate | None = None
+        self.best: _Outcome | None = None
+
+    def run(self) -> Reached:
+        shortest = FINEST_STEP / fastest_rate(self.oscillator)
+        step = max(_first_step(self.oscillator, self.rtol), shortest)
+        try:
+            self.alive(0.0)
+            adapted = adapt(self.oscillator, self.base, paths=self._pilots(), progress=self.alive)
+            self.base = replace(self.base, initial_position=adapted.position)
+            levels = _levels(self.oscillator, self.base, step, self.rtol, self.wanted)
+            self._rehearse(levels)
+            self._expect(levels)
+            while True:
+                outcome = self._round(levels, adapted)
+                move = self._decide(outcome, step > shortest)
+                same_step = self.best is not None and outcome.settings == self.best.settings
+                if self.best is None or same_step or move.kind == "done" or outcome.off <= self.best.off:
+                    self.best = outcome
+                if move.kind in ("done", "stop"):
+                    break
+                if move.kind == "halve":
+                    self.halvings += 1
+                    step *= 0.5
+                    levels = _levels(self.oscillator, self.base, step, self.rtol, self.wanted)
+                    self.targets = _first_targets(self.oscillator, levels.coarse.settings, self.rtol)
+                else:
+                    self.targets = move.paths, move.pairs
+            if move.kind == "stop":
+                why = f"it would take more than {self.most_path_steps:.1e} path-steps"
+            else:
+                why = self._why_no_better(outcome, move.worst)
+        except OutOfTime:
+            if self.best is None:
+                raise TimeoutError(self._too_short()) from None
+            left = self.estimate.seconds if self.estimate is not None else math.nan
+            more = f" (about {in_words(left)} more would be needed)" if math.isfinite(left) else ""
+            why = f"max_time of {self.clock.limit:g} s is over{more}"
+        return self._reached(self.best, adapted, why)
+
+    def alive(self, _: float) -> None:
+        """Called block by block, so that whoever asks, and the clock, can end the work by raising."""
+        self.clock.check()
+        self._tell()
+
+    def _tell(self) -> None:
+        if self.progress is not None:
+            done = 0.0 if self.best is None else min(1.0, (self.rtol / self.best.off) ** 2)
+            self.progress(FractionDone(done, self.estimate))
+
+    def _pilots(self) -> int:
+        """Paths of the pilot runs: more for a small tolerance, fewer where each is long beside the energy's memory."""
+        fewest, most = PILOT_PATHS
+        cycles = 5.0 / self.oscillator.natural_frequency
+        longest = max(energy_time(self.oscillator), cycles)
+        length = max(longest, min(creep_time(self.oscillator), 20.0 * cycles))
+        wanted = fewest * max(1.0, (PILOTS_DO / self.rtol) ** 2) * longest / length
+        return int(min(max(wanted, 256.0), most))
+
+    def _rehearse(self, levels: _Levels) -> None:
+        """Measure how many path-steps a second there are, by a few that are thrown away."""
+        settings = levels.coarse.settings
+        steps = min(settings.steps, 8192)
+        length = steps * settings.step
+        few = replace(settings, paths=LANES * settings.threads, duration=length, window=(0.0, length))
+        made = tables(self.oscillator, few)
+        for _ in range(2):  # the first may have to load or compile the kernel
+            begun = time.perf_counter()
+            advance(self.oscillator, few, made, stream=levels.coarse.stream, progress=self.alive)
+        self.clock.measure(float(few.paths * steps), time.perf_counter() - begun)
+
+    def _expect(self, levels: _Levels) -> None:
+        """What the first round will take, and the whole run at least."""
+        settings = levels.coarse.settings
+        self.targets = _first_targets(self.oscillator, settings, self.rtol)
+        work = settings.steps * (self.targets[0] + 3.0 * self.targets[1])
+        if self.clock.seconds(work) > 0.25 * self.clock.left:  # little time: the smallest round first
+            self.targets = FEWEST_PATHS, FEWEST_PATHS // 2
+            work = settings.steps * (self.targets[0] + 3.0 * self.targets[1])
+        reason = _length_reason(self.oscillator, settings) or "the first round is small"
+        self._say(work, work, reason, self.rtol, self.wanted[0])
+
+    def _say(self, whole: float, left: float, reason: str, aim: float, worst: str) -> None:
+        unreachable = ""
+        if aim > self.rtol:
+            unreachable = (
+                f"{_per_cent(self.rtol)} cannot be reached for {worst}; the run goes on to the best that can be "
+                f"reached, {_per_cent(aim)}"
+            )
+        self.estimate = Estimate(whole, self.clock.seconds(left), reason, aim, unreachable)
+        self._tell()
+
+    def _round(self, levels: _Levels, adapted: Adapted) -> _Outcome:
+        before, begun = levels.path_steps, time.perf_counter()
+        work = levels.coarse.settings.steps * (
+            self.targets[0] - levels.coarse.paths + 3.0 * (self.targets[1] - levels.pair_coarse.paths)
+        )
+        if self.clock.seconds(work) > (1.0 if self.best is not None else 3.0) * self.clock.left:
+            raise OutOfTime
+        levels.extend(*self.targets, self.alive)
+        self.spent += levels.path_steps - before
+        self.clock.measure(levels.path_steps - before, time.perf_counter() - begun)
+        samples = _samples(levels)
+        values, errors, budgets, known = _combine(self.oscillator, levels, adapted, samples)
+        return _Outcome(
+            settings=levels.coarse.settings,
+            values=values,
+            errors=errors,
+            budgets=budgets,
+            known=tuple(known[name] for name in self.wanted),
+            made=levels.coarse.made,
+            rows=np.concatenate(levels.coarse.rows),
+            paths=levels.coarse.paths,
+            pairs=levels.pair_coarse.paths,
+        )
+
+    def _decide(self, outcome: _Outcome, can_be_halved: bool) -> Move:
+        standing = Standing(
+            rtol=self.rtol,
+            known=outcome.known,
+            paths=outcome.paths,
+            pairs=outcome.pairs,
+            steps=outcome.settings.steps,
+            spent=self.spent,
+            most_path_steps=self.most_path_steps,
+            step_can_be_halved=can_be_halved,
+        )
+        move = decide(standing)
+        reason = _length_reason(self.oscillator, outcome.settings)
+        if self.halvings or move.kind == "halve":
+            slow = are_crowded(self.oscillator) and move.worst.startswith("impact")
+            what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
+            reason = f"{what} a step below {outcome.settings.step:.2g} s"
+        elif not reason:
+            reason = f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"
+        self._say(standing.spent + move.path_steps, move.path_steps, reason, move.aim, move.worst)
+        return move
+
+    def _why_no_better(self, outcome: _Outcome, worst: str) -> str:
+        known = next(known for known in outcome.known if known.name == worst)
+        if known.fixed > 0.5 * self.rtol * abs(known.value):
+            return "more paths do not reduce the bias from start and memory"
+        return f"its bias at a step of {outcome.settings.step:.2g} s is still too large"
+
+    def _too_short(self) -> str:
+        needed = ": the pilot runs for the stationary start were not over"
+        if self.estimate is not None:
+            needed = f": the smallest run takes about {in_words(self.estimate.seconds)}"
+        return f"max_time of {self.clock.limit:g} s is too short for any result{needed}."
+
+    def _reached(self, best: _Outcome, adapted: Adapted, why: str) -> Reached:
+        shortfall = ""
+        if best.off > self.rtol:
+            worst = max(best.known, key=lambda known: known.total / abs(known.value))
+            shortfall = (
+                f"{worst.name} is known to {_per_cent(best.off)}, not to the {_per_cent(self.rtol)} asked for: {why}."
+            )
+        return Reached(
+            settings=replace(best.settings, paths=best.paths + 2 * best.pairs),
+            adapted=adapted,
+            values=best.values,
+            errors=best.errors,
+            budgets=best.budgets,
+            made=best.made,
+            rows=best.rows,
+            pairs=best.pairs,
+            shortfall=shortfall,
+            estimate=self.estimate or Estimate(self.spent, math.nan, "", self.rtol),
+            path_steps=self.spent,
+        )
 
 
 def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
@@ -263,22 +477,72 @@ def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tup
     )
     if not names or not set(names) <= set(allowed):
         given = ", ".join(map(str, names)) or "nothing"
-        wrong = next((str(name) for name in names if name not in allowed), "")
-        hint = meant(wrong, allowed) or "."
-        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}{hint}")
+        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}.")
     return names
 
 
-def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float) -> _Levels:
-    """A window of ten relaxation times that begins when the start is forgotten to a thirtieth of ``rtol``."""
-    relaxation = max(relaxation_time(oscillator), 2.0 / oscillator.natural_frequency)
-    begin = relaxation * math.log(max(3.0 / rtol, FORGOTTEN))
-    begin, length = (step * math.ceil(time / step) for time in (begin, 10.0 * relaxation))
+def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float, wanted: Sequence[str]) -> _Levels:
+    """A window of ten relaxation times, or as long as the time before it, that begins when the start is forgotten."""
+    relaxation = forgetting_time(oscillator)
+    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(oscillator, rtol, wanted))
+    length = max(RELAXATIONS * relaxation, 0.5 * begin)
+    begin, length = (step * math.ceil(time / step) for time in (begin, length))
     coarse = replace(base, step=step, duration=begin + length, window=(begin, begin + length))
     fine = replace(coarse, step=0.5 * step)
     return _Levels(
         _Level(oscillator, coarse, 0, False), _Level(oscillator, coarse, 3, True), _Level(oscillator, fine, 3, False)
     )
+
+
+def _first_step(oscillator: Oscillator, rtol: float) -> float:
+    """The longest step worth trying; longer where a loose tolerance meets paths that are dear."""
+    fastest = fastest_rate(oscillator)
+    longest = COARSEST_STEP / fastest
+    if forgetting_time(oscillator) * fastest > LONG_MEMORY and not are_crowded(oscillator):
+        longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
+    return min(longest, 4.0 * even_step(oscillator))
+
+
+def _slow_time(oscillator: Oscillator, rtol: float, wanted: Sequence[str]) -> float:
+    """When what slow displacements lack is a small part of the tolerance, in s, by the variances without a wall."""
+    try:
+        free = exact(replace(oscillator, barrier=None))
+    except ValueError:  # no springpot: the wall alone dissipates
+        return 0.0
+    time, last = 1.0 / oscillator.natural_frequency, 100.0 * max(creep_time(oscillator), energy_time(oscillator))
+    while time < last:
+        shares = shares_missing(oscillator, time, free.x_mean_square, free.amplitude_mean_square)
+        if max(shares[name] for name in wanted) <= SLOWLY * rtol:
+            break
+        time *= 1.1
+    return time
+
+
+def _first_targets(oscillator: Oscillator, settings: Settings, rtol: float) -> tuple[int, int]:
+    """Paths and pairs of the first round: about what the tolerance needs, fewer where each path is dear."""
+    begin, end = settings.window
+    relaxations = (end - begin) / forgetting_time(oscillator)
+    fewest, most = FIRST_PATHS
+    few = min(max(FIRST_PATH_STEPS / (2.5 * settings.steps), FEWEST_PATHS), fewest)
+    paths = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
+    paths = -(-paths // (2 * LANES)) * 2 * LANES
+    return paths, paths // 2
+
+
+def _per_cent(share: float) -> str:
+    """With two digits at most, and no powers of ten."""
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
+
+
+def _length_reason(oscillator: Oscillator, settings: Settings) -> str:
+    """Why each path is long, if it is."""
+    begin, end = settings.window
+    if settings.steps < 20_000:
+        return ""
+    lasting = f"each path runs for {end:.2g} s, {settings.steps:.1e} steps"
+    if begin > 8.0 * forgetting_time(oscillator):
+        return f"the springpot is strong, so slow displacements creep: {lasting}"
+    return f"the damping is light: {lasting}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,100 +565,65 @@ def _samples(levels: _Levels) -> dict[str, _Samples]:
     return found | {control: _Samples(many[control], fine[control] - coarse[control])}
 
 
-def _with_slow_impacts(oscillator: Oscillator, samples: dict[str, _Samples]) -> dict[str, _Samples]:
-    """Samples in which the differences of impact rate and speeds reach to step 0 behind a lossy wall.
-
-    The rate lacks a share that goes like a known power of the step (see `springpot.simulation.scaled`), so a difference
-    of two steps says the whole of it.  What the missing impacts hand over is next to nothing, so mean speeds are too
-    high by the same share.
-    """
-    if not oscillator.restitution < 1.0 or not impacts_are_countable(oscillator):
-        return samples
-    beyond = 1.0 / (2.0 ** slow_impact_order(oscillator.restitution) - 1.0)
-    rate = samples["impact_rate"]
-    fine = float(rate.many.mean() + rate.difference.mean())
-    there = fine + beyond * float(rate.difference.mean())
-    share = fine / there
-    found = samples | {"impact_rate": _Samples(rate.many, (1.0 + beyond) * rate.difference)}
-    for name in ("impact_speed_mean", "impact_speed_mean_square"):
-        speed = samples[name]
-        level = float(speed.many.mean() + speed.difference.mean())
-        drawn = beyond * level * share / there * (rate.difference - rate.difference.mean())
-        found[name] = _Samples(speed.many, share * speed.difference + (share - 1.0) * speed.many.mean() - drawn)
-    return found
-
-
 def _combine(
     oscillator: Oscillator, levels: _Levels, adapted: Adapted, samples: dict[str, _Samples]
-) -> tuple[dict[str, float], dict[str, float], dict[str, Budget]]:
-    """Values, standard errors and budgets of all quantities."""
-    values, errors, budgets = {}, {}, {}
+) -> tuple[dict[str, float], dict[str, float], dict[str, Budget], dict[str, Known]]:
+    """Values, standard errors and budgets of all quantities, and what decides on the next round."""
+    values, errors, budgets, known = {}, {}, {}, {}
     settings = levels.coarse.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _left_of_the_energy(oscillator, settings)
     for name, found in samples.items():
         values[name] = float(found.many.mean() + found.difference.mean())
         errors[name] = math.hypot(standard_error(found.many), standard_error(found.difference))
+    plain = values.pop("plain_rate", math.nan)
+    errors.pop("plain_rate", None)
+    restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
+    slow = shares_missing(oscillator, settings.window[0], values["x_mean_square"], values["amplitude_mean_square"])
     owed = owed_to_the_start(oscillator, settings, adapted, values)
     for name in CONTROLLED:
-        difference = samples[name].difference
-        bias = abs(float(difference.mean())) + standard_error(difference)
+        many, difference = samples[name].many, samples[name].difference
+        size, its_error = abs(float(difference.mean())), standard_error(difference)
+        weight = _bias_weight(oscillator, name)
+        other = RESTORED * abs(restored * values[name]) if name.startswith("impact") else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
-            step_bias=bias * _left_of_the_difference(oscillator, name, levels.pair_fine.settings.step),
+            step_bias=weight * size + max(weight, 1.0) * its_error + other,
             memory_bias=memory * abs(values[name]),
-            transient=energy * abs(values[name]) + NORMAL * owed[name],
+            transient=(energy + slow[name]) * abs(values[name]) + NORMAL * owed[name],
         )
-    return values, errors, budgets
+        known[name] = Known(
+            name=name,
+            value=values[name],
+            total=budgets[name].total,
+            variance=float(many.var()),
+            difference_variance=float(difference.var()),
+            difference=size,
+            difference_error=its_error,
+            bias_weight=weight,
+            other_bias=other,
+            fixed=budgets[name].memory_bias + budgets[name].transient,
+        )
+    return values, errors, budgets, known
 
 
-def _left_of_the_difference(oscillator: Oscillator, name: str, step: float) -> float:
-    """Bound on the bias of the fine step over the difference: all of it at order 1, or what extrapolation leaves.
+def _bias_weight(oscillator: Oscillator, name: str) -> float:
+    """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
 
-    Where slow impacts crowd, the known power was found to describe what is missing within a twentieth; behind a
-    preload only for short steps, see `even_step`.
+    The order is 1 at order alpha = 1 and without a wall.  A wall and a memory together were seen to leave somewhat more
+    than order 1 says.  Where slow impacts have been put back, the order is that of the next term: about half an order
+    more than the plain rate's.
     """
-    if not (oscillator.restitution < 1.0 and name.startswith("impact")):
-        return 1.0
-    return max(EXTRAPOLATED, 0.3 * (step / even_step(oscillator)) ** 2)
+    if name.startswith("impact") and are_crowded(oscillator):
+        order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
+        return float(1.0 / (2.0**order - 1.0))
+    if oscillator.barrier is not None and oscillator.springpot.order < 1.0:
+        return WITH_MEMORY
+    return 1.0
 
 
 def _left_of_the_energy(oscillator: Oscillator, settings: Settings) -> float:
     """Share of the energy's transient in the average over the window."""
-    relaxation = relaxation_time(oscillator)
+    relaxation = energy_time(oscillator)
     begin, end = settings.window
-    return relaxation / (end - begin) * math.exp(-begin / relaxation)
-
-
-def _targets(
-    samples: dict[str, _Samples],
-    wanted: Sequence[str],
-    values: dict[str, float],
-    budgets: dict[str, Budget],
-    rtol: float,
-) -> tuple[int, int]:
-    """Paths of the coarse level and pairs that should do: the cheapest split for the standard error still allowed.
-
-    At least a fifth more than there is, and at most eight times as many, for the variances are estimates themselves.
-    """
-    paths, pairs = samples[wanted[0]].many.size, samples[wanted[0]].difference.size
-    best = [int(1.2 * paths), int(1.2 * pairs)]
-    for name in wanted:
-        budget, found = budgets[name], samples[name]
-        difference, its_error = abs(float(found.difference.mean())), standard_error(found.difference)
-        weight = budget.step_bias / (difference + its_error)  # of the difference in the budget
-        free = rtol * abs(values[name]) - budget.memory_bias - budget.transient
-        if free <= 0.0:
-            continue
-        # what is surely bias counts, but no more than leaves room for more paths to tell
-        free = max(0.3 * free, free - weight * max(difference - 2.0 * its_error, 0.0))
-        goal = free / (NORMAL + 1.6 * weight)
-        variances = found.many.var(), found.difference.var()
-        spread = math.sqrt(variances[0]) + math.sqrt(3.0 * variances[1])
-        needed = (spread * math.sqrt(variances[0]) / goal**2, spread * math.sqrt(variances[1] / 3.0) / goal**2)
-        best = [max(b, int(n) + 1) for b, n in zip(best, needed, strict=True)]
-    return min(best[0], 8 * paths), min(best[1], 8 * pairs)
-
-
-def _sentence(name: str, reached: float, rtol: float, why: str) -> str:
-    return f"{name} is known to {100.0 * reached:.2g} %, not to the {100.0 * rtol:.2g} % asked for: {why}."
+    return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

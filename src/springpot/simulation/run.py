@@ -273,6 +273,7 @@ def run(
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
+    max_time: float | None = None,
     observables: Mapping[str, Observable] | None = None,
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
@@ -314,7 +315,9 @@ def run(
                 "observables, distributions, a spectrum and first_passage cannot be given with rtol, which controls "
                 "moments only."
             )
-        return _run_to(oscillator, rtol, quantities, progress, given)
+        return _run_to(oscillator, rtol, quantities, max_time, progress, given)
+    if max_time is not None:
+        raise ValueError("max_time needs rtol: without it, paths and duration say how long a run takes.")
     if tuple(quantities) != _DEFAULT_QUANTITIES:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
     settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))
@@ -372,7 +375,12 @@ def run(
 
 
 def _run_to(
-    oscillator: Oscillator, rtol: float, quantities: Sequence[str], progress: Progress | None, given: Options
+    oscillator: Oscillator,
+    rtol: float,
+    quantities: Sequence[str],
+    max_time: float | None,
+    progress: Progress | None,
+    given: Options,
 ) -> Run:
     """The run that `reach` decides on."""
     chosen = sorted(set(given) - {"seed", "threads"})
@@ -385,6 +393,7 @@ def _run_to(
         quantities=quantities,
         seed=given.get("seed", 1),
         threads=given.get("threads"),
+        max_time=max_time,
         progress=progress,
     )
     settings, adapted = found.settings, found.adapted
@@ -392,7 +401,7 @@ def _run_to(
     # the coarse level's step is corrected for, and part of the budget
     fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
     warned = [
-        *doubts(oscillator, fine, adapted, found.values, found.errors, found.rows),
+        *doubts(oscillator, fine, adapted, found.values, found.errors, found.rows, bounded=True),
         *_about_impacts_not_asked_for(found, quantities, rtol),
         *([found.shortfall] if found.shortfall else []),
     ]
@@ -402,7 +411,13 @@ def _run_to(
         values=found.values,
         errors=found.errors,
         budgets=found.budgets,
-        diagnostics={**diagnostics, "pairs": found.pairs},
+        diagnostics={
+            **diagnostics,
+            "pairs": found.pairs,
+            "path_steps": found.path_steps,
+            "held_up_by": found.estimate.reason,
+            "reached": not found.shortfall,
+        },
         warnings=tuple(warned),
         time=np.zeros(0),
         record=np.zeros((0, settings.steps + 1, 2)),
@@ -414,6 +429,7 @@ def simulate(
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
+    max_time: float | None = None,
     observables: Mapping[str, Observable] | None = None,
     impact_observables: Mapping[str, Observable] | None = None,
     distributions: bool = False,
@@ -433,6 +449,9 @@ def simulate(
         is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         What ``rtol`` speaks of, ``("amplitude_mean_square",)`` if left out.
+    max_time : float
+        With ``rtol``: seconds after which the run ends with what it has reached, and says so.  It ends after a whole
+        round of paths; how many rounds there is time for depends on the machine.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.
@@ -490,7 +509,9 @@ def simulate(
         Store every so many steps only; every step if left out.  Memory and the limit of 50 million points count what is
         stored.
     progress : callable
-        Called with the fraction done, from any thread.
+        Called with the fraction done, from any thread.  With ``rtol`` that float also has the attribute ``estimate``
+        (None before the pilot runs are over): ``estimate.path_steps``, ``estimate.seconds`` still to come,
+        ``estimate.reason`` for what takes the time, and ``estimate.aim``, the relative error that can be reached.
 
     Returns
     -------
@@ -516,6 +537,8 @@ def simulate(
     ------
     TypeError, ValueError
         If an argument is wrong; nothing has been computed then.
+    TimeoutError
+        If ``max_time`` is too short for any result.
 
     Warns
     -----
@@ -552,6 +575,7 @@ def simulate(
         oscillator,
         rtol=rtol,
         quantities=quantities,
+        max_time=max_time,
         observables=observables,
         impact_observables=impact_observables,
         distributions=distributions,
@@ -615,9 +639,11 @@ def doubts(
     values: dict[str, float],
     errors: dict[str, float],
     rows: npt.NDArray[np.float64],
+    *,
+    bounded: bool = False,
 ) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number."""
-    found = [*_about_settings(oscillator, settings, values), *_about_start(adapted)]
+    """One sentence for each reason to doubt a number; ``bounded`` says that its total error includes the transient."""
+    found = [*_about_settings(oscillator, settings, values, bounded), *_about_start(adapted)]
     if not math.isfinite(values["amplitude_mean_square"]):
         return (*found, "the response is not a finite number: a much finer step may help.")
     energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
@@ -657,7 +683,7 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
     ]
 
 
-def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
+def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float], bounded: bool) -> list[str]:
     found = []
     fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
     if settings.step * fastest > limit * (1.0 + 1e-9):
@@ -666,7 +692,7 @@ def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str
             f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     left = _transient_left(oscillator, settings)
-    if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT:
+    if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
         relaxation = relaxation_time(oscillator)
         found.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
