@@ -2,7 +2,7 @@
 
 While modules load there is nothing to tidy up, and `leave_at_once` ends the process at the signal.  While a command
 works Ctrl-C is the exception KeyboardInterrupt, so that it can tidy up.  But Python raises it between two of its own
-steps only, and a command may be in the middle of a long call of compiled code; so a thread is told of the signal by
+steps only, and a command may be in the middle of a long call of compiled code; so a thread is notified of the signal by
 the system, and ends the process if the command has not ended after a while.  Nothing is lost: all files are written
 beside their place and moved there when they are whole.
 """

@@ -20,6 +20,7 @@ from springpot.simulation.ensemble import tables
 from springpot.simulation.oracle import direct_path
 from springpot.simulation.settings import resolve
 from springpot.simulation.slow_impacts import missed_impacts
+from tests.signals import in_a_terminal
 
 from .problems import assert_agrees, oscillator, truncated_gaussian
 
@@ -329,13 +330,20 @@ def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
 
 def test_an_interrupt_stops_a_long_run_at_once() -> None:
     code = "import springpot as sp; print('go', flush=True); sp.run(sp.Oscillator(), paths=10**6, duration=1e4)"
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    process.stdout.readline()
-    time.sleep(4.0)
-    os.kill(process.pid, signal.SIGINT)
-    begun = time.perf_counter()
-    _, said = process.communicate(timeout=30)
+    with in_a_terminal():
+        process = subprocess.Popen(
+            [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+    with process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(4.0)
+        os.kill(process.pid, signal.SIGINT)
+        begun = time.perf_counter()
+        try:
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()  # a run that goes on would take the machine for hours
     assert time.perf_counter() - begun < 3.0
     assert "KeyboardInterrupt" in said
 

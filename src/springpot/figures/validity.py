@@ -137,7 +137,7 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = METHODS, path
             cell.set_xticklabels([])
     bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
     bar.set_label(
-        f"theory over Monte Carlo, {NAMES[moment]}, per cent above 1\n"
+        f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
         f"bold: more than {GOOD[moment]:g} %; grey: no answer; blank: too rare to tell"
     )
     where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"

@@ -1,4 +1,4 @@
-"""Answers with dice: Monte Carlo of the impacting fractional oscillator."""
+"""Monte Carlo of the impacting fractional oscillator."""
 
 from springpot.simulation.accuracy import CONTROLLED, Budget
 from springpot.simulation.observers import Distribution

@@ -679,7 +679,7 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
     return [
         f"the springpot remembers the start: its mean force is {_per_cent(abs(force) / spring)} of the spring's, where "
         f"a stationary one has none, and falls only like t^-{order:.2g}; mean displacement and impact rate are not yet "
-        "stationary (energies hardly notice). Use start='stationary' for those."
+        "stationary (energies are barely affected). Use start='stationary' for those."
     ]
 
 

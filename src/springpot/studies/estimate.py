@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from springpot.studies.labelled import AnswersDigest, State, state
 from springpot.studies.layout import SENTENCES
@@ -19,7 +19,8 @@ SAMPLE = 12  # tasks of a method that are tried
 LARGEST_SAMPLE = 1.0  # s spent on each method, one task after another
 CHECKED = 500  # points at which the settings of Monte Carlo are checked
 BLOCK = 4096  # bytes a file system gives the smallest file
-ROUGH = {"rtol": 0.05, "path_times": 1e4, "paths": 256}  # as Monte Carlo is tried
+ROUGH = {"rtol": 0.05, "path_times": 1e4}  # as Monte Carlo is tried
+FEW_PATHS, MORE_PATHS = 256, 1024  # as a run with a given number of paths is tried: its pilot runs are a fixed cost
 
 
 @dataclass(frozen=True)
@@ -87,19 +88,31 @@ def estimate(study: Study) -> Estimate:
         room += count * math.ceil((8 * (2 + len(columns_of(method))) + 4) / BLOCK) * BLOCK
         room += count * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
-        _try(_roughly(tried[0])[0])  # kernels are compiled and loaded
+        _cost(tried[0])  # kernels are compiled and loaded
         spent, mute, used[method] = 0.0, 0, 0
         begun = time.perf_counter()
         for task in tried:
-            rough, factor = _roughly(task)
-            taken, statement = _try(rough)
-            spent += factor * taken
+            taken, statement = _cost(task)
+            spent += taken
             mute += bool(statement)
             used[method] += 1
             if time.perf_counter() - begun > LARGEST_SAMPLE:
                 break
         seconds[method], silent[method] = spent / used[method] * count, mute / used[method]
     return Estimate(counts, seconds, room, silent, used, checked)
+
+
+def _cost(task: Task) -> tuple[float, str]:
+    """Estimate of a task's time from a cheaper version of it, and why it has no answer, if it has none."""
+    wanted = task.settings.get("paths")
+    if wanted is None or wanted <= MORE_PATHS:
+        rough, factor = _roughly(task)
+        taken, statement = _try(rough)
+        return factor * taken, statement
+    few, statement = _try(_with(task, "paths", FEW_PATHS))
+    more, _ = _try(_with(task, "paths", MORE_PATHS))
+    per_path = max(more - few, 0.0) / (MORE_PATHS - FEW_PATHS)
+    return few + per_path * (wanted - FEW_PATHS), statement
 
 
 def _try(task: Task) -> tuple[float, str]:
@@ -113,16 +126,19 @@ def _try(task: Task) -> tuple[float, str]:
 
 def _roughly(task: Task) -> tuple[Task, float]:
     """A cheaper version of a task, and how many times longer the task itself will take."""
-    settings = dict(task.settings)
     for name, rough in ROUGH.items():
-        wanted = settings.get(name)
+        wanted = task.settings.get(name)
         if wanted is None or (wanted >= rough if name == "rtol" else wanted <= rough):
             continue
-        settings[name] = rough
         factor = (rough / wanted) ** 2 if name == "rtol" else wanted / rough
         # a coarse answer has its fixed costs as well, which do not grow
-        return Task(**{**task.__dict__, "settings": settings}), max(1.0, 0.5 * factor)
+        return _with(task, name, rough), max(1.0, 0.5 * factor)
     return task, 1.0
+
+
+def _with(task: Task, name: str, value: float) -> Task:
+    """The task with one of its settings changed."""
+    return replace(task, settings={**task.settings, name: value})
 
 
 def status(store: Store) -> Status:

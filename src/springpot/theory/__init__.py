@@ -1,4 +1,4 @@
-"""Answers without dice: functions that take an oscillator and return a small frozen result."""
+"""Analytical methods: functions that take an oscillator and return a small frozen result."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -586,7 +586,7 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
     )
     if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
         return common
-    return (*common, "An impact and the flight after it are too short for the springpot to tell from a dashpot.")
+    return (*common, "During an impact and the short flight after it the springpot is treated as a dashpot.")
 
 
 def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:

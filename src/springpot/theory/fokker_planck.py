@@ -1,4 +1,4 @@
-"""Inelastic impacts without dice: the stationary Fokker-Planck equation with a dashpot, as one integral equation.
+"""Inelastic impacts: the stationary Fokker-Planck equation with a dashpot, as one integral equation.
 
 Dimensionless (time 1 / Omega, length sqrt(q / Omega^3)), with b the wall and r its restitution, the density of (x, v)
 obeys L p = 0 beyond the wall, and what leaves the wall at speed r u is what struck it at speed u.  Let p be 0 behind
