@@ -180,10 +180,10 @@ class Mine(NamedTuple):
 def _mine(load, n, x, v, e, g):
     return FACTOR * load.size, e
 
-settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05)
+settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
 made = replace(tables(Oscillator(), settings), load=Mine(1.0))
 mine = advance(Oscillator(), settings, made).rows[0, 0]
-plain = run(Oscillator(), paths=1, duration=0.1, step=0.05).values["x_mean"]
+plain = run(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest").values["x_mean"]
 print(mine, plain, sum(block.stats.cache_hits.values()))
 """)
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}

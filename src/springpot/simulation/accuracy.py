@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from springpot.faults import meant
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.completed_rate import are_crowded, completed_rate, counts_of_fast_impacts
@@ -477,7 +478,9 @@ def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tup
     )
     if not names or not set(names) <= set(allowed):
         given = ", ".join(map(str, names)) or "nothing"
-        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}.")
+        wrong = next((str(name) for name in names if name not in allowed), "")
+        hint = meant(wrong, allowed) or "."
+        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}{hint}")
     return names
 
 
