@@ -253,7 +253,7 @@ def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.C
         ("simulate --paths many", "--paths must be a whole number, not 'many'."),
         ("simulate --scheme euler", "--scheme must be 'default' or 'grunwald', not 'euler'."),
         ("simulate --json=perhaps", "--json is a switch: it takes no value such as 'perhaps'."),
-        ("simulate --record 3", "there is no flag --record: springpot simulate --help lists all flags."),
+        ("simulate --wibble 3", "there is no flag --wibble: springpot simulate --help lists all flags."),
         ("simulate --pahts 3", "there is no flag --pahts; did you mean --paths?"),
         ("reproduce fig3", "WHAT must be 'fig1', 'fig2', 'errata' or 'all', not 'fig3'."),
         ("simulat", "there is no command 'simulat'; did you mean simulate?"),

@@ -319,7 +319,8 @@ def test_workers_killed_while_they_start(runs: Path, tmp_path: Path) -> None:
                 killed.add(worker.pid)
         time.sleep(0.02)
     out, errors = process.communicate(timeout=WAIT)
-    assert (process.returncode, errors, out) == (0, "", "study.zarr: 12 tasks, 0 found, 12 computed.\n")
+    assert (process.returncode, errors) == (0, "")
+    assert out.startswith("study.zarr: 12 tasks, 0 found, 12 computed.\n")
     assert len(killed) == 5
     assert content(tmp_path / "study.zarr") == content(runs)
 

@@ -101,7 +101,7 @@ def in_words(seconds: float) -> str:
     Examples
     --------
     >>> [in_words(s) for s in (0.3, 42.0, 200.0, 9000.0, 1e6)]
-    ['1 s', '42 s', '3 min', '2.5 h', '12 days']
+    ['1 s', '42 s', '3.3 min', '2.5 h', '12 days']
     """
     for unit, size, most in (("s", 1.0, 120.0), ("min", 60.0, 5400.0), ("h", 3600.0, 172800.0)):
         if seconds < most:
