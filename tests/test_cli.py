@@ -85,16 +85,27 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 COMMANDS = ["theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore"]
+STUDY_COMMANDS = [f"study {name}" for name in ("new", "schema", "check", "run", "status", "export", "plot")]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [*COMMANDS, *STUDY_COMMANDS])
 def test_every_command_has_help_with_an_example_that_it_takes(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([command, "--help"]) == 0
+    assert cli.main([*command.split(), "--help"]) == 0
     text = capsys.readouterr().out
     assert f"Usage: springpot {command}" in text
     example = text.partition("Example: springpot ")[2].partition("\n\n")[0].partition("╭")[0].split()
-    assert example[0] == command
+    assert example[: len(command.split())] == command.split()
     cli.commands.app.parse_args(example, exit_on_error=False, print_error=False)
+
+
+def test_no_command_is_missing_above(capsys: pytest.CaptureFixture[str]) -> None:
+    from springpot.studies.commands import app as study
+
+    assert {*COMMANDS, "study"} == {name for name in cli.commands.app if not name.startswith("-")}
+    assert {f"study {name}" for name in study if not name.startswith("-")} == set(STUDY_COMMANDS)
+    assert cli.main(["--help"]) == 0
+    listed = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert f"study {' '.join(study.help.split())}" in listed
 
 
 def test_help_imports_nothing_heavy() -> None:

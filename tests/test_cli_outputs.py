@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,32 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
             "the file to save to must end in .nc (netCDF), .json or .csv (for spreadsheets), not 'run.txt'.",
         ),
         (["validity", "--threads", "2"], "--threads has no effect without --simulate-again: nothing is computed."),
+        (
+            ["reproduce", "fig1", "--threads", "2"],
+            "--threads has no effect on fig1, the Fourier series: nothing is simulated.",
+        ),
+        (
+            ["simulate", "--rtol", "0.1", "--distributions"],
+            "--distributions cannot be given with --rtol, which controls moments only.",
+        ),
+        (
+            ["simulate", "--rtol", "0.1", "--first-passage", "x", "2"],
+            "--first-passage cannot be given with --rtol, which controls moments only.",
+        ),
+        (
+            ["simulate", "--order", "0", "--rtol", "0.01"],
+            "--rtol needs a stationary state, and there is none: order 0 or coefficient 0 with an elastic wall (or "
+            "none) dissipates nothing; the energy grows as q t / 2.",
+        ),
+        (
+            ["simulate", "--intensity", "0", "--rtol", "0.01"],
+            "--intensity must be positive with --rtol: without noise the motion dies out.",
+        ),
+        (
+            ["compare", "--order", "0"],
+            "compare needs a stationary state, and there is none: order 0 or coefficient 0 with an elastic wall (or "
+            "none) dissipates nothing; the energy grows as q t / 2.",
+        ),
         (
             ["simulate", "--rtol", "0.1", "--quantity", "impactrate"],
             "--quantity must be among amplitude_mean_square, x_mean, x_mean_square, v_mean_square, impact_rate, "
@@ -119,6 +146,35 @@ def test_a_warning_names_flags_on_the_command_line(capsys: pytest.CaptureFixture
     err = capsys.readouterr().err
     assert "springpot: warning: --contact-tolerance has no effect without --scheme grunwald.\n" in err
     assert "contact_tolerance" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "flag"),
+    [
+        (["--scheme", "grunwald", "--contact-tolerance", "0.1"], "--contact-tolerance is 0.1 m"),
+        (["--window", "0", "1"], "--window starts at 0 s"),
+        (["--step", "0.2"], "--step is 0.2 s"),
+        (["--restitution", "0.1"], "--restitution 0.1 is not above"),
+        (["--derivative", "riemann-liouville"], "--derivative riemann-liouville has no effect"),
+        (["--restitution", "0.3"], "Use --rtol to have it bounded"),
+    ],
+)
+def test_no_warning_names_an_argument_of_python(
+    words: list[str], flag: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [word for pair in zip(SHORT[1::2], SHORT[2::2], strict=True) if pair[0] not in words for word in pair]
+    assert cli.main(["simulate", *given, *words]) == 0
+    warnings = capsys.readouterr().err
+    assert flag in warnings
+    assert not re.search(r"\w=\S|(?<![\w-])(rtol|contact_tolerance|memory_tolerance|initial_\w+)", warnings)
+
+
+def test_a_time_that_is_too_short_names_the_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "--rtol", "0.05", "--max-time", "1e-6"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("springpot: --max-time of 1e-06 s is too short for any result: ")
+    assert err.count("\n") == 1
 
 
 def test_a_missing_file_is_bad_input(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

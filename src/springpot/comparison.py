@@ -12,7 +12,7 @@ import numpy as np
 from springpot.oscillator import Oscillator
 from springpot.simulation import Run, run
 from springpot.simulation.ensemble import Progress
-from springpot.simulation.settings import relaxation_time, resolve
+from springpot.simulation.settings import check_stationary, relaxation_time, resolve
 from springpot.theory import Result, best_guess, recommended, solve_all, why_none_is_recommended
 from springpot.theory.result import MOMENTS
 
@@ -169,6 +169,7 @@ def compare(
     True
     """
     answers, statements = solve_all(oscillator)
+    check_stationary(oscillator, "compare")
     best = recommended(oscillator, answers)
     if quantities is None:
         guess = answers.get(best_guess(oscillator, answers))

@@ -69,7 +69,7 @@ def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
     for name, statement in silent.items():
         print(f"{name}: {statement}")
     print(f"* recommended here: {best}" if best else why_none)
-    # of the others --json tells
+    # warnings of the other methods: --json prints them
     for sentence in sentences(answers.get(str(best), {}), "warnings"):
         warn(f"{best}: {sentence}")
     return 0
@@ -350,7 +350,11 @@ def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
     return found
 
 
-app.command("springpot.studies.commands:app", name="study")
+app.command(  # not imported here, so the list of commands needs the words of its help
+    "springpot.studies.commands:app",
+    name="study",
+    help="Study: a grid of oscillators, stated in a file.  Results are saved on disk; interrupted runs resume.",
+)
 
 
 @app.command

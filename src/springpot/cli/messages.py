@@ -109,6 +109,7 @@ def in_flags(sentence: str) -> str:
 def of_the_system(error: OSError) -> str:
     """A failure of the operating system without its number; those of the library are sentences already."""
     if error.strerror is None:
-        return one_sentence(error)
+        sentence = one_sentence(error)
+        return in_flags(sentence) if isinstance(error, TimeoutError) else sentence  # of max_time; others name files
     place = "reading or writing" if error.filename is None else repr(os.fspath(error.filename))
     return f"{place} failed: {error.strerror}."

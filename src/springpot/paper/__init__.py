@@ -39,7 +39,7 @@ def reproduce(
     progress : callable, optional
         Called with the fraction done, from 0 to 1, and a line of text.
     threads : int, optional
-        All processors by default.
+        All processors by default.  ``"fig1"`` takes none: nothing is simulated.
 
     Returns
     -------
@@ -49,7 +49,8 @@ def reproduce(
     Raises
     ------
     TypeError, ValueError
-        If ``what`` is another word, ``out`` empty or not a path, or ``threads`` not a whole number from 1 to 4096.
+        If ``what`` is another word, ``out`` empty or not a path, or ``threads`` not a whole number from 1 to 4096, or
+        given with ``"fig1"``.
     OSError
         If the folder cannot be made or written, ``out`` is a file, or a folder has the name of a file to be written.
 
@@ -60,6 +61,8 @@ def reproduce(
     """
     if what not in (*_SHARES, "all"):
         raise ValueError(f"what must be 'fig1', 'fig2', 'errata' or 'all', not {what!r}.")
+    if what == "fig1" and threads is not None:
+        raise ValueError("threads has no effect on fig1, the Fourier series: nothing is simulated.")
     from springpot.simulation.settings import checked_threads
 
     threads = checked_threads(threads)

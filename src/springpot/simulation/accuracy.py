@@ -36,6 +36,7 @@ from springpot.simulation.forgetting import forgetting_time, shares_missing
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import (
     Settings,
+    check_stationary,
     creep_time,
     energy_time,
     fastest_rate,
@@ -271,6 +272,7 @@ def reach(
     wanted = checked_quantities(oscillator, quantities)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
+    check_stationary(oscillator, "rtol")
     base = resolve(oscillator, seed=seed, threads=threads, start="stationary")
     if rtol < PRECISE:
         base = replace(base, memory_tolerance=1e-8)

@@ -310,11 +310,15 @@ def run(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
     if rtol is not None:
-        if observables or impact_observables or distributions or spectrum is not None or first_passage:
-            raise ValueError(
-                "observables, distributions, a spectrum and first_passage cannot be given with rtol, which controls "
-                "moments only."
-            )
+        more = {
+            "observables": observables,
+            "impact_observables": impact_observables,
+            "distributions": distributions,
+            "spectrum": spectrum is not None,
+            "first_passage": first_passage,
+        }
+        if asked := [name for name, value in more.items() if value]:
+            raise ValueError(f"{asked[0]} cannot be given with rtol, which controls moments only.")
         return _run_to(oscillator, rtol, quantities, max_time, progress, given)
     if max_time is not None:
         raise ValueError("max_time needs rtol: without it, paths and duration say how long a run takes.")

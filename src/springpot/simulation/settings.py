@@ -16,7 +16,9 @@ from springpot.processors import threads_available
 from springpot.theory import NoStationaryState, averaging
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["Derivative", "Scheme", "Settings", "StartKind", "default_start", "relaxation_time", "resolve"]
+__all__ = [
+    "Derivative", "Scheme", "Settings", "StartKind", "check_stationary", "default_start", "relaxation_time", "resolve",
+]  # fmt: skip
 
 Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
@@ -318,6 +320,27 @@ def _not_stationary(oscillator: Oscillator) -> str:
     return ""
 
 
+def check_stationary(oscillator: Oscillator, who: str) -> None:
+    """Refuse an oscillator without a stationary state, where ``who``, an argument or a command, needs one.
+
+    Raises
+    ------
+    ValueError
+        If the intensity is 0.
+    NoStationaryState
+        If nothing dissipates energy.
+
+    Examples
+    --------
+    >>> check_stationary(Oscillator(), "rtol")
+    """
+    reason = _not_stationary(oscillator)
+    if reason and oscillator.excitation.intensity == 0.0:
+        raise ValueError(f"intensity must be positive with {who}: {reason}.")
+    if reason:
+        raise NoStationaryState(f"{who} needs a stationary state, and there is none: {reason}.")
+
+
 def _initial_velocity(given: float | None) -> float:
     return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
 
@@ -399,11 +422,7 @@ def _initial_position(oscillator: Oscillator, given: float | None, start: StartK
             raise ValueError("initial_position cannot be given with start='stationary', which finds it itself.")
         if derivative != "caputo":
             raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
-        reason = _not_stationary(oscillator)
-        if reason and oscillator.excitation.intensity == 0.0:
-            raise ValueError(f"intensity must be positive with start='stationary': {reason}.")
-        if reason:
-            raise NoStationaryState(f"start='stationary' needs a stationary state, and there is none: {reason}.")
+        check_stationary(oscillator, "start='stationary'")
         return math.nan  # found by the pilot runs
     if barrier is None:
         return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)

@@ -17,17 +17,22 @@ __all__ = ["app"]
 
 app = App(
     name="study",
-    help="Many questions: a grid of oscillators in a file. Results are saved on disk; interrupted runs resume.",
+    help="Study: a grid of oscillators, stated in a file.  Results are saved on disk; interrupted runs resume.",
     help_format="plaintext",
 )
 
 _File = Annotated[str, Parameter(help="The study file (TOML).")]
-_Store = Annotated[str, Parameter(help="The store: a folder, made by study run.")]
+_Store = Annotated[str, Parameter(help="The store: the folder that springpot study run has written.")]
 
 
 @app.command
-def new(file: Annotated[str, Parameter(help="Where to write it; it must not exist.")]) -> int:
-    """Write a commented example of a study file: ten seconds of work."""
+def new(
+    file: Annotated[str, Parameter(help="The file to write; it must end in .toml, and must not exist yet.")],
+) -> int:
+    """Write an example of a study file, with comments; running it takes ten seconds.
+
+    Example: springpot study new dampers.toml
+    """
     from springpot.studies.template import TEMPLATE
 
     place = Path(file)
@@ -49,7 +54,10 @@ def new(file: Annotated[str, Parameter(help="Where to write it; it must not exis
 
 @app.command
 def schema() -> int:
-    """Print the JSON schema of study files, for editors that check them while you type."""
+    """Print the JSON schema of study files: an editor can use it to check a file while you type.
+
+    Example: springpot study schema
+    """
     from springpot.studies.question import Study
 
     print(json.dumps(Study.model_json_schema(), indent=2))
@@ -58,7 +66,10 @@ def schema() -> int:
 
 @app.command
 def check(file: _File, *, json_: Json = False) -> int:
-    """Check a study file, and say how many tasks it has, and about how long and how much disk they take."""
+    """Check a study file, and estimate its number of tasks, its time and its size on disk.
+
+    Example: springpot study check dampers.toml
+    """
     with leave_at_once():
         from springpot.processors import threads_available
         from springpot.studies.estimate import estimate
@@ -105,14 +116,23 @@ def check(file: _File, *, json_: Json = False) -> int:
 def run(
     file: _File,
     *,
-    store: Annotated[str, Parameter(help="The store: made if missing, resumed if it holds a part.")],
-    threads: Annotated[Whole | None, Parameter(help="Tasks at a time; all processors if not given.")] = None,
-    workers: Annotated[Whole | None, Parameter(help="Start so many Dask worker processes instead.")] = None,
-    scheduler: Annotated[str | None, Parameter(help="Use the Dask scheduler at this address instead.")] = None,
-    shard: Annotated[str, Parameter(help="Only every N-th task, from the i-th: i/N, for job arrays.")] = "1/1",
+    store: Annotated[str, Parameter(help="The store, a folder: created if missing; what it holds already is kept.")],
+    threads: Annotated[Whole | None, Parameter(help="Number of tasks at a time; all processors if not given.")] = None,
+    workers: Annotated[
+        Whole | None, Parameter(help="Instead of threads: start this number of Dask worker processes.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, Parameter(help="Instead of threads: use the Dask scheduler at this address.")
+    ] = None,
+    shard: Annotated[
+        str, Parameter(help="i/N, for job arrays: compute only every N-th task, from the i-th on.")
+    ] = "1/1",
     json_: Json = False,
 ) -> int:
-    """Compute what a store does not hold yet.  Stop it whenever you like: run it again and it goes on."""
+    """Run a study: compute what the store does not hold yet.  After an interruption, the same command resumes it.
+
+    Example: springpot study run dampers.toml --store dampers.zarr
+    """
     with leave_at_once():
         from springpot.studies.question import read_study
         from springpot.studies.running import run_study
@@ -144,7 +164,10 @@ def run(
 
 @app.command
 def status(store: _Store, *, json_: Json = False) -> int:
-    """What a store holds: every answer is read and its checksum compared."""
+    """Count what is done, damaged and missing in a store.  Every result is read and its checksum compared.
+
+    Example: springpot study status dampers.zarr
+    """
     from springpot.studies.estimate import status as look
     from springpot.studies.store import open_store
 
@@ -171,11 +194,14 @@ def status(store: _Store, *, json_: Json = False) -> int:
 @app.command
 def export(
     store: _Store,
-    out: Annotated[str, Parameter(help="A file that ends in .nc or .csv, or a folder that ends in .zarr.")],
+    out: Annotated[str, Parameter(help="The file to write: .nc or .csv, or a folder that ends in .zarr.")],
     *,
-    overwrite: Annotated[bool, Parameter(negative="", help="Replace what is there.")] = False,
+    overwrite: Annotated[bool, Parameter(negative="", help="Replace OUT if it exists.")] = False,
 ) -> int:
-    """Write all numbers to one place: netCDF or Zarr with units and labels, or a table."""
+    """Write all results of a store to one file: netCDF or Zarr with units and labels, or a table (CSV).
+
+    Example: springpot study export dampers.zarr dampers.nc
+    """
     with leave_at_once():
         from springpot.studies.dataset import export as write
         from springpot.studies.store import open_store
@@ -190,12 +216,23 @@ def plot(
     *,
     out: Annotated[str, Parameter(help="The picture: a file that ends in .png.")],
     quantity: Annotated[
-        list[str] | None, Parameter(negative="", help="What to draw; the study's quantities if not given.")
+        list[str] | None, Parameter(negative="", help="Quantities to draw; those named in the study file if not given.")
     ] = None,
-    kind: Annotated[Literal["curves", "map"] | None, Parameter(help="Curves, or a map of the best method.")] = None,
-    along: Annotated[str | None, Parameter(help="The axis of the curves; the longest if not given.")] = None,
+    kind: Annotated[
+        Literal["curves", "map"] | None,
+        Parameter(
+            help="curves along one axis of the study; or map, over two axes, of Monte Carlo (without it, of the last "
+            "theory); curves if not given."
+        ),
+    ] = None,
+    along: Annotated[
+        str | None, Parameter(help="Axis of the study to be drawn horizontally; the longest if not given.")
+    ] = None,
 ) -> int:
-    """Draw a store: curves of theory and Monte Carlo, or maps; a panel for each quantity and place."""
+    """Draw the results of a store: curves of theory and Monte Carlo, or maps, with one panel for each quantity.
+
+    Example: springpot study plot dampers.zarr --out dampers.png
+    """
     with leave_at_once():
         from springpot.figures.studies import draw_study
         from springpot.figures.style import save
