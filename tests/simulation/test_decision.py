@@ -72,3 +72,12 @@ def test_a_clock_without_a_limit_never_ends_and_one_with_none_left_does() -> Non
     Clock(None).check()
     with pytest.raises(OutOfTime):
         Clock(1e-9).check()
+
+
+@pytest.mark.parametrize(("value", "total"), [(0.0, 0.0), (float("nan"), float("nan"))])
+def test_what_has_no_value_yet_is_looked_for_but_not_for_ever(value: float, total: float) -> None:
+    unseen = replace(QUIET, name="impact_rate", value=value, total=total)
+    move = decide(replace(START, known=(QUIET, unseen)))
+    assert (move.kind, move.worst, move.paths, move.pairs) == ("more", "impact_rate", 8192, 4096)
+    assert decide(replace(START, known=(unseen,), spent=2e9)).kind == "stop"
+    assert decide(replace(START, known=(unseen,), most_path_steps=2e6)).kind == "stop"

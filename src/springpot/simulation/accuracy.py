@@ -121,7 +121,8 @@ class Reached:
     estimate : Estimate
         What was expected when the first round was over.
     path_steps : float
-        What was done.  `reach` with this as ``most_path_steps`` and no ``max_time`` gives the same bits.
+        What was done in whole rounds.  How many paths a round has depends on the clock only where there is a
+        ``max_time``: it may make the first round smaller, and ends the run.
     """
 
     settings: Settings
@@ -180,7 +181,7 @@ class _Level:
         completed = completed_rate(self.oscillator, np.concatenate(self.counted), (high - low) * self.settings.step)
         rates, rate = found["impact_rate"], float(completed.mean())
         if not rate > 0.0:
-            return found
+            return found | {"impact_rate": completed, "plain_rate": rates}
         # what the impacts put back hand over is next to nothing
         for name in ("impact_speed_mean", "impact_speed_mean_square"):
             plain = float(found[name].mean())
@@ -224,7 +225,7 @@ class _Outcome:
     @property
     def off(self) -> float:
         """The largest relative total error of what was asked for."""
-        return max(known.total / abs(known.value) for known in self.known)
+        return max(known.off for known in self.known)
 
 
 def reach(
@@ -251,7 +252,7 @@ def reach(
     seed, threads
         As in `springpot.simulate`.
     most_path_steps : float
-        Work after which the run ends with a shortfall.
+        Work after which the run ends with a shortfall; the first round is made whatever it takes.
     max_time : float
         Seconds after which the run ends with what the whole rounds so far have reached.
     progress : callable
@@ -319,13 +320,18 @@ class _Search:
                 if move.kind in ("done", "stop"):
                     break
                 if move.kind == "halve":
+                    finer = _levels(self.oscillator, self.base, 0.5 * step, self.rtol, self.wanted)
+                    targets = _first_targets(self.oscillator, finer.coarse.settings, self.rtol)
+                    if self.spent + _work(finer, targets) > self.most_path_steps:
+                        move = replace(move, kind="stop")
+                        break
                     self.halvings += 1
-                    step *= 0.5
-                    levels = _levels(self.oscillator, self.base, step, self.rtol, self.wanted)
-                    self.targets = _first_targets(self.oscillator, levels.coarse.settings, self.rtol)
+                    step, levels, self.targets = 0.5 * step, finer, targets
                 else:
                     self.targets = move.paths, move.pairs
-            if move.kind == "stop":
+            if move.kind == "stop" and math.isinf(outcome.off):
+                why = f"in {self.spent:.1e} path-steps there was not enough to see"
+            elif move.kind == "stop":
                 why = f"it would take more than {self.most_path_steps:.1e} path-steps"
             else:
                 why = self._why_no_better(outcome, move.worst)
@@ -372,10 +378,10 @@ class _Search:
         """What the first round will take, and the whole run at least."""
         settings = levels.coarse.settings
         self.targets = _first_targets(self.oscillator, settings, self.rtol)
-        work = settings.steps * (self.targets[0] + 3.0 * self.targets[1])
+        work = _work(levels, self.targets)
         if self.clock.seconds(work) > 0.25 * self.clock.left:  # little time: the smallest round first
             self.targets = FEWEST_PATHS, FEWEST_PATHS // 2
-            work = settings.steps * (self.targets[0] + 3.0 * self.targets[1])
+            work = _work(levels, self.targets)
         reason = _length_reason(self.oscillator, settings) or "the first round is small"
         self._say(work, work, reason, self.rtol, self.wanted[0])
 
@@ -391,9 +397,7 @@ class _Search:
 
     def _round(self, levels: _Levels, adapted: Adapted) -> _Outcome:
         before, begun = levels.path_steps, time.perf_counter()
-        work = levels.coarse.settings.steps * (
-            self.targets[0] - levels.coarse.paths + 3.0 * (self.targets[1] - levels.pair_coarse.paths)
-        )
+        work = _work(levels, self.targets)
         if self.clock.seconds(work) > (1.0 if self.best is not None else 3.0) * self.clock.left:
             raise OutOfTime
         levels.extend(*self.targets, self.alive)
@@ -450,10 +454,9 @@ class _Search:
     def _reached(self, best: _Outcome, adapted: Adapted, why: str) -> Reached:
         shortfall = ""
         if best.off > self.rtol:
-            worst = max(best.known, key=lambda known: known.total / abs(known.value))
-            shortfall = (
-                f"{worst.name} is known to {_per_cent(best.off)}, not to the {_per_cent(self.rtol)} asked for: {why}."
-            )
+            worst = max(best.known, key=lambda known: known.off)
+            reached = f"known to {_per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
+            shortfall = f"{worst.name} is {reached}, not to the {_per_cent(self.rtol)} asked for: {why}."
         return Reached(
             settings=replace(best.settings, paths=best.paths + 2 * best.pairs),
             adapted=adapted,
@@ -497,6 +500,12 @@ def _levels(oscillator: Oscillator, base: Settings, step: float, rtol: float, wa
     return _Levels(
         _Level(oscillator, coarse, 0, False), _Level(oscillator, coarse, 3, True), _Level(oscillator, fine, 3, False)
     )
+
+
+def _work(levels: _Levels, targets: tuple[int, int]) -> float:
+    """Path-steps that are still to do for so many paths and pairs."""
+    paths, pairs = targets[0] - levels.coarse.paths, targets[1] - levels.pair_coarse.paths
+    return float(levels.coarse.settings.steps * (paths + 3.0 * pairs))
 
 
 def _first_step(oscillator: Oscillator, rtol: float) -> float:

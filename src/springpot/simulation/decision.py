@@ -13,6 +13,7 @@ NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 SURE = 3.0  # standard errors beyond which a difference between steps is bias
 ROOM = 1.5  # the aim over the part of the error that neither paths nor a shorter step reduce, at least
 LEAST_GROWTH, MOST_GROWTH = 1.2, 4.0  # of the number of paths in one round
+UNSEEN = 1e9  # path-steps after which a run ends in which a quantity still has no value
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,12 @@ class Known:
     bias_weight: float
     other_bias: float
     fixed: float
+
+    @property
+    def off(self) -> float:
+        """Relative total error; infinite where there is no value, as for the rate of impacts of which none was seen."""
+        size = abs(self.value)
+        return self.total / size if size > 0.0 and math.isfinite(self.total) else math.inf
 
 
 @dataclass(frozen=True)
@@ -85,7 +92,7 @@ class Move:
     ----------
     kind : {"done", "halve", "more", "stop"}
         "halve": start again with half the step.  "more": go on to ``paths`` and ``pairs``.
-        "stop": ``most_path_steps`` leaves no room for more.
+        "stop": ``most_path_steps`` leaves no room for more, or a quantity has no value after UNSEEN path-steps.
     worst : str
         The quantity that decided it.
     aim : float
@@ -114,6 +121,9 @@ def decide(standing: Standing) -> Move:
     >>> decide(Standing(0.005, [known], 2048, 1024, 300, 1e6, 1e9, True)).kind
     'more'
     """
+    for known in standing.known:
+        if math.isinf(known.off):
+            return _look_for(known, standing)
     aims = {known.name: _aim(known, standing) for known in standing.known}
     worst = max(standing.known, key=lambda known: known.total / aims[known.name])
     aim = aims[worst.name] / abs(worst.value)
@@ -139,6 +149,15 @@ def decide(standing: Standing) -> Move:
         return Move("stop", worst.name, aim, paths, pairs, left)
     paths, pairs = (math.ceil(now * (1.0 + share * (g - 1.0))) for now, g in zip((paths, pairs), growth, strict=True))
     return Move("more", worst.name, aim, paths, pairs, left)
+
+
+def _look_for(known: Known, standing: Standing) -> Move:
+    """More paths for a quantity that has no value yet."""
+    cost = (MOST_GROWTH - 1.0) * standing.steps * (standing.paths + 3.0 * standing.pairs)
+    if standing.spent + cost > min(standing.most_path_steps, UNSEEN):
+        return Move("stop", known.name, standing.rtol, standing.paths, standing.pairs, cost)
+    paths, pairs = (math.ceil(MOST_GROWTH * number) for number in (standing.paths, standing.pairs))
+    return Move("more", known.name, standing.rtol, paths, pairs, cost)
 
 
 def _aim(known: Known, standing: Standing) -> float:

@@ -4,18 +4,25 @@ A path starts with an empty memory, so after a time t its displacement lacks the
 to older noise would have, q times the integral of h^2 from t on, h being the response to an impulse without a wall.
 Slowly, h follows the creep under spring and springpot, C D^alpha x + Omega^2 x = delta:
 t^(alpha - 1) / (C Gamma(alpha)) at first, and alpha C t^(-1 - alpha) / (Omega^4 Gamma(1 - alpha)) after the time of
-creep (Podlubny, "Fractional Differential Equations", 1999, sections 1.2 and 5); each is a bound at all times.
+creep (Podlubny, "Fractional Differential Equations", 1999, sections 1.2 and 5).  Up to order 1/2 each is a bound at all
+times.  Above it the second is none: near order 1 the creep ends almost like exp(-Omega^2 t / C), and the power comes
+late and small.  There h is summed from its exponentials,
+
+    h(t) = (1 / (pi alpha Omega^2)) int_0^(pi alpha) s exp(-s t) du,   C s^alpha / Omega^2 = sin u / sin(pi alpha - u).
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from springpot.oscillator import Oscillator
 from springpot.simulation.settings import energy_time
 
 __all__ = ["forgetting_time", "missing_variance", "shares_missing"]
 
+LATE = math.log(1e6)  # of the time over that of creep, from which on the late power is all there is
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
 SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
         "impact_speed_mean_square": 0.5}  # fmt: skip
@@ -38,21 +45,48 @@ def missing_variance(oscillator: Oscillator, time: float) -> float:
     [590, 92, 0]
     """
     order, coefficient = oscillator.springpot.order, oscillator.springpot.coefficient
-    if not 0.0 < order < 1.0 or coefficient == 0.0:
+    if order == 0.0 or coefficient == 0.0:
         return 0.0
-    stiffness = oscillator.natural_frequency**2
-    early = 1.0 / (coefficient * math.gamma(order))  # times t^(order - 1)
-    late = order * coefficient / (stiffness**2 * math.gamma(1.0 - order))  # times t^(-1 - order)
-    crossing = (late / early) ** (0.5 / order)
-    power = 2.0 * order - 1.0
-    if time >= crossing:
-        before = 0.0
-    elif abs(power) < 1e-9:
-        before = math.log(crossing / time)
-    else:
-        before = (crossing**power - time**power) / power
-    after = max(time, crossing) ** (-1.0 - 2.0 * order) / (1.0 + 2.0 * order)
-    return float(oscillator.excitation.intensity * (early**2 * before + late**2 * after))
+    intensity = oscillator.excitation.intensity
+    if order <= 0.5:
+        return intensity * _squared_powers(oscillator, time)
+    return intensity * _squared_creep(oscillator, time)
+
+
+def _squared_powers(oscillator: Oscillator, time: float) -> float:
+    """Integral of h^2 from a time on, with the smaller of the two powers for h; by logarithms, for they are steep."""
+    order, now = oscillator.springpot.order, math.log(time)
+    coefficient, stiffness = math.log(oscillator.springpot.coefficient), 2.0 * math.log(oscillator.natural_frequency)
+    early = -coefficient - math.lgamma(order)  # times t^(order - 1)
+    late = math.log(order) + coefficient - 2.0 * stiffness - math.lgamma(1.0 - order)  # times t^(-1 - order)
+    crossing = 0.5 * (late - early) / order
+    after = math.exp(2.0 * late - (1.0 + 2.0 * order) * max(now, crossing)) / (1.0 + 2.0 * order)
+    if now >= crossing:
+        return after
+    power = 1.0 - 2.0 * order
+    before = (crossing - now) * math.exp(2.0 * early - power * now)
+    if power > 1e-9:
+        before *= -math.expm1(-power * (crossing - now)) / (power * (crossing - now))
+    return after + before
+
+
+def _squared_creep(oscillator: Oscillator, time: float) -> float:
+    """Integral of h^2 from a time on, above order 1/2."""
+    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
+    logarithm = math.log(stiffness / oscillator.springpot.coefficient) / order  # of the rate of creep
+    scaled = logarithm + math.log(time)
+    if order == 1.0:
+        return 0.5 * math.exp(logarithm - 2.0 * math.exp(min(scaled, 7.0))) / stiffness**2 if scaled < 7.0 else 0.0
+    if scaled > LATE:
+        return _squared_powers(oscillator, time)
+    small = math.log(math.pi * order / math.sin(math.pi * (1.0 - order)))
+    y = np.arange(-20.0 - small - max(order * scaled, 0.0), 20.0 + small + max(-order * scaled, 0.0), 0.15)
+    share, rest = 1.0 / (1.0 + np.exp(-y)), 1.0 / (1.0 + np.exp(y))
+    u, other = math.pi * order * share, math.pi * order * rest
+    rate = (np.sin(u) / np.sin(other)) ** (1.0 / order)  # over that of creep
+    weight = 0.15 * u * rest * rate * np.exp(-rate * math.exp(scaled))
+    pairs = float(np.sum(np.outer(weight, weight) / (rate[:, None] + rate)))
+    return math.exp(logarithm) * pairs / (math.pi * order * stiffness) ** 2
 
 
 def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, amplitude: float) -> dict[str, float]:

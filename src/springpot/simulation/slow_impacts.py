@@ -62,7 +62,8 @@ def even_step(oscillator: Oscillator) -> float:
     press = 0.0 if wall is None else oscillator.natural_frequency**2 * oscillator.direction * wall.position
     if oscillator.restitution == 1.0 or not press > 0.0 or q == 0.0:
         return math.inf
-    return q * (0.2 * oscillator.restitution / press) ** 2
+    ratio = 0.2 * oscillator.restitution / press
+    return q * ratio * ratio  # inf where ** 2 would overflow
 
 
 def slow_impact_order(restitution: float) -> float:
