@@ -10,7 +10,7 @@ from springpot.simulation import CONTROLLED, accuracy, run
 from springpot.simulation.accuracy import _combine, _levels, _samples, reach
 from springpot.simulation.cost import Clock, Estimate
 from springpot.simulation.ensemble import advance, tables
-from springpot.simulation.forgetting import missing_variance
+from springpot.simulation.forgetting import missing_variance, shares_missing
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
 from springpot.simulation.slow_impacts import even_step, slow_impact_order
@@ -202,6 +202,17 @@ def test_that_bound_holds_at_all_orders(order: float, most: float) -> None:
 def test_that_bound_is_a_number_at_extremes(order: float, coefficient: float) -> None:
     extreme = oscillator(order, coefficient, position=None)
     assert 0.0 <= missing_variance(extreme, 1e9) <= missing_variance(extreme, 3.0) < 1e-3
+
+
+@pytest.mark.parametrize("position", [0.0, -0.5, -1.5])
+def test_impacts_across_a_gap_lack_a_larger_share(position: float) -> None:
+    """At order 1 the law of x is a Gaussian beyond the wall: with a smaller variance the rate is as it says."""
+    problem = oscillator(1.0, 2.0, position=position)
+    full, lacking = (truncated_gaussian(position, c, 1.0, 1.0) for c in (2.0, 2.0 / 0.99))
+    full_rate, rate = full["impact_rate"], lacking["impact_rate"] * 0.99**-0.5  # the speeds are not slow
+    time = math.log(200.0)  # when the bound on the variance that is lacking is a hundredth
+    share = shares_missing(problem, time, full["x_mean_square"], full["amplitude_mean_square"])["impact_rate"]
+    assert abs(rate / full_rate - 1.0) < 1.02 * share < 0.1  # to first order
 
 
 def test_an_overdamped_displacement_is_awaited() -> None:

@@ -90,8 +90,16 @@ def _squared_creep(oscillator: Oscillator, time: float) -> float:
 
 
 def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, amplitude: float) -> dict[str, float]:
-    """Bound on the share of each quantity that slow displacements lack at a time, given <x^2> and <A^2>."""
+    """Bound on the share of each quantity that slow displacements lack at a time, given <x^2> and <A^2>.
+
+    Impacts across a gap of b are as rare as exp(-b^2 / (2 <x^2>)), so their rate changes b^2 / <x^2> times as much.
+    """
     factor = 1.0 if oscillator.barrier is None else WALL
     missing = factor * missing_variance(oscillator, time)
-    shares = {name: min(1.0, weight * missing / x_mean_square) for name, weight in SLOW.items()}
+    wall = oscillator.barrier
+    gap = 0.0 if wall is None else min(oscillator.direction * wall.position, 0.0)
+    rarer = dict.fromkeys(("x_mean", "impact_rate"), 0.5 * gap * gap / x_mean_square)
+    shares = {
+        name: min(1.0, (weight + rarer.get(name, 0.0)) * missing / x_mean_square) for name, weight in SLOW.items()
+    }
     return shares | {"amplitude_mean_square": min(1.0, missing / amplitude), "v_mean_square": 0.0}
