@@ -172,8 +172,8 @@ def simulate(
         float | None,
         Parameter(
             group=_MONTE_CARLO,
-            help="Total relative error wanted.  It decides on all of the below; only seed and threads can be given "
-            "with it.",
+            help="Total relative error wanted, such as 0.01.  Paths, duration, step, window and start are then chosen; "
+            "of the flags of this group only quantity, max-time, seed and threads can be given with it.",
         ),
     ] = None,
     quantity: Annotated[
@@ -182,7 +182,7 @@ def simulate(
             group=_MONTE_CARLO,
             negative="",
             metavar="NAME",
-            help="With --rtol: what must be known so well, amplitude_mean_square if not given; can be repeated.",
+            help="With --rtol: the result that must reach it; amplitude_mean_square if not given; can be repeated.",
         ),
     ] = None,
     max_time: Annotated[
@@ -210,14 +210,18 @@ def simulate(
     threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
     scheme: Annotated[
         Literal["default", "grunwald"] | None,
-        Parameter(group=_MONTE_CARLO, help="Our scheme, or the paper's; default if not given."),
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Integration scheme: default, or grunwald, that of the paper; default if not given.",
+        ),
     ] = None,
     start: Annotated[
         Literal["rest", "stationary"] | None,
         Parameter(
             group=_MONTE_CARLO,
-            help="From the stationary mean of x (found by pilot runs), or from rest; stationary if neither this nor an "
-            "initial state nor the Riemann-Liouville derivative is given, and there is a stationary state.",
+            help="stationary: from the stationary mean of x, which pilot runs find; rest: from rest.  If not given: "
+            "stationary; but rest with an initial state, with the Riemann-Liouville derivative, or if there is no "
+            "stationary state.",
         ),
     ] = None,
     initial_position: Annotated[
@@ -228,17 +232,20 @@ def simulate(
     ] = None,
     derivative: Annotated[
         Literal["caputo", "riemann-liouville"] | None,
-        Parameter(group=_MONTE_CARLO, help="They differ when x(0) is not 0; caputo if not given."),
+        Parameter(
+            group=_MONTE_CARLO,
+            help="Definition of the derivative; the two differ if x(0) is not 0; caputo if not given.",
+        ),
     ] = None,
     memory_tolerance: Annotated[
         float | None,
-        Parameter(group=_MONTE_CARLO, help="Relative error allowed to the memory kernel; 1e-06 if not given."),
+        Parameter(group=_MONTE_CARLO, help="Relative error allowed in the memory kernel; 1e-06 if not given."),
     ] = None,
     contact_tolerance: Annotated[
         float | None,
         Parameter(
             group=_MONTE_CARLO,
-            help="Distance at which the paper's scheme sees an impact, in m; 1e-05 if not given.",
+            help="Scheme grunwald only: distance from the wall that counts as an impact, in m; 1e-05 if not given.",
         ),
     ] = None,
     distributions: Annotated[
@@ -246,7 +253,7 @@ def simulate(
         Parameter(
             group=_MONTE_CARLO,
             negative="",
-            help="Quantiles of x, v, amplitude and impact speed, and of the extremes of each path, as well.",
+            help="Print also quantiles of x, v, amplitude and impact speed, and of the extremes of each path.",
         ),
     ] = False,
     first_passage: Annotated[
@@ -406,7 +413,8 @@ def validity(
     *,
     out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
     simulate_again: Annotated[
-        bool, Parameter(negative="", help="Make the map's Monte Carlo anew first: half an hour, and it can be stopped.")
+        bool,
+        Parameter(negative="", help="First run the Monte Carlo of the map again: half an hour; can be interrupted."),
     ] = False,
     threads: Threads = None,
 ) -> int:
@@ -445,7 +453,7 @@ def explore(
     host: Annotated[str, Parameter(help="Numerical address to listen on; by default only this computer's own.")] = (
         "127.0.0.1"
     ),
-    browser: Annotated[bool, Parameter(help="Whether to open the page in the browser.")] = True,
+    browser: Annotated[bool, Parameter(help="Open the page in the browser, or only print its address.")] = True,
 ) -> int:
     """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo.
 

@@ -56,14 +56,21 @@ class OscillatorFlags:
         float | None, Parameter(help="Place b of the wall, in m.", show_default=str(_WALL.position))
     ] = None
     restitution: Annotated[
-        float | None, Parameter(help="Coefficient r of the impacts, in (0, 1].", show_default=str(_WALL.restitution))
+        float | None,
+        Parameter(help="Speed after an impact / speed before it, in (0, 1].", show_default=str(_WALL.restitution)),
     ] = None
     side: Annotated[
         Literal["above", "below"] | None,
         Parameter(help="Side of the wall on which the mass moves.", show_default=_WALL.side),
     ] = None
     barrier: Annotated[
-        bool, Parameter(name="--barrier", negative="--no-barrier", show_default=False, help="With a wall, or without.")
+        bool,
+        Parameter(
+            name="--barrier",
+            negative="--no-barrier",
+            show_default=False,
+            help="With the wall (as by default), or without.",
+        ),
     ] = True
     mass: Annotated[float | None, Parameter(group=_DEVICE, help="Mass m, in kg.")] = None
     stiffness: Annotated[
@@ -146,4 +153,4 @@ def _flags(names: Iterable[str]) -> str:
 
 STANDARD = OscillatorFlags()
 Flags = Annotated[OscillatorFlags, Parameter(name="*")]
-Threads = Annotated[Whole | None, Parameter(help="Threads; all that this process may use if not given.")]
+Threads = Annotated[Whole | None, Parameter(help="Number of threads; as many as this process may use if not given.")]
