@@ -169,14 +169,31 @@ def _a_table(content: dict[str, Any]) -> None:
     content["weights"], content["rates"] = [content["weights"]], [content["rates"]]
 
 
+def _in_another_order(content: dict[str, Any]) -> None:
+    content["weights"].reverse()
+    content["rates"].reverse()
+
+
+def _split(count: int, apart: float) -> Callable[[dict[str, Any]], None]:
+    """One of the terms as many that are together the same."""
+
+    def split(content: dict[str, Any]) -> None:
+        weight, rate = content["weights"].pop(3), content["rates"].pop(3)
+        content["weights"][3:3] = [weight / count] * count
+        content["rates"][3:3] = [rate * (1.0 + apart * number) for number in range(count)]
+
+    return split
+
+
 def _far_too_large(content: dict[str, Any]) -> None:
     content["weights"][0] = 10**400
 
 
 @pytest.mark.parametrize(
     "change",
-    [_scaled, _one_mode_off, _negative, _growing, _boast, _worse, _no_number, _no_terms, _a_table, _far_too_large],
-)
+    [_scaled, _one_mode_off, _negative, _growing, _boast, _worse, _no_number, _no_terms, _a_table, _far_too_large,
+     _in_another_order, _split(2, 0.0), _split(9000, 1e-14)],
+)  # fmt: skip
 def test_a_forged_sum_with_the_right_digest_is_not_believed(
     fresh_folder: Path, change: Callable[[dict[str, Any]], None]
 ) -> None:
