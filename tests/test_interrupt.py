@@ -77,6 +77,26 @@ def test_after_the_answer_nothing_changes() -> None:
     assert taken < 10.0
 
 
+def test_in_the_last_moments_nothing_changes() -> None:
+    """Ctrl-C when Python has taken its handlers of signals away already: the exit code is that of the work."""
+    code = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Last:
+    def __del__(self, kill=os.kill, own=os.getpid(), number=int(signal.SIGINT), write=os.write):
+        write(1, b"last\\n")
+        kill(own, number)
+last = Last()
+sys.argv = ["springpot", "--version"]
+from springpot.__main__ import main
+sys.exit(main())
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 0
+    assert ended.stdout.endswith("last\n")
+    assert ended.stderr == ""
+
+
 def test_a_command_that_ignores_ctrl_c_goes_on() -> None:
     """As the background of a script does."""
     body = (

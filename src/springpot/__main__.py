@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import sys
 
-from springpot.interrupt import attended, leave_at_once
+from springpot.interrupt import attended, ignore_ctrl_c, leave_at_once
+from springpot.one_thread import ONE_THREAD
 
 __all__ = ["main"]
 
 
 def main() -> int:
     """Load the command line and run it; see `springpot.cli.main`."""
+    atexit.register(ignore_ctrl_c)  # the first one to be registered is the last one to be called
+    for name, number in ONE_THREAD.items():
+        os.environ.setdefault(name, number)
     return attended(_command)
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType
 
-__all__ = ["INTERRUPTED", "Terminated", "attended", "leave_at_once", "sigterm_as_ctrl_c"]
+__all__ = ["INTERRUPTED", "Terminated", "attended", "ignore_ctrl_c", "leave_at_once", "sigterm_as_ctrl_c"]
 
 INTERRUPTED = 130  # exit code
 PATIENCE = 2.0  # s that a command has to tidy up after a signal
@@ -131,6 +131,15 @@ def _end_with(code: int) -> None:
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, end)
+
+
+def ignore_ctrl_c() -> None:
+    """Let Ctrl-C change nothing any more.
+
+    For the end of the process: Python takes its handlers of signals away some milliseconds before it has ended, and
+    Ctrl-C would then replace the exit code.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _wait_and_end(reading: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -240,3 +241,17 @@ def test_times_and_sizes_read_well() -> None:
     assert [_size(size) for size in (0, 999, 1000, 123456, 8192e6, 1e15)] == [
         "0.0 B", "999 B", "1.0 kB", "123 kB", "8.2 GB", "1000 TB",
     ]  # fmt: skip
+
+
+def test_linear_algebra_has_one_thread_as_that_of_the_workers_has() -> None:
+    """With more, the last bits of the envelope and of the closure depend on their number."""
+    code = (
+        "import os, sys; sys.argv = ['springpot', 'no-such-command']; from springpot.__main__ import main; main(); "
+        "print(os.environ['OPENBLAS_NUM_THREADS'], os.environ['OMP_NUM_THREADS'])"
+    )
+    without = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    for given, expected in (({}, "1 1\n"), ({"OMP_NUM_THREADS": "3"}, "1 3\n")):
+        found = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env={**without, **given}
+        )
+        assert found.stdout == expected

@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import os
+import sys
 import time
 import tomllib
 from collections.abc import Callable
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.faults import FileFault
 from springpot.simulation.settings import COARSEST
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, QUANTITIES, Method, Study, read_study
@@ -242,6 +244,16 @@ def test_what_is_no_file_is_not_read(make: Callable[[Path], None], says: str, tm
     place = tmp_path / "study.toml"
     make(place)
     with pytest.raises(ValueError, match=f"^study file .* cannot be read: {says}"):
+        read_study(place)
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [(Path("n" * 300 + ".toml"), "file name too long"), (Path("/proc/self/mem"), "input/output error")],
+)
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc")
+def test_a_file_that_the_system_cannot_read_is_bad_input(place: str, says: str) -> None:
+    with pytest.raises(FileFault, match=f"^study file .* cannot be read: {says}\\.$"):
         read_study(place)
 
 

@@ -352,11 +352,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     Raises
     ------
     ValueError
-        One sentence that says what is wrong in it, and where.
+        One sentence that says what is wrong in it, and where, or why the file cannot be read.
     FileNotFoundError
         If there is no such file.
-    OSError
-        If the file cannot be read.
 
     Examples
     --------

@@ -105,7 +105,9 @@ def run_study(
     path : str or Path
         Of the store; made if there is none.
     threads : int, optional
-        Tasks at a time in this process; all processors that it may use if left out.
+        Tasks at a time in this process; all processors that it may use if left out.  For the same last bits of the
+        envelope and the closure as on workers, set `OPENBLAS_NUM_THREADS` to 1 before NumPy is loaded; the command
+        ``springpot`` does so.
     workers : int, optional
         Start a Dask cluster of so many processes on this machine instead.
     scheduler : str, optional

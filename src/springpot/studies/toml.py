@@ -46,14 +46,14 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
     FileNotFoundError
         If there is no such file.
     FileFault
-        If it is no file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not TOML.
-    OSError
-        If it cannot be read.
+        If it cannot be read, is no file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not TOML.
     """
     try:
         body = read_file(str(path), MOST_BYTES)
     except Damaged as fault:
         raise FileFault(f"{title} cannot be read: {fault}.") from None
+    except OSError as error:
+        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
     if body is None:
         raise FileNotFoundError(f"There is no file {str(path)!r}.")
     try:

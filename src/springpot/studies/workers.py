@@ -10,10 +10,11 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from springpot.one_thread import ONE_THREAD
+
 __all__ = ["Workers", "without_ctrl_c"]
 
 MOST_ENDS = 10  # of each worker, without a task done in between
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
 
 class Workers:
@@ -80,7 +81,7 @@ class Workers:
             return subprocess.Popen(
                 [sys.executable, "-P", "-m", "springpot.studies.worker", self._address, self._folder.name],
                 stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                env={**_ONE_THREAD, **os.environ, "PYTHONPATH": places},
+                env={**ONE_THREAD, **os.environ, "PYTHONPATH": places},
             )  # fmt: skip
 
 
