@@ -116,6 +116,25 @@ def test_links_on_the_way(place: Path, tmp_path: Path) -> None:
     assert "leads in a circle" in str(trusted.reason_against(tmp_path / "circle"))
 
 
+def test_up_from_where_a_link_leads(place: Path, tmp_path: Path) -> None:
+    """The system goes up from the link's target: what is checked must be what it opens."""
+    open_to_all = tmp_path / "open"
+    (open_to_all / "inner").mkdir(parents=True)
+    (open_to_all / "cache").mkdir()
+    (open_to_all / "cache" / "file").write_bytes(b"forged")
+    (tmp_path / "link").symlink_to(open_to_all / "inner")
+    there = tmp_path / "link" / ".." / "cache"  # without the link it would be the folder of this user
+    assert read(there) == b"forged"
+    open_to_all.chmod(0o777)
+    assert read(there) is None
+    assert "can be written by other users" in str(trusted.reason_against(there))
+    assert read(place / ".." / place.name) == b"words"
+    with pytest.raises(trusted.UntrustedFolder, match="can be written by other users"):
+        trusted.make_folder(there / "new")
+    trusted.make_folder(tmp_path / "made" / ".." / "new")
+    assert (tmp_path / "new").is_dir()
+
+
 @needs_another_user
 def test_a_link_of_another_user(tmp_path: Path, place: Path) -> None:
     open_to_all = tmp_path / "open"

@@ -61,7 +61,7 @@ def reason_against(folder: str | os.PathLike[str]) -> str | None:
     >>> alone is None, "can be written by other users" in open_to_all
     (True, True)
     """
-    path = Path(os.path.abspath(folder))
+    path = Path(folder).absolute()  # with each ".." in its place: after a link it leads up from where the link leads
     if not hasattr(os, "geteuid"):
         return _against_outside_home(path)
     try:
@@ -82,7 +82,7 @@ def make_folder(folder: str | os.PathLike[str]) -> None:
     """
     if reason := reason_against(folder):
         raise UntrustedFolder(reason)
-    path = Path(os.path.abspath(folder))
+    path = Path(folder).absolute()
     for place in (*reversed(path.parents), path):
         with contextlib.suppress(FileExistsError):
             if not place.is_dir():

@@ -197,6 +197,18 @@ def test_a_kernel_forged_by_another_user_is_not_run(
     assert str(said[0].message).endswith(f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.")
 
 
+@pytest.mark.parametrize("content", [b"no pickle", pickle.dumps(3), b""])
+def test_another_content_with_the_right_checksum_is_compiled_anew(
+    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / "cache"
+    assert hits(kernel(cache, monkeypatch)) == 0
+    (kept,) = cache.rglob("*.nbc")
+    kept.write_bytes(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+    assert hits(kernel(cache, monkeypatch)) == 0
+    assert hits(kernel(cache, monkeypatch)) == 1
+
+
 @needs_owners
 @pytest.mark.parametrize("place", ["pipe", "huge", "for all", "folder"])
 def test_a_kernel_in_no_proper_file_is_compiled_anew(

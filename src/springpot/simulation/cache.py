@@ -101,7 +101,10 @@ class _Files:
         checksum, _, content = (read(self._place(key), _LARGEST) or b"").partition(b"\n")
         if hashlib.sha256(content).hexdigest().encode() != checksum:
             return None
-        saved_under, data = pickle.loads(content)
+        try:
+            saved_under, data = pickle.loads(content)
+        except (pickle.UnpicklingError, EOFError, ValueError, TypeError, AttributeError, ImportError, IndexError):
+            return None  # not one of ours, though its checksum is right
         return data if saved_under == key else None
 
     def save(self, key: Any, data: Any) -> None:

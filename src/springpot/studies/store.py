@@ -282,7 +282,7 @@ def _ours(path: Path) -> dict[str, Any] | None:
         kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
         bare = {name: part for name, part in content.items() if name != CONSOLIDATED}
         right = kept > FORMAT or bare == _root(ours)
-    except (AttributeError, TypeError, KeyError, IndexError, ValueError, RecursionError):
+    except (AttributeError, TypeError, KeyError, IndexError, ValueError, OverflowError, RecursionError):
         right = False
     if not right:
         if any(path.glob("*/*/numbers")):
