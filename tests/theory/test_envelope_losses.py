@@ -83,7 +83,14 @@ def test_more_time_is_spent_on_the_way_out_which_is_slower() -> None:
         assert found.joint_density(way, way * 0.5) != found.joint_density(way, -way * 0.5)
 
 
-@pytest.mark.parametrize(("c", "b", "r"), [(0.1, 1.0, 0.5), (0.3, -0.5, 0.5), (0.1, 0.0, 0.8)])
+@pytest.mark.parametrize(
+    ("c", "b", "r"),
+    [
+        pytest.param(0.1, 1.0, 0.5, marks=pytest.mark.validation),
+        (0.3, -0.5, 0.5),
+        pytest.param(0.1, 0.0, 0.8, marks=pytest.mark.validation),
+    ],
+)
 def test_the_joint_density_is_near_that_of_the_fokker_planck_equation(c: float, b: float, r: float) -> None:
     """And displacement and velocity are not correlated, as in every stationary state."""
     found, exact = envelope(make(1.0, c, b, r)), fokker_planck(make(1.0, c, b, r))

@@ -256,11 +256,14 @@ def _remote(path: str, task: Task) -> bool:
 def _on_a_cluster(
     store: Store, missing: Sequence[Task], count: _Count, workers: int | None, scheduler: str | None
 ) -> None:
+    from distributed.comm import CommClosedError
+
     with _client(workers, scheduler) as (client, own):
         try:
             _submit_all(client, own, store, missing, count)
         except Exception as error:
-            if client.status != "running":
+            # a closed connection may show before the client knows of it
+            if client.status != "running" or isinstance(error, CommClosedError):
                 raise OSError(
                     "the Dask scheduler is gone: everything answered so far is kept, and running the study again goes "
                     "on from there."
