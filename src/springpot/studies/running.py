@@ -256,7 +256,7 @@ def _remote(path: str, task: Task) -> bool:
 def _on_a_cluster(
     store: Store, missing: Sequence[Task], count: _Count, workers: int | None, scheduler: str | None
 ) -> None:
-    from distributed.comm import CommClosedError
+    from distributed.comm.core import CommClosedError
 
     with _client(workers, scheduler) as (client, own):
         try:
