@@ -117,14 +117,22 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
 
 def test_usable_within_a_second(context: BrowserContext) -> None:
     """From the moment the server says where it is to controls that can be moved."""
-    times = []
+    times, pictures = [], []
     others = Others()
     while not times or (min(times) >= 1.0 and len(times) < 5):
-        with running() as fresh, opened(context, fresh, wait=False) as early:
-            early.page.locator("#slider-order").press("ArrowRight")
-            early.wait("springpotExplorer.generation > 0")
-            times.append(time.monotonic() - fresh.answered)
+        with running() as fresh:
+            with opened(context, fresh, wait=False) as early:
+                early.page.locator("#slider-order").press("ArrowRight")
+                early.wait("springpotExplorer.generation > 0")
+                times.append(time.monotonic() - fresh.answered)
+            begun = time.monotonic()
+            bare = context.new_page()
+            bare.goto(f"{fresh.address}/static/icon.svg")
+            pictures.append(time.monotonic() - begun)
+            bare.close()
     others.excuse(f"the page took {min(times):.1f} s", unless=min(times) < 1.0)
+    if min(times) >= 1.0 and min(pictures) > 0.2:  # a browser that is slow by itself says nothing of the page
+        pytest.skip(f"the page took {min(times):.1f} s, but the browser took {min(pictures):.2f} s to open a picture")
     assert min(times) < 1.0
 
 
