@@ -93,6 +93,26 @@ def test_check_of_ten_million_tasks_takes_no_longer(tmp_path: Path, capsys: pyte
     assert found["points_checked"] == 504
 
 
+DEAR = [  # one task of each takes minutes
+    {"paths": 100_000, "duration": 5000.0, "step": 0.005},
+    {"paths": 4096, "duration": 20_000.0, "step": 0.01},
+    {"path_times": 1e9},
+    {"rtol": 2e-4},
+]
+
+
+@pytest.mark.parametrize("settings", DEAR, ids=lambda settings: next(iter(settings)) + str(len(settings)))
+def test_check_of_dear_tasks_takes_seconds(
+    settings: dict[str, float], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They are tried for as long as tells how long they take."""
+    file = write_toml(tmp_path / "dear.toml", {**RUNS, "monte_carlo": settings})
+    begun = time.process_time()
+    found = json.loads(asked(capsys, "check", file, "--json")[0])
+    assert time.process_time() - begun < 10.0
+    assert found["processor_seconds"]["monte_carlo"] > 100.0
+
+
 def test_check_tells_methods_that_do_not_cover(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_toml(tmp_path / "theory.toml", THEORY)
     found = json.loads(asked(capsys, "check", file, "--json")[0])

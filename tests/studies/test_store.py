@@ -241,6 +241,22 @@ def test_a_newer_version_is_refused_with_the_reason(use: Callable[[Path], object
         (copy / "zarr.json").write_bytes(before)
 
 
+@pytest.mark.parametrize("version", ["9\x1b[2J", "9\nspringpot: all is well.", "9" * 1000, ["9"], None])
+def test_a_version_that_is_none_is_damage_and_not_shown(version: object, copy: Path) -> None:
+    def hostile(ours: dict[str, object]) -> None:
+        ours["format"], ours["versions"] = 99, [{"springpot": version, "numba": "1", "numpy": "3"}]
+
+    whole = content(copy)
+    _change_root(copy, hostile)
+    with pytest.raises(StoreError) as caught:
+        open_store(copy)
+    assert "damaged" in str(caught.value)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 500
+    run_study(STUDY, copy)
+    assert content(copy) == whole
+
+
 def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     (tmp_path / "folder").mkdir()

@@ -67,7 +67,7 @@ def adapt(
     paths : int
         Most paths of a pilot run; if left out, as many as the run has, within [8192, 65536].
     progress : callable, optional
-        Called with the fraction done of the present pilot run; whatever it raises ends the search.
+        Called with 0 after every block of paths; whatever it raises ends the search.
 
     Returns
     -------
@@ -78,6 +78,7 @@ def adapt(
         return Adapted(0.0, 0.0, 0.0, 0.0, 0)
     most = min(max(settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
     pilot = _pilot_settings(oscillator, settings, most)
+    alive = None if progress is None else (lambda _: progress(0.0))
     sign = mirror(oscillator)
     wall = sign * oscillator.barrier.position
     now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
@@ -88,7 +89,7 @@ def adapt(
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
         at = replace(pilot, initial_position=sign * position)
         made = tables(oscillator, at)
-        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream, progress=progress).rows)
+        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream, progress=alive).rows)
         means = controlled(found["x_mean"][1], found["energy_residual"][1][:, None])
         return sign * float(means.mean()), standard_error(means), found["x_mean_square"][0] ** 0.5
 

@@ -337,7 +337,7 @@ def run(
     begun = time.perf_counter()
     adapted = None
     if settings.start == "stationary":
-        adapted = adapt(oscillator, settings)
+        adapted = adapt(oscillator, settings, progress=progress)
         settings = replace(settings, initial_position=adapted.position)
     made = tables(oscillator, settings)
     ensemble = advance(oscillator, settings, made, observers=watching.observers, progress=progress)

@@ -91,12 +91,27 @@ def stationary(
     True
     """
     path_times = finite_number(path_times, "path_times", low=1e3, high=1e9)
-    adapted = adapt(oscillator, _settings(oscillator, ELASTIC_STEP, path_times, seed, threads), paths=PILOT_PATHS)
-    found = []
-    for step, stream in zip(_steps(oscillator), STREAMS, strict=False):
-        settings = replace(_settings(oscillator, step, path_times, seed, threads), initial_position=adapted.position)
-        found.append(_run(oscillator, settings, adapted, stream, progress))
+    steps = _steps(oscillator)
+    settings = [_settings(oscillator, step, path_times, seed, threads) for step in steps]
+    adapted = adapt(
+        oscillator,
+        _settings(oscillator, ELASTIC_STEP, path_times, seed, threads),
+        paths=PILOT_PATHS,
+        progress=progress,
+    )
+    whole = sum(each.paths * each.steps for each in settings)
+    done, found = 0.0, []
+    for each, stream in zip(settings, STREAMS, strict=False):
+        share = each.paths * each.steps / whole
+        part = None if progress is None else _part_of(progress, done, share)
+        found.append(_run(oscillator, replace(each, initial_position=adapted.position), adapted, stream, part))
+        done += share
     return _moments(found[0] if len(found) == 1 else _extrapolated(oscillator, *found))
+
+
+def _part_of(progress: Progress, before: float, share: float) -> Progress:
+    """Progress of one of several runs, told as that of all."""
+    return lambda fraction: progress(before + share * fraction)
 
 
 def _steps(oscillator: Oscillator) -> tuple[float, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
 from dataclasses import dataclass, replace
@@ -19,8 +18,9 @@ SAMPLE = 12  # tasks of a method that are tried
 LARGEST_SAMPLE = 1.0  # s spent on each method, one task after another
 CHECKED = 500  # points at which the settings of Monte Carlo are checked
 BLOCK = 4096  # bytes a file system gives the smallest file
-ROUGH = {"rtol": 0.05, "path_times": 1e4}  # as Monte Carlo is tried
-FEW_PATHS, MORE_PATHS = 256, 1024  # as a run with a given number of paths is tried: its pilot runs are a fixed cost
+ROUGH = {"rtol": 0.02, "paths": 512}  # as Monte Carlo is tried: its pilot runs are a fixed cost
+LONGEST_TRY = 0.3  # s after which a task's time is told from what is done
+LONGEST_PILOT = 3.0  # s that pilot runs may take, of which nothing can be told before they end
 
 
 @dataclass(frozen=True)
@@ -102,43 +102,49 @@ def estimate(study: Study) -> Estimate:
     return Estimate(counts, seconds, room, silent, used, checked)
 
 
+class _Enough(Exception):
+    """What a task takes can be told from its beginning."""
+
+
 def _cost(task: Task) -> tuple[float, str]:
-    """Estimate of a task's time from a cheaper version of it, and why it has no answer, if it has none."""
-    wanted = task.settings.get("paths")
-    if wanted is None or wanted <= MORE_PATHS:
-        rough, factor = _roughly(task)
-        taken, statement = _try(rough)
-        return factor * taken, statement
-    few, statement = _try(_with(task, "paths", FEW_PATHS))
-    more, _ = _try(_with(task, "paths", MORE_PATHS))
-    per_path = max(more - few, 0.0) / (MORE_PATHS - FEW_PATHS)
-    return few + per_path * (wanted - FEW_PATHS), statement
-
-
-def _try(task: Task) -> tuple[float, str]:
-    """Time that a task takes, and why it has no answer, if it has none."""
+    """Time that a task takes, told from the beginning of a cheaper one if it is long, and why it has no answer."""
+    cheap, factor = _cheaper(task)
     begun = time.perf_counter()
+    pilots, expected = 0.0, math.nan
+
+    def tell(done: float) -> None:
+        nonlocal pilots, expected
+        spent = time.perf_counter() - begun
+        if not done > 0.0:
+            pilots = spent
+        else:
+            of_the_run = getattr(done, "estimate", None)  # of a run to a tolerance, whose first round tells the rest
+            whole = spent - pilots + of_the_run.seconds if of_the_run is not None else (spent - pilots) / done
+            expected = pilots + factor * whole
+        if spent > (LONGEST_TRY if math.isfinite(expected) else LONGEST_PILOT):
+            raise _Enough
+
     statement = ""
-    with contextlib.suppress(Exception):  # running it will tell
-        statement = compute(task).statement
-    return time.perf_counter() - begun, statement
+    try:
+        statement = compute(cheap, progress=tell).statement
+    except _Enough:
+        spent = time.perf_counter() - begun
+        return (expected if math.isfinite(expected) else factor * spent), ""
+    except Exception:  # running it will tell
+        pass
+    spent = time.perf_counter() - begun
+    return pilots + factor * (spent - pilots), statement
 
 
-def _roughly(task: Task) -> tuple[Task, float]:
-    """A cheaper version of a task, and how many times longer the task itself will take."""
+def _cheaper(task: Task) -> tuple[Task, float]:
+    """A task with fewer paths, and how many times longer the task itself will take once its pilot runs are over."""
     for name, rough in ROUGH.items():
         wanted = task.settings.get(name)
         if wanted is None or (wanted >= rough if name == "rtol" else wanted <= rough):
             continue
-        factor = (rough / wanted) ** 2 if name == "rtol" else wanted / rough
-        # a coarse answer has its fixed costs as well, which do not grow
-        return _with(task, name, rough), max(1.0, 0.5 * factor)
+        cheap = replace(task, settings={**task.settings, name: rough})
+        return cheap, (rough / wanted) ** 2 if name == "rtol" else wanted / rough
     return task, 1.0
-
-
-def _with(task: Task, name: str, value: float) -> Task:
-    """The task with one of its settings changed."""
-    return replace(task, settings={**task.settings, name: value})
 
 
 def status(store: Store) -> Status:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,6 +59,7 @@ FORMAT = 1
 ATTRIBUTE = "springpot_study"
 CONSOLIDATED = "consolidated_metadata"
 MOST_METADATA = 2**28  # bytes of a zarr.json: a million values on axes take a tenth of it
+VERSION = r"[\w.+!-]{1,40}"  # of a program; what else may stand in its place is not shown to a terminal
 CHECKSUM = "crc32c"  # of the root's metadata without it
 
 
@@ -281,7 +283,7 @@ def _ours(path: Path) -> dict[str, Any] | None:
         ours = dict(content["attributes"][ATTRIBUTE])
         kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
         bare = {name: part for name, part in content.items() if name != CONSOLIDATED}
-        right = kept > FORMAT or bare == _root(ours)
+        right = re.fullmatch(VERSION, made_by) is not None and (kept > FORMAT or bare == _root(ours))
     except (AttributeError, TypeError, KeyError, IndexError, ValueError, OverflowError, RecursionError):
         right = False
     if not right:
