@@ -19,7 +19,7 @@ LARGEST_SAMPLE = 1.0  # s spent on each method, one task after another
 CHECKED = 500  # points at which the settings of Monte Carlo are checked
 BLOCK = 4096  # bytes a file system gives the smallest file
 ROUGH = {"rtol": 0.02, "paths": 512}  # as Monte Carlo is tried: its pilot runs are a fixed cost
-LONGEST_TRY = 0.3  # s after which a task's time is told from what is done
+LONGEST_TRY = 0.3  # s after its pilot runs until a task's time is told from what is done
 LONGEST_PILOT = 3.0  # s that pilot runs may take, of which nothing can be told before they end
 
 
@@ -121,7 +121,7 @@ def _cost(task: Task) -> tuple[float, str]:
             of_the_run = getattr(done, "estimate", None)  # of a run to a tolerance, whose first round tells the rest
             whole = spent - pilots + of_the_run.seconds if of_the_run is not None else (spent - pilots) / done
             expected = pilots + factor * whole
-        if spent > (LONGEST_TRY if math.isfinite(expected) else LONGEST_PILOT):
+        if spent > (pilots + LONGEST_TRY if math.isfinite(expected) else LONGEST_PILOT):
             raise _Enough
 
     statement = ""
