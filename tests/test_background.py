@@ -45,4 +45,4 @@ def test_a_study(tmp_path: Path) -> None:
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out) == (130, "")
-    assert err == "springpot: interrupted; what is answered is kept, and the same command goes on from there.\n"
+    assert err == "springpot: interrupted; all results so far are kept; the same command continues.\n"

@@ -136,7 +136,7 @@ def test_run_resumes(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     before = content(store)
     run = ("run", made / "runs.toml", "--store", store)
     assert asked(capsys, *run)[0] == (
-        f"{store}: 12 tasks, 12 found, 0 computed.\n"
+        f"{store}: 12 tasks, 12 already there, 0 computed.\n"
         f'finished: xarray.open_datatree({str(store)!r}, engine="zarr") opens it.\n'
     )
     chunks(store)[0].unlink()

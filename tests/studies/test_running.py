@@ -320,7 +320,7 @@ def test_workers_killed_while_they_start(runs: Path, tmp_path: Path) -> None:
         time.sleep(0.02)
     out, errors = process.communicate(timeout=WAIT)
     assert (process.returncode, errors) == (0, "")
-    assert out.startswith("study.zarr: 12 tasks, 0 found, 12 computed.\n")
+    assert out.startswith("study.zarr: 12 tasks, 0 already there, 12 computed.\n")
     assert len(killed) == 5
     assert content(tmp_path / "study.zarr") == content(runs)
 
@@ -418,7 +418,7 @@ def test_stopped_by_a_signal(sent: signal.Signals, how: str, tmp_path: Path) -> 
     taken = time.monotonic() - begun
     assert process.returncode == 130, errors
     assert out == ""
-    assert errors == "springpot: interrupted; what is answered is kept, and the same command goes on from there.\n"
+    assert errors == "springpot: interrupted; all results so far are kept; the same command continues.\n"
     assert taken < 20.0  # 2 s where nothing else runs
     assert psutil.wait_procs(children, timeout=20.0)[1] == []
     found = status_of(store)
@@ -458,5 +458,5 @@ def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
         cluster.kill()
     _, errors = process.communicate(timeout=WAIT)
     assert process.returncode == 1
-    assert "springpot: the Dask scheduler is gone: everything answered so far is kept, and running" in errors
+    assert "springpot: the Dask scheduler is gone: all results so far are kept, and running" in errors
     assert status_of(store)["done"] >= 3

@@ -190,9 +190,9 @@ def test_the_description_is_mended_by_its_own_study_only(copy: Path, whole: Path
         assert "\n" not in str(told.value)
         file.write_bytes(right)
     file.write_bytes(right[:100])
-    with pytest.raises(StoreError, match=r"springpot study run FILE --store .* writes it anew and keeps every answer"):
+    with pytest.raises(StoreError, match=r"springpot study run FILE --store .* writes it again and keeps every result"):
         open_store(copy)
-    with pytest.raises(StoreError, match="none of its answers belong to 'theory'"):
+    with pytest.raises(StoreError, match="none of its results belong to 'theory'"):
         open_store(copy, given(THEORY, fixed={"intensity": 2.0}))
     assert run_study(STUDY, copy).computed == 0
     assert content(copy) == content(whole)
@@ -389,7 +389,7 @@ def test_a_full_disk_loses_nothing(small_disk: Path, whole: Path) -> None:
     with pytest.raises(OSError, match="No space left"):
         _fill(ballast)
     says = (
-        r"^store '.*' cannot be written \(No space left on device\): everything answered so far is kept, and running "
+        r"^store '.*' cannot be written \(No space left on device\): all results so far are kept, and running "
     )
     for _ in range(2):
         with pytest.raises(OSError, match=says) as told:
@@ -413,7 +413,7 @@ def test_a_disk_that_can_only_be_read(small_disk: Path) -> None:
     before = content(path)
     assert run_study(first, path).found == 4  # nothing to do, nothing to write
     with pytest.raises(
-        OSError, match=r"^store '.*' cannot be written \(Read-only file system\): everything answered so"
+        OSError, match=r"^store '.*' cannot be written \(Read-only file system\): all results so"
     ):
         run_study(STUDY, path)
     with pytest.raises(OSError, match=r"^store '.*' cannot be made \(Read-only file system\)\.$"):
@@ -439,7 +439,7 @@ def test_a_limit_on_files_loses_nothing(copy: Path) -> None:
     """For machines on which nothing can be mounted: sentences are larger than the limit, numbers are not."""
     assert resource.getrlimit(resource.RLIMIT_FSIZE)[1] == resource.RLIM_INFINITY
     done = subprocess.run([sys.executable, "-c", LIMITED, str(copy)], capture_output=True, text=True, timeout=120)
-    assert done.stdout.startswith(f"store {str(copy)!r} cannot be written (File too large): everything answered"), done
+    assert done.stdout.startswith(f"store {str(copy)!r} cannot be written (File too large): all results"), done
     found = status(open_store(copy))
     assert sum(found.damaged.values()) == 0
     assert sum(found.done.values()) >= 4

@@ -26,7 +26,7 @@ def open_page(*, host: str, port: int, browser: bool) -> None:
     Raises
     ------
     ValueError, OSError
-        One sentence, if address or port cannot be had.
+        One sentence, if address or port cannot be used.
     """
     with leave_at_once():
         from springpot.explorer.server import listen_on, serve

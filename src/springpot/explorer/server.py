@@ -219,7 +219,7 @@ async def _listen(websocket: WebSocket, session: Session) -> None:
         try:
             event = await asyncio.wait_for(websocket.receive(), FIRST_MESSAGE_SECONDS if first else None)
         except TimeoutError:
-            await websocket.close(1008, "the page sent no question: reload it.")
+            await websocket.close(1008, "the page sent no request: reload it.")
             return
         first = False
         if event["type"] == "websocket.disconnect":
@@ -232,7 +232,7 @@ async def _listen(websocket: WebSocket, session: Session) -> None:
         except ValueError as error:
             refused += 1
             if refused > MOST_REFUSED:
-                await websocket.close(1008, "too many messages that make no sense: reload the page.")
+                await websocket.close(1008, "too many invalid messages: reload the page.")
                 return
             session.refuse(str(error))
 
@@ -261,7 +261,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     ValueError
         If the address is none or the port is out of range.
     OSError
-        One sentence, if the port cannot be had.
+        One sentence, if the port cannot be used.
     """
     try:
         family = socket.AF_INET6 if ipaddress.ip_address(address).version == 6 else socket.AF_INET
@@ -277,7 +277,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     except OSError as error:
         listening.close()
         raise OSError(
-            f"port {port} of {address} cannot be had ({error.strerror}): choose another with --port, or --port 0 for "
+            f"port {port} of {address} cannot be used ({error.strerror}): choose another with --port, or --port 0 for "
             "any that is free."
         ) from None
     return listening

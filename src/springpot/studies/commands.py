@@ -145,13 +145,13 @@ def run(
                 study, store, threads=threads, workers=workers, scheduler=scheduler, shard=part, progress=bar
             )
     except KeyboardInterrupt:
-        say("interrupted; what is answered is kept, and the same command goes on from there.")
+        say("interrupted; all results so far are kept; the same command continues.")
         return 130
     if json_:
         print_json({"store": store, "tasks": found.tasks, "found": found.found, "computed": found.computed,
                     "failed": len(found.failures), "labelled": found.labelled})  # fmt: skip
     else:
-        print(f"{store}: {found.tasks} tasks, {found.found} found, {found.computed} computed.")
+        print(f"{store}: {found.tasks} tasks, {found.found} already there, {found.computed} computed.")
         if found.labelled:
             print(f'finished: xarray.open_datatree({found.path.as_posix()!r}, engine="zarr") opens it.')
     if found.failures:

@@ -265,7 +265,7 @@ def _on_a_cluster(
             # a closed connection may show before the client knows of it
             if client.status != "running" or isinstance(error, CommClosedError):
                 raise OSError(
-                    "the Dask scheduler is gone: everything answered so far is kept, and running the study again goes "
+                    "the Dask scheduler is gone: all results so far are kept, and running the study again goes "
                     "on from there."
                 ) from error
             raise

@@ -98,7 +98,7 @@ class Store:
             return None
         row = np.frombuffer(body, "<f8")
         if row[0] != float(task.check):
-            raise Damaged("it holds the answer to another task")
+            raise Damaged("it holds the result of another task")
         statement, warnings = "", ()
         if row[1] > 0.0:
             text = read_chunk(self._chunk(task, "sentences"), SENTENCES)
@@ -156,7 +156,7 @@ class Store:
 def cannot_write(path: Path, error: OSError) -> OSError:
     """The error with the sentence that says what of the store is kept."""
     return OSError(
-        f"store {str(path)!r} cannot be written ({error.strerror or error}): everything answered so far is kept, and "
+        f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and "
         "running the study again goes on from there."
     )
 
@@ -212,7 +212,7 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
         if ours is None:
             raise StoreError(
                 f"the description of store {str(path)!r} (its zarr.json) is damaged: springpot study run FILE --store "
-                f"{path}, with the study's file, writes it anew and keeps every answer."
+                f"{path}, with the study's file, writes it again and keeps every result."
             )
         return Store(path, read_study(ours["study"]), ours["versions"])
     if ours is None:

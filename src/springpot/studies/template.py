@@ -3,7 +3,7 @@
 __all__ = ["TEMPLATE"]
 
 TEMPLATE = """\
-# A study: a grid of oscillators, each answered by every method below.  Ten seconds of work.
+# A study: a grid of oscillators, each computed by every method below.  Ten seconds of work.
 #     springpot study check {file}
 #     springpot study run {file} --store {store}
 #     springpot study plot {store} --out {picture}

@@ -19,7 +19,7 @@ const LABELS = {
 
 export const PRESETS = {
   paper: { label: "The paper: wall at rest, elastic", note: "Half-order springpot at C = Ω = q = 1, the middle of the paper's figure.", values: {} },
-  light: { label: "Light damping", note: "Where averaging is at home: a narrow band, and a slow approach to the stationary state.", values: { coefficient: 0.1 } },
+  light: { label: "Light damping", note: "Where averaging is accurate: a narrow band, and a slow approach to the stationary state.", values: { coefficient: 0.1 } },
   dashpot: { label: "Dashpot: solved exactly", note: "At α = 1 the impacting oscillator is the mirrored linear one, and all theories must meet.", values: { order: 1 } },
   rubber: { label: "Rubber-like: small order", note: "Nearly a spring with a long memory: a run from rest stays transient for long.", values: { order: 0.2 } },
   pounding: { label: "Pounding across a gap", note: "A building with a neighbour: wall half a length scale away, lossy impacts, light damping.", values: { order: 0.6, coefficient: 0.15, position: -0.5, restitution: 0.65 } },

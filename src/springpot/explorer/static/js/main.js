@@ -225,7 +225,7 @@ function showStart() {
   const { measured } = view, fromRest = (measured?.settings.start ?? view.values.start) === "rest";
   const window = measured ? ` All other numbers are averages over ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}.` : "";
   element("growth-note").textContent = (fromRest
-    ? "Mean over all paths, which start at rest, with two standard errors on either side. Methods without a transient are level lines."
+    ? "Mean over all paths, which start at rest, with two standard errors on either side. Methods without a transient are horizontal lines."
     : "Mean over all paths, with two standard errors on either side. Each path starts at the stationary mean displacement with zero velocity, so the curve still rises at first. Theory: stationary values.")
     + window;
   element("transient").hidden = !isTransient(measured);
@@ -326,7 +326,7 @@ const described = () => {
 const fileName = (name, kind) => `springpot-${name}.${kind}`;
 const note = element("copied");
 element("copy-link").addEventListener("click", () => copy(location.origin + location.pathname + state.link(), "Link copied.", note));
-const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not taken these numbers.", note));
+const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not accepted these numbers.", note));
 element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
 element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
 element("save-csv").addEventListener("click", () => {
