@@ -48,7 +48,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     sources |= {str(path.relative_to(ROOT / "src")) for path in assets.rglob("*") if path.is_file()} | {
         "springpot/py.typed",
         "springpot/atlases/atlas.npz",
-        "springpot/theory/losses.npz",
+        "springpot/theory/methods/envelope/losses.npz",
         "springpot/theory/validity.csv",
     }
     assert {name for name in names if ".dist-info/" not in name} == sources

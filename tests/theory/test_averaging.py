@@ -26,8 +26,8 @@ from springpot.theory import (
     solve_all,
     trust,
 )
-from springpot.theory.averaging import harmonic_sum
-from springpot.theory.exact import exact
+from springpot.theory.methods.averaging import harmonic_sum
+from springpot.theory.methods.exact import exact
 from springpot.theory.result import MOMENTS
 
 

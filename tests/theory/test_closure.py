@@ -11,11 +11,11 @@ from scipy.special import rgamma
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import closure_memory, closure_steps
-from springpot.theory.closure import Closure, NoConvergence, closure
-from springpot.theory.closure_correlation import folded_spectrum, unfolded_correlation
-from springpot.theory.closure_memory import make_grid
-from springpot.theory.closure_quadrature import Anderson, half_normal_rule, oscillating_weights, panel_rule
-from springpot.theory.closure_steps import solve_with_wall
+from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
+from springpot.theory.methods.closure.memory import make_grid
+from springpot.theory.methods.closure.method import Closure, NoConvergence, closure
+from springpot.theory.methods.closure.quadrature import Anderson, half_normal_rule, oscillating_weights, panel_rule
+from springpot.theory.methods.closure.steps import solve_with_wall
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 

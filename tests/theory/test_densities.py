@@ -8,7 +8,7 @@ import pytest
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, closure, envelope, exact, fokker_planck
-from springpot.theory.closure_quadrature import panel_rule
+from springpot.theory.methods.closure.quadrature import panel_rule
 from springpot.theory.result import NotCovered
 
 

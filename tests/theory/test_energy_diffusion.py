@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from springpot.theory.energy_diffusion import FirstPassage, make_energy_diffusion
+from springpot.theory.numerics.energy_diffusion import FirstPassage, make_energy_diffusion
 
 
 def linear(cells=160):

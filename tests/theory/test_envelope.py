@@ -8,13 +8,13 @@ import pytest
 from scipy import integrate, stats
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory.averaging import averaging
-from springpot.theory.closure_quadrature import panel_rule
-from springpot.theory.envelope import envelope
-from springpot.theory.envelope_balance import Problem, balance
-from springpot.theory.envelope_cycles import harmonic_sum, make_cycles
-from springpot.theory.exact import exact
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.methods.averaging import averaging
+from springpot.theory.methods.closure.quadrature import panel_rule
+from springpot.theory.methods.envelope.balance import Problem, balance
+from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
+from springpot.theory.methods.envelope.method import envelope
+from springpot.theory.methods.exact import exact
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 

@@ -8,8 +8,8 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.theory import envelope, fokker_planck
-from springpot.theory.envelope import _largest_amplitude
-from springpot.theory.envelope_losses import DAMPINGS, RESTITUTIONS, _rows, _tables
+from springpot.theory.methods.envelope.losses import DAMPINGS, RESTITUTIONS, _rows, _tables
+from springpot.theory.methods.envelope.method import _largest_amplitude
 
 from .test_envelope import make
 

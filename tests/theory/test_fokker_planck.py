@@ -10,8 +10,9 @@ from scipy.integrate import quad
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
-from springpot.theory.exact import exact
-from springpot.theory.fokker_planck import (
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
+from springpot.theory.methods.exact import exact
+from springpot.theory.methods.fokker_planck.method import (
     _COARSE,
     _FINE,
     _Grid,
@@ -21,7 +22,6 @@ from springpot.theory.fokker_planck import (
     _solve,
     fokker_planck,
 )
-from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from springpot.oscillator import Oscillator
-from springpot.theory.averaging import Averaging, averaging
-from springpot.theory.closure import Closure, closure
-from springpot.theory.closure_memory import NoConvergence
-from springpot.theory.envelope import Envelope, envelope
-from springpot.theory.exact import Exact, exact
-from springpot.theory.fokker_planck import FokkerPlanck, fokker_planck
+from springpot.theory.methods.averaging import Averaging, averaging
+from springpot.theory.methods.closure.memory import NoConvergence
+from springpot.theory.methods.closure.method import Closure, closure
+from springpot.theory.methods.envelope.method import Envelope, envelope
+from springpot.theory.methods.exact import Exact, exact
+from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
 from springpot.theory.reliability import (
     METHODS,
     Trust,

@@ -19,8 +19,8 @@ cycle over 2 pi) diffuses.  What the springpot does, dimensionless (Omega = q = 
    takes back a share lambda^a / w^a.
 5. An impact takes (1-r^2)/2 of the square of the speed before it, which between impacts grows from r times that speed
    towards equilibrium with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if
-   undamped.  The flux of impacts is corrected for short returns, see `springpot.theory.envelope_impacts`, and what
-   else the suddenness of a loss does is taken over from order 1, see `springpot.theory.envelope_losses`.
+   undamped.  The flux of impacts is corrected for short returns, see `impacts`, and what
+   else the suddenness of a loss does is taken over from order 1, see `losses`.
 
 The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
 wall anywhere.  k0, m, beta and the share in 4 are found self-consistently.  With an elastic wall no number is fitted;
@@ -51,14 +51,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.theory.distributions import numbers_only, real_array
-from springpot.theory.energy_diffusion import FirstPassage
-from springpot.theory.envelope_balance import Balance, Cells, Problem, balance
-from springpot.theory.envelope_density import Portrait, portrait
-from springpot.theory.envelope_impacts import Impacts, impacts
-from springpot.theory.envelope_losses import DAMPINGS, changed
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.methods.envelope.balance import Balance, Cells, Problem, balance
+from springpot.theory.methods.envelope.density import Portrait, portrait
+from springpot.theory.methods.envelope.impacts import Impacts, impacts
+from springpot.theory.methods.envelope.losses import DAMPINGS, changed
+from springpot.theory.numerics.energy_diffusion import FirstPassage
+from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
-from springpot.theory.tabulated import Tabulated
 
 __all__ = ["Envelope", "envelope"]
 

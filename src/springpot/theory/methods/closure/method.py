@@ -3,10 +3,10 @@
 Two steps, repeated until they agree:
 
 1. x is unfolded at the wall, x - b = \\|y\\|, and y taken for Gaussian.  Its correlation makes the springpot an
-   equivalent linear element, which shapes the spectrum and so the correlation (`springpot.theory.closure_memory`).
+   equivalent linear element, which shapes the spectrum and so the correlation (`memory`).
 2. That correlation gives the mean force of the springpot for each present (x, v).  The stationary density of (x, v)
    under it, with the wall's position and losses as they are, is solved for without linearising anything
-   (`springpot.theory.closure_plane`).  A stiffness and a damping are added to step 1 so that its <y^2> and <v^2> are
+   (`plane`).  A stiffness and a damping are added to step 1 so that its <y^2> and <v^2> are
    those of step 2.
 
 What was tried and what it gained (against Monte Carlo from an adapted start, c = C Omega^(alpha-2) <= 1, b = 0):
@@ -32,18 +32,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import Oscillator
-from springpot.theory.closure_correlation import folded_correlation, folded_spectrum, unfolded_correlation
-from springpot.theory.closure_memory import Loop, NoConvergence
-from springpot.theory.closure_plane import Plane
-from springpot.theory.closure_quadrature import panel_rule
-from springpot.theory.closure_steps import (
+from springpot.theory.distributions import finite_array, normal, numbers_only, real_array
+from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
+from springpot.theory.methods.closure.memory import Loop, NoConvergence
+from springpot.theory.methods.closure.plane import Plane
+from springpot.theory.methods.closure.quadrature import panel_rule
+from springpot.theory.methods.closure.steps import (
     free_spectrum,
     least_loss,
     light_loss,
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.distributions import finite_array, normal, numbers_only, real_array
 from springpot.theory.result import ROUNDED, Moments, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]

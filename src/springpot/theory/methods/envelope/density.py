@@ -24,9 +24,9 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
-from springpot.theory.envelope_balance import Balance, missing_sinc
+from springpot.theory.methods.envelope.balance import Balance, missing_sinc
+from springpot.theory.numerics.tabulated import Tabulated, signed_root
 from springpot.theory.result import NotCovered
-from springpot.theory.tabulated import Tabulated, signed_root
 
 __all__ = ["Portrait", "portrait"]
 
@@ -298,7 +298,7 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
 
     Examples
     --------
-    >>> from springpot.theory.envelope_balance import Problem, balance
+    >>> from springpot.theory.methods.envelope.balance import Problem, balance
     >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x()
     >>> float(half_normal.density(np.array(1.0)).round(4))  # sqrt(2 / pi) e^(-1/2)
     0.4839

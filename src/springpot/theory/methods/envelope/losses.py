@@ -29,7 +29,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -39,17 +38,17 @@ from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
 from springpot.oscillator import Barrier, Oscillator, Springpot
-from springpot.theory.envelope_balance import Balance, Problem, Stretch, balance
-from springpot.theory.envelope_impacts import Impacts, impacts
-from springpot.theory.fokker_planck import fokker_planck
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.methods.envelope.balance import Balance, Problem, Stretch, balance
+from springpot.theory.methods.envelope.impacts import Impacts, impacts
+from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.result import NotCovered
 
 __all__ = ["changed", "tabulate"]
 
 FloatArray = NDArray[np.float64]
 
-FILE = Path(str(resources.files("springpot.theory").joinpath("losses.npz")))
+FILE = Path(__file__).with_name("losses.npz")
 DAMPINGS = np.array([0.003, 0.01, 0.03, 0.08, 0.2, 0.45, 1.0, 2.0, 4.0])
 RESTITUTIONS = np.array([0.175, 0.2, 0.225, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
 GAPS = np.arcsinh([-4.0, -3.0, -2.2, -1.6, -1.1, -0.7, -0.35, 0.0])
@@ -211,7 +210,7 @@ def _tables() -> tuple[RegularGridInterpolator, RegularGridInterpolator]:
 def tabulate(path: Path = FILE) -> None:
     """Write the tables anew: 2000 Fokker-Planck equations, some minutes.
 
-    ``python -c "from springpot.theory.envelope_losses import tabulate; tabulate()"``
+    ``python -c "from springpot.theory.methods.envelope.losses import tabulate; tabulate()"``
     """
     from concurrent.futures import ProcessPoolExecutor  # nobody else here needs processes
 

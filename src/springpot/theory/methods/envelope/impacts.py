@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.interpolate import PchipInterpolator
 
-from springpot.theory.envelope_balance import Balance
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
+from springpot.theory.methods.envelope.balance import Balance
 
 __all__ = ["Impacts", "impacts"]
 
@@ -64,7 +64,7 @@ def impacts(balance: Balance) -> Impacts | None:
 
     Examples
     --------
-    >>> from springpot.theory.envelope_balance import Problem, balance
+    >>> from springpot.theory.methods.envelope.balance import Problem, balance
     >>> found = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
     >>> round(found.rate * math.pi, 4), round(found.speed_mean_square, 3)
     (1.0, 2.0)

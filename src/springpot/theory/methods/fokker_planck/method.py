@@ -32,8 +32,8 @@ from springpot.oscillator import Oscillator
 from springpot.theory.distributions import normal, numbers_only, real_array
 from springpot.theory.linear import dashpot_mean_squares
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
+from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.result import Moments, NotCovered, Result
-from springpot.theory.tabulated import Tabulated
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
 

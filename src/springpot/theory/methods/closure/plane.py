@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import interpolate, special
 
-from springpot.theory.closure_memory import Loop, NoConvergence
-from springpot.theory.closure_quadrature import half_normal_rule
+from springpot.theory.methods.closure.memory import Loop, NoConvergence
+from springpot.theory.methods.closure.quadrature import half_normal_rule
 
 __all__ = ["Plane", "solve_plane"]
 

@@ -2,7 +2,7 @@
 
 Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3), so that q = 1).  A cycle is labelled by the height
 to which it rises above the wall; below grazing it never strikes it.  `balance` sums up a fixed point in four numbers
-(`Closure`); the physics is derived in `springpot.theory.envelope`.
+(`Closure`); the physics is derived in `method`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from springpot.theory.energy_diffusion import EnergyDiffusion, make_energy_diffusion
-from springpot.theory.envelope_cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
+from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
+from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 
 __all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "Stretch", "balance", "missing_sinc"]
 

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from springpot.theory.closure_quadrature import Anderson, oscillating_weights, panel_rule
+from springpot.theory.methods.closure.quadrature import Anderson, oscillating_weights, panel_rule
 
 __all__ = ["Grid", "Loop", "NoConvergence", "make_grid"]
 

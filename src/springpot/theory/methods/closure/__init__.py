@@ -1,0 +1,1 @@
+"""The Gaussian memory closure: `method` has the public function and its result."""

@@ -1,0 +1,1 @@
+"""The mean-field envelope: `method` has the public function and its result."""

@@ -1,0 +1,1 @@
+"""The stationary Fokker-Planck equation: `method` has the public function and its result."""

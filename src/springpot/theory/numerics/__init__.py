@@ -1,0 +1,1 @@
+"""Numerical tools that several methods share; they know no oscillator."""
