@@ -12,21 +12,18 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.exact import exact
-from springpot.theory.methods.fokker_planck.method import (
-    _COARSE,
-    _FINE,
-    _Grid,
-    _moments,
-    _problem,
-    _QuadraticForm,
-    _solve,
-    fokker_planck,
-)
+from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, moments, solve
+from springpot.theory.methods.fokker_planck.method import fokker_planck
+from springpot.theory.methods.fokker_planck.transition import Problem, QuadraticForm
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 
 def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
     return Oscillator(omega, Springpot(1.0, c), Barrier(position, r, side), WhiteNoise(q))
+
+
+def problem_of(asked: Oscillator) -> Problem:
+    return Problem(asked.dimensionless_coefficient, asked.dimensionless_position, asked.restitution)
 
 
 @pytest.mark.parametrize("c", [0.05, 0.5, 2.0, 10.0])
@@ -85,13 +82,13 @@ def test_against_monte_carlo(c, r, position):
 def test_the_answer_does_not_depend_on_the_grid(c, r, position):
     """Third grids, finer in every respect, and twice the range of speeds: the estimate bounds the error."""
     asked = oscillator(c, r, position)
-    result, problem = fokker_planck(asked), _problem(asked)
-    finest = _moments(problem, _solve(problem, _Grid(spacing=0.15, nodes=12, panel=0.35, decay=24.0, reach=8.0)))
+    result, problem = fokker_planck(asked), problem_of(asked)
+    finest = moments(problem, solve(problem, Grid(spacing=0.15, nodes=12, panel=0.35, decay=24.0, reach=8.0)))
     for name in MOMENTS:
         gap = abs(getattr(result, name) / getattr(finest, name) - 1)
         assert gap < 1e-6, name
         assert gap <= result.error_estimate
-    rate = _moments(problem, _solve(problem, _COARSE)).impact_rate
+    rate = moments(problem, solve(problem, COARSE)).impact_rate
     assert result.impact_rate_error == pytest.approx(abs(rate / result.impact_rate - 1), rel=1e-6)
 
 
@@ -104,8 +101,8 @@ def test_transition_density_against_the_moment_equations(c, wall):
     times = np.array([1e-3, 0.1, 0.6, 3.0, 9.0])
     v, kick = 0.4, -0.9
     drift = np.array([[0.0, 1.0], [-1.0, -c]])
-    problem = _problem(oscillator(c, 1.0, wall))
-    form = _QuadraticForm.at(problem, times)
+    problem = problem_of(oscillator(c, 1.0, wall))
+    form = QuadraticForm.at(problem, times)
     for index, t in enumerate(times):
         nodes, weights = np.polynomial.legendre.leggauss(60)
         columns = [expm(drift * t * (n + 1) / 2)[:, 1] for n in nodes]
@@ -120,7 +117,7 @@ def test_transition_density_against_the_moment_equations(c, wall):
 @pytest.mark.parametrize("r", [0.3, 0.5, 0.8, 1.0])
 def test_slow_impacts_follow_the_power_law(r):
     """Flux of slow impacts like u^g: the solution finds the exponent of the self-similar problem by itself."""
-    impacts = _solve(_problem(oscillator(0.3, r)), _FINE)
+    impacts = solve(problem_of(oscillator(0.3, r)), FINE)
     part = (impacts.speed > 1e-4) & (impacts.speed < 1e-3)
     slope = np.polyfit(np.log(impacts.speed[part]), np.log(impacts.weight[part]), 1)[0]
     assert slope == pytest.approx(slow_impact_power(r), abs=0.01)

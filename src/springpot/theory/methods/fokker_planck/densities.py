@@ -1,0 +1,269 @@
+"""Stationary densities of a solved equation, dimensionless; each is tabulated when it is first asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy import special
+
+from springpot.theory.distributions import normal
+from springpot.theory.mckean import slow_impact_power
+from springpot.theory.methods.fokker_planck.equation import Impacts, response, speed_unit
+from springpot.theory.methods.fokker_planck.transition import Flow, Problem, QuadraticForm, v_form, x_form
+from springpot.theory.numerics.tabulated import Tabulated
+
+__all__ = ["Densities"]
+
+FloatArray = NDArray[np.float64]
+
+_NEAREST = 0.02  # distance to the wall, over the speed unit, down to which the joint density is computed
+_NEAREST_X = 0.001  # the same for the density of x
+_PLACES = np.array(
+    [0.0, 0.02, 0.2, 0.7, 1.4, 2.2, 3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0]
+)  # ends of panels, typical ones
+_ON_PANEL, _KNOTS = 10, 40  # of a table: values computed on a panel, and knots of the cubics
+_SHARP, _PANELS = 0.16, 32  # panels of time to a factor e: needed for a path known to 1, and at most
+_FALL = np.array(
+    [0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 27.0, 51.0, 99.0, 195.0, 387.0]
+)  # of ln speed
+_GAUSS = np.polynomial.legendre.leggauss(16)
+
+
+@dataclass(frozen=True)
+class Densities:
+    """Of the displacement, the velocity, both, and the speed of impacts.
+
+    Parameters
+    ----------
+    problem : Problem
+    impacts : Impacts
+        The solution of the equation.
+    x_root, v_root : float
+        Root mean squares of x and v.
+    """
+
+    problem: Problem
+    impacts: Impacts
+    x_root: float
+    v_root: float
+
+    def x(self, displacement: FloatArray) -> FloatArray:
+        """Density of x."""
+        return self._x_law.density(displacement - self.problem.wall)
+
+    def v(self, velocity: FloatArray) -> FloatArray:
+        """Density of v."""
+        return self._v_law.density(velocity)
+
+    def joint(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
+        """Density of (x, v), for arrays of one shape."""
+        problem, v = self.problem, velocity
+        gap = displacement - problem.wall
+        inside = (gap >= 0.0) & (gap <= problem.farthest) & (np.abs(v) <= problem.farthest)
+        density = np.zeros(gap.shape)
+        for distance in np.unique(gap[inside]):
+            row = inside & (gap == distance)
+            if distance == 0.0:
+                density[row] = self._at_wall(v[row])
+            else:
+                law = self._law_of_v(float(distance))
+                density[row] = law.density(v[row]) * self._x_law.density(np.asarray(distance))
+        return density
+
+    def _law_of_v(self, gap: float) -> Tabulated:
+        """Density of v, given a distance from the wall."""
+        nearest, edges = self._nearest, self._v_edges
+        if gap >= nearest:
+            return _tabulated(lambda v: self._slice(gap, v), edges)
+        # nearer, the slow are those of this distance, in units of a speed ~ gap^(1/3); the fast hardly change
+        share, stretch = gap / nearest, (nearest / gap) ** (1.0 / 3.0)
+        there, height = self._nearest_law, float(self._x_law.density(np.asarray(nearest)))
+
+        border = 4.0 * nearest ** (1.0 / 3.0)
+        sides = np.array([-border, border])
+        change = self._at_wall(sides) / (height * there.density(sides)) - 1.0  # with the distance, of no speed
+
+        def scaled(v: FloatArray) -> FloatArray:
+            wall, far = self._at_wall(v), self._at_wall(stretch * v)
+            slow = np.exp(-((stretch * v / border) ** 4))
+            known = (slow > 1e-9) & (far > 0.0)
+            alike = np.divide(wall * height * there.density(stretch * v), far, out=np.zeros_like(v), where=known)
+            alike *= 1.0 + (1.0 - share) * np.where(v < 0.0, change[0], change[1])
+            fast = share * height * there.density(v) + (1.0 - share) * wall
+            return np.asarray(slow * alike + (1.0 - slow) * fast)
+
+        slow = edges[edges > 0.0][0] * np.geomspace(min(1.0 / stretch, 0.5), 0.5, max(2, math.ceil(math.log2(stretch))))
+        return _tabulated(scaled, np.unique(np.concatenate([edges, -slow, slow])))
+
+    @cached_property
+    def _nearest(self) -> float:
+        """Distance down to which laws of v are computed: a path from the wall takes a time known to sqrt(s / v^3)."""
+        return max(_NEAREST * speed_unit(self.problem), (_SHARP / _PANELS) ** 2 * (4.0 * self.problem.spread) ** 3)
+
+    @cached_property
+    def _nearest_law(self) -> Tabulated:
+        return self._law_of_v(self._nearest)
+
+    def _slice(self, gap: float, v: FloatArray) -> FloatArray:
+        """Dimensionless joint density at one distance from the wall."""
+        problem = self.problem
+        swift = min(float(np.max(np.abs(v))), 4.0 * problem.spread)
+
+        def form(problem: Problem, time: FloatArray) -> QuadraticForm:
+            return QuadraticForm.at(problem, time, gap)
+
+        x = np.asarray(problem.wall + gap)
+        free = normal(x, problem.spread**2) * normal(v, problem.spread**2)
+        panels = max(4, math.ceil(_SHARP * math.sqrt(swift**3 / gap)))
+        return np.maximum(free + response(problem, self.impacts, form, v, self._first(gap), 4, panels), 0.0)
+
+    def _first(self, gap: float) -> float:
+        """Logarithm of the time before which nothing gets this far from the wall."""
+        return math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / float(self.impacts.speed[-1]) / 3.0))
+
+    def _at_wall(self, v: FloatArray) -> FloatArray:
+        """Dimensionless joint density at the wall: what arrives at u leaves at r u."""
+        struck = np.where(v < 0.0, -v, v / self.problem.r)
+        flux = self.flux(struck) * (self.impacts.moment(0) / self.impacts.mass)
+        return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self.problem.r**2))
+
+    def flux(self, u: FloatArray) -> FloatArray:
+        """Impacts per unit time and speed, dimensionless."""
+        impacts, unit = self.impacts, speed_unit(self.problem)
+        y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
+        first = impacts.position[0]
+        log_weight = impacts.log_weight(np.maximum(y, first)) + impacts.power * np.minimum(y - first, 0.0)
+        density = np.exp(log_weight) / (impacts.spacing * unit * special.expit(y))
+        return np.asarray(np.where((u >= 0.0) & (u <= impacts.speed[-1]), density, 0.0))
+
+    @cached_property
+    def _v_edges(self) -> FloatArray:
+        """Panels of the velocity."""
+        farthest = min(self.problem.farthest, 1.5 * float(self.impacts.speed[-1]) + abs(self.problem.wall))
+        edges = self.v_root * _PLACES
+        edges = np.append(edges[edges < 0.9 * farthest], farthest)
+        return np.concatenate([-edges[:0:-1], edges])
+
+    @cached_property
+    def _v_law(self) -> Tabulated:
+        problem = self.problem
+
+        # before this time the laws of v are narrower than the spacing of the speeds that the response sums over
+        first = (speed_unit(problem) * self.impacts.spacing / 8.0) ** 2
+
+        def density(v: FloatArray) -> FloatArray:
+            later = response(problem, self.impacts, v_form, v, math.log(first), 8, 4)
+            return normal(v, problem.spread**2) + self._just_after(v, first) + later
+
+        return _tabulated(density, self._v_edges)
+
+    def _just_after(self, v: FloatArray, end: float) -> FloatArray:
+        """What the impacts add to the density of v until this short time after each.
+
+        Fast speeds are averaged over the noise; next to 0, where the flux may be a root, the slow ones are summed up.
+        """
+        nodes, weights = np.polynomial.hermite_e.hermegauss(16)
+        half = np.diff(_FALL)[:, None] / 2.0
+        slow = 14.0 * np.exp(-(_FALL[:-1, None] + half * (_GAUSS[0] + 1.0)).ravel())
+        measure = (half * _GAUSS[1]).ravel() * slow
+        total = np.zeros(v.size)
+        r = self.problem.r
+        for log, share in zip(5.0 * (_GAUSS[0] - 1.0), 5.0 * _GAUSS[1], strict=True):  # ln t, from e^-10 of the end
+            time = end * math.exp(log)
+            flow = Flow.at(self.problem.c, np.array([time]))
+            spread, kept = math.sqrt(float(flow.v_v[0])), float(flow.kick_rate[0])
+            place = v + self.problem.wall * float(flow.kick[0])
+            near = np.abs(place) < 7.0 * spread
+            left = (place[~near, None] + spread * nodes) / kept
+            found = np.zeros(v.size)
+            found[~near] = (self.flux(left / r) / r - self.flux(-left)) @ weights / (weights.sum() * kept)
+            u = spread * slow
+            given, taken = self.flux(u / r) / r, self.flux(u)
+            arrived = [normal(place[near, None] - sign * kept * u, spread**2) for sign in (1.0, -1.0)]
+            found[near] = (arrived[0] * given - arrived[1] * taken) @ (measure * spread)
+            total += share * time * found
+        return total
+
+    @cached_property
+    def _x_law(self) -> _NearWall:
+        problem = self.problem
+        nearest = _NEAREST_X * speed_unit(problem)
+        typical = self.x_root + abs(problem.wall)
+        edges = np.append(nearest * np.array([1.0, 4.0, 20.0, 100.0]), typical * _PLACES)
+        farthest = min(problem.farthest, 1.5 * float(self.impacts.speed[-1]) + 2.0 * abs(problem.wall))
+        edges = np.append(np.unique(edges[(edges >= nearest) & (edges < 0.9 * farthest)]), farthest)
+
+        def density(gap: FloatArray) -> FloatArray:
+            free = normal(problem.wall + gap, problem.spread**2)
+            return free + response(problem, self.impacts, x_form, problem.wall + gap, self._first(nearest), 16, 2)
+
+        return _NearWall.make(_tabulated(density, edges), nearest, slow_impact_power(problem.r))
+
+
+@dataclass(frozen=True)
+class _NearWall:
+    """A density of the distance from the wall: a table, and nearer than it a + D s^3 + C s^(m-1), s^3 being it; mass 1.
+
+    Slow impacts as rare as u^m leave speeds ~ (distance)^(1/3) of a density ~ (distance)^((m-2)/3).
+    """
+
+    table: Tabulated
+    nearest: float
+    power: float
+    share: float  # of the table in the whole
+    singular: float  # C, times 1 / (m-1)
+    regular: float  # slope by the distance
+
+    @classmethod
+    def make(cls, table: Tabulated, nearest: float, power: float) -> _NearWall:
+        """Continue a table of mass 1 that begins at the nearest distance."""
+        bare = cls(table, nearest, power, 1.0, 0.0, 0.0)
+        first, *others = table.density(nearest * np.array([1.0, 8.0, 27.0]))
+        rises = bare._rise(nearest * np.array([8.0, 27.0]))
+        singular, regular = np.linalg.solve(np.stack([rises, nearest * np.array([7.0, 26.0])], axis=1), others - first)
+        # never negative
+        most = 0.0 if power <= 1.0 else (regular * nearest - first) / float(bare._rise(np.zeros(1))[0])
+        singular = min(float(singular), max(float(most), 0.0))
+        inside = (
+            first * nearest - regular * nearest**2 / 2.0 - singular * nearest ** ((power + 2.0) / 3.0) / (power + 2.0)
+        )
+        return cls(table, nearest, power, 1.0 / (1.0 + float(inside)), singular, float(regular))
+
+    def density(self, gap: FloatArray) -> FloatArray:
+        """The density; 0 behind the wall."""
+        first = float(self.table.density(np.asarray(self.nearest)))
+        inside = np.clip(gap, 0.0, self.nearest)
+        near = first + self.singular * self._rise(inside) + self.regular * (inside - self.nearest)
+        found = np.where(gap < self.nearest, near, self.table.density(gap))
+        return np.asarray(np.where(gap < 0.0, 0.0, self.share * found))
+
+    def _rise(self, gap: FloatArray) -> FloatArray:
+        """(s^(m-1) - nearest^((m-1)/3)) / (m-1); at the wall it is that of a distance that is next to nothing."""
+        power = (self.power - 1.0) / 3.0
+        log = np.log(np.maximum(gap / self.nearest, 1e-15))
+        return np.asarray(self.nearest**power * special.exprel(power * log) * log / 3.0)
+
+
+def _tabulated(density: Callable[[FloatArray], FloatArray], edges: FloatArray) -> Tabulated:
+    """Polynomials of the cube root of the argument on panels, then a table on many more knots."""
+    root = np.cbrt(edges)
+    # places chosen in different units may all but meet; the last edge stays
+    apart = np.diff(root) > 1e-6 * np.ptp(root)
+    edges = edges[np.append(apart, True)]
+    root = np.cbrt(edges)
+    half, middle = np.diff(root)[:, None] / 2.0, (root[1:, None] + root[:-1, None]) / 2.0
+    nodes = chebyshev.chebpts1(_ON_PANEL)
+    sampled = density(((middle + half * nodes) ** 3).ravel()).reshape(half.size, _ON_PANEL)
+    series = 2.0 / _ON_PANEL * sampled @ chebyshev.chebvander(nodes, _ON_PANEL - 1)
+    series[:, 0] /= 2.0
+    fine = np.linspace(-1.0, 1.0, _KNOTS + 1)[:-1]
+    values = series @ chebyshev.chebvander(fine, _ON_PANEL - 1).T
+    place = np.append(((middle + half * fine) ** 3).ravel(), edges[-1])
+    place[:: fine.size] = edges
+    return Tabulated.make(place, np.maximum(np.append(values.ravel(), series[-1].sum()), 0.0))
