@@ -14,8 +14,9 @@ from springpot.theory import closure_memory, closure_steps
 from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
 from springpot.theory.methods.closure.memory import make_grid
 from springpot.theory.methods.closure.method import Closure, NoConvergence, closure
-from springpot.theory.methods.closure.quadrature import Anderson, half_normal_rule, oscillating_weights, panel_rule
+from springpot.theory.methods.closure.quadrature import half_normal_rule, oscillating_weights, panel_rule
 from springpot.theory.methods.closure.steps import solve_with_wall
+from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 

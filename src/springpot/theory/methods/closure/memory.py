@@ -28,7 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from springpot.theory.methods.closure.quadrature import Anderson, oscillating_weights, panel_rule
+from springpot.theory.methods.closure.quadrature import oscillating_weights, panel_rule
+from springpot.theory.numerics.anderson import Anderson
 
 __all__ = ["Grid", "Loop", "NoConvergence", "make_grid"]
 

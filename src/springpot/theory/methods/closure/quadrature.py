@@ -1,4 +1,4 @@
-"""Quadrature for the memory closure: Filon's rule on panels, a half-normal rule, and Anderson's acceleration."""
+"""Quadrature for the memory closure: Filon's rule on panels, and a half-normal rule."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Anderson", "half_normal_rule", "oscillating_weights", "panel_rule"]
+__all__ = ["half_normal_rule", "oscillating_weights", "panel_rule"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -102,39 +102,6 @@ def half_normal_rule(order: int) -> tuple[FloatArray, FloatArray]:
         off[n] = norm
     nodes, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off[:-1], 1) + np.diag(off[:-1], -1))
     return nodes, vectors[0] ** 2
-
-
-class Anderson:
-    """Anderson's acceleration of a fixed point x = g(x).
-
-    Parameters
-    ----------
-    depth : int
-        How many earlier steps are remembered.
-
-    Examples
-    --------
-    >>> mix, x = Anderson(3), np.array([0.5, 0.5])
-    >>> for _ in range(12):
-    ...     x = mix.step(x, np.cos(x[::-1]))
-    >>> [round(float(value), 9) for value in x]
-    [0.739085133, 0.739085133]
-    """
-
-    def __init__(self, depth: int) -> None:
-        self._depth = depth
-        self._images: list[FloatArray] = []
-        self._residuals: list[FloatArray] = []
-
-    def step(self, point: FloatArray, image: FloatArray) -> FloatArray:
-        """The next point, from the last one and its image g(point)."""
-        self._images = [*self._images[-self._depth :], image]
-        self._residuals = [*self._residuals[-self._depth :], image - point]
-        if len(self._images) == 1:
-            return image
-        slopes = np.diff(np.array(self._residuals), axis=0)
-        weights = np.linalg.lstsq(slopes.T, self._residuals[-1], rcond=1e-10)[0]
-        return np.asarray(image - weights @ np.diff(np.array(self._images), axis=0))
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from springpot.theory.methods.closure.memory import Loop, NoConvergence, make_grid
 from springpot.theory.methods.closure.plane import Plane, solve_plane
-from springpot.theory.methods.closure.quadrature import Anderson
+from springpot.theory.numerics.anderson import Anderson
 
 __all__ = ["free_spectrum", "least_loss", "light_loss", "solve_with_wall", "solve_without_wall"]
 

@@ -15,6 +15,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
+from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 
 __all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "Stretch", "balance", "missing_sinc"]
@@ -26,7 +27,7 @@ _FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
 _STEPS, _FREE = 40, 19  # in all, and those that are taken whole
 _SETTLED = 1e-8
-_DEPTH = 3  # steps before this one that it is extrapolated from
+_DEPTH, _CUTOFF = 3, 1e-8  # of the acceleration
 _UNSETTLED = 0.02  # change of the numbers per step at which an answer is none; a smaller one is warned of
 _FORGETFUL = 3.0  # decay over frequency of motions without cycles: there the broadened lines feed upon themselves
 _STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
@@ -328,7 +329,7 @@ def balance(problem: Problem) -> Balance:
     """
     closure, reach = Closure(), _first_reach(problem)
     short, long = 0.0, math.inf  # reaches that were too short and too long
-    past, best = _Past(), None
+    mix, best = Anderson(_DEPTH, _CUTOFF), None
     for steps in range(1, _STEPS + 1):
         found = _sweep(problem, closure, reach)
         target, fall = _close(found), float(found.fall[-1] - found.fall[0])
@@ -349,7 +350,7 @@ def balance(problem: Problem) -> Balance:
                 reach = math.sqrt(short * long)
             else:
                 reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
-        closure = past.next(closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
+        closure = _next(mix, closure, target, 1.0 if steps <= _FREE else 1.0 / 3.0)
     if best is None or best.change > _UNSETTLED or float(best.phase.min()) < 1.1 * SMALLEST_PHASE:
         raise ValueError("the cycles of interest are out of reach, or their mean field does not settle.")
     return best
@@ -365,32 +366,16 @@ def _first_reach(problem: Problem) -> float:
     return reach
 
 
-class _Past:
-    """Anderson's acceleration: the step that would have been shortest, were all steps linear in the numbers.
+def _next(mix: Anderson, old: Closure, new: Closure, part: float) -> Closure:
+    """Where to go; a part of the way for strong springpots and far walls, on which the whole does not settle.
 
-    D. G. Anderson, J. ACM 12 (1965) 547; a step that leads out of what the numbers may be is taken as it came.
+    A step that leads out of what the numbers may be is taken as it came.
     """
-
-    def __init__(self) -> None:
-        self.at: list[FloatArray] = []
-        self.steps: list[FloatArray] = []
-
-    def next(self, old: Closure, new: Closure, part: float) -> Closure:
-        """Where to go; a part of the way for strong springpots and far walls, on which the whole does not settle."""
-        here = np.array(astuple(old))
-        step = np.array(astuple(new)) - here
-        if self.steps and np.abs(step).max() > 2.0 * np.abs(self.steps[-1]).max():
-            self.at, self.steps = [], []  # they have led astray
-        self.at, self.steps = [*self.at[-_DEPTH:], here], [*self.steps[-_DEPTH:], step]
-        towards, there = part * step, here
-        if len(self.at) > 1:
-            by_step, by_place = np.diff(self.steps, axis=0).T, np.diff(self.at, axis=0).T
-            shares = np.linalg.lstsq(by_step, step, rcond=1e-8)[0]
-            there, towards = here - by_place @ shares, part * (step - by_step @ shares)
-        k0, _, decay, frequency, share, taken = following = there + towards
-        if k0 < 0.0 or min(decay, frequency) <= 0.0 or not (0.0 <= share <= 1.0 and 0.0 <= taken <= 1.0):
-            following = here + part * step
-        return Closure(*following.tolist())
+    here, there = np.array(astuple(old)), np.array(astuple(new))
+    k0, _, decay, frequency, share, taken = following = mix.part_of_step(here, there, part)
+    if k0 < 0.0 or min(decay, frequency) <= 0.0 or not (0.0 <= share <= 1.0 and 0.0 <= taken <= 1.0):
+        following = here + part * (there - here)
+    return Closure(*following.tolist())
 
 
 def _distance(old: Closure, new: Closure) -> float:

@@ -1,0 +1,65 @@
+"""Anderson's acceleration of a fixed point x = g(x): D. G. Anderson, J. ACM 12 (1965) 547."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Anderson"]
+
+FloatArray = NDArray[np.float64]
+
+
+class Anderson:
+    """The last steps of an iteration, and the step that would have been shortest were all of them linear.
+
+    Parameters
+    ----------
+    depth : int
+        How many earlier steps are remembered.
+    cutoff : float
+        Singular values of the differences of the steps below this part of the largest count as 0.
+
+    Examples
+    --------
+    >>> mix, x = Anderson(3), np.array([0.5, 0.5])
+    >>> for _ in range(12):
+    ...     x = mix.step(x, np.cos(x[::-1]))
+    >>> [round(float(value), 9) for value in x]
+    [0.739085133, 0.739085133]
+    """
+
+    def __init__(self, depth: int, cutoff: float = 1e-10) -> None:
+        self._depth, self._cutoff = depth, cutoff
+        self._points: list[FloatArray] = []
+        self._images: list[FloatArray] = []
+        self._steps: list[FloatArray] = []
+
+    def step(self, point: FloatArray, image: FloatArray) -> FloatArray:
+        """The next point, from the last one and its image g(point)."""
+        self._remember(point, image)
+        if len(self._steps) == 1:
+            return image
+        return np.asarray(image - self._shares() @ np.diff(np.array(self._images), axis=0))
+
+    def part_of_step(self, point: FloatArray, image: FloatArray, part: float) -> FloatArray:
+        """The same, going only a part of the way; steps that have become twice as long are the first of new ones."""
+        step = image - point
+        if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
+            self._points, self._images, self._steps = [], [], []
+        self._remember(point, image)
+        if len(self._steps) == 1:
+            return np.asarray(point + part * step)
+        shares = self._shares()
+        there = point - np.diff(self._points, axis=0).T @ shares
+        return np.asarray(there + part * (step - np.diff(self._steps, axis=0).T @ shares))
+
+    def _remember(self, point: FloatArray, image: FloatArray) -> None:
+        self._points = [*self._points[-self._depth :], point]
+        self._images = [*self._images[-self._depth :], image]
+        self._steps = [*self._steps[-self._depth :], image - point]
+
+    def _shares(self) -> FloatArray:
+        """Of the differences between the steps, those that leave least of the last step."""
+        differences = np.diff(np.array(self._steps), axis=0)
+        return np.asarray(np.linalg.lstsq(differences.T, self._steps[-1], rcond=self._cutoff)[0])
