@@ -14,7 +14,7 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
 
 
 class FileFault(ValueError):
-    """A file cannot be used; the sentence speaks of its keys as they stand in it, not of flags or arguments."""
+    """A file cannot be used; the sentence names its keys as they stand in it, not flags or arguments."""
 
 
 def shown(value: object) -> str:

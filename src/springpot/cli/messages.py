@@ -87,7 +87,7 @@ def _flag_before(word: str, words: Sequence[str]) -> str:
 
 
 def in_flags(sentence: str) -> str:
-    """The library's sentences speak of arguments; whoever typed a command knows them as flags."""
+    """The library's sentences name arguments; in a command they are flags."""
     names = {field.name for field in fields(OscillatorFlags)} | set(signature(simulate).parameters)
     flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
         "quantities": "--quantity",

@@ -182,7 +182,7 @@ def fewest_terms(
         assert found is not None
         return found
 
-    # a step that leads astray overflows, and is refused
+    # a step in a wrong direction overflows, and is refused
     with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
         terms = min(max(1, round(math.log(longest) / 2.2)), _GUESSED)
         found = best(terms, {})
