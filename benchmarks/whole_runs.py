@@ -96,7 +96,7 @@ def _command(folder: str, quick: bool) -> None:
 
 def theory(quick: bool) -> list[Row]:
     """Rows of the section on theory."""
-    section = "one oscillator by theory, without dice"
+    section = "one oscillator by each analytical method"
     wall = Barrier(-0.5, 0.8)
     cases: dict[str, tuple[Callable[[Oscillator], Result], Oscillator]] = {
         "averaging": (averaging, Oscillator()),

@@ -1,4 +1,4 @@
-"""Inelastic impacts without dice: against the exact elastic answer, Monte Carlo, scaling laws and power laws."""
+"""Inelastic impacts: against the exact elastic answer, Monte Carlo, scaling laws and power laws."""
 
 import itertools
 import json
