@@ -13,7 +13,7 @@ from numba import njit
 from benchmarks.measure import Row, best_cpu
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
-from springpot.simulation.ensemble import Tables, tables
+from springpot.simulation.compose import Tables, tables
 from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
 from springpot.simulation.listening import NOBODY, Ear

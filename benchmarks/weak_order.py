@@ -26,7 +26,8 @@ from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.figures.style import COLOURS, save
 from springpot.processors import threads_available
 from springpot.simulation.adapted import adapt
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.settings import resolve
 from springpot.simulation.statistics import linearised, standard_error
 

@@ -12,7 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.simulation.without_effect import without_effect
+from springpot.simulation.warnings import without_effect
 
 SHORT = ["simulate", "--paths", "64", "--duration", "2", "--step", "0.02", "--start", "rest"]
 

@@ -15,7 +15,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import springpot as sp
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve

@@ -12,7 +12,8 @@ import numpy as np
 from springpot.oscillator import Oscillator
 from springpot.simulation import Run, run
 from springpot.simulation.ensemble import Progress
-from springpot.simulation.settings import check_stationary, relaxation_time, resolve
+from springpot.simulation.scales import relaxation_time
+from springpot.simulation.settings import check_stationary, resolve
 from springpot.theory import Result, best_guess, recommended, solve_all, why_none_is_recommended
 from springpot.theory.result import MOMENTS
 

@@ -76,7 +76,8 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
     """Within two in a hundred: the kernel also counts those between the ends of a step."""
-    from springpot.simulation.ensemble import advance, tables
+    from springpot.simulation.compose import tables
+    from springpot.simulation.ensemble import advance
 
     for oscillator in (sp.Oscillator(), LOSSY):
         settings = resolve(

@@ -8,8 +8,9 @@ import pytest
 import springpot as sp
 from springpot.simulation import CONTROLLED, accuracy, run
 from springpot.simulation.accuracy import _combine, _levels, _samples, reach
+from springpot.simulation.compose import tables
 from springpot.simulation.cost import Clock, Estimate
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.forgetting import missing_variance, shares_missing
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve

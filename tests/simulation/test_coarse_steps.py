@@ -13,7 +13,8 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.settings import resolve
 from springpot.simulation.slow_impacts import slow_impact_order
 from springpot.simulation.statistics import linearised, standard_error

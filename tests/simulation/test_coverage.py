@@ -34,7 +34,7 @@ from scipy import integrate, optimize, stats
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, Run, run
-from springpot.simulation.settings import fastest_rate, relaxation_time
+from springpot.simulation.scales import fastest_rate, relaxation_time
 
 from .problems import oscillator, truncated_gaussian
 

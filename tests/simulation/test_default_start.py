@@ -11,7 +11,7 @@ import pytest
 import springpot as sp
 from springpot.explorer.protocol import Problem
 from springpot.simulation import run
-from springpot.simulation.run import is_stationary
+from springpot.simulation.forgetting import is_stationary
 from springpot.simulation.settings import resolve
 
 SHORT: dict[str, Any] = {"paths": 64, "duration": 4.0, "step": 0.02}

@@ -11,7 +11,8 @@ from scipy import integrate, linalg, stats
 import springpot as sp
 from springpot.simulation import run
 from springpot.simulation.adapted import adapt
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.oracle import _walk, oracle_weights

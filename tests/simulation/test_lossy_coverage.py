@@ -15,7 +15,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.simulation import Run, run
-from springpot.simulation.settings import fastest_rate
+from springpot.simulation.scales import fastest_rate
 from springpot.simulation.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
 from springpot.theory.mckean import slow_impact_power
 

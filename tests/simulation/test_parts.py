@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, fly, push
 from springpot.simulation.settings import resolve
@@ -168,7 +169,8 @@ from typing import NamedTuple
 from dataclasses import replace
 from elsewhere import FACTOR
 from springpot import Oscillator, run
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import tables
+from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import block
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve

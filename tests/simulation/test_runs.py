@@ -16,7 +16,7 @@ import pytest
 import springpot as sp
 from springpot.memory import direct
 from springpot.simulation import UNITS, run
-from springpot.simulation.ensemble import tables
+from springpot.simulation.compose import tables
 from springpot.simulation.oracle import direct_path
 from springpot.simulation.settings import resolve
 from springpot.simulation.slow_impacts import missed_impacts

@@ -8,7 +8,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.simulation import Run, run
-from springpot.simulation.run import PROBABILITIES
+from springpot.simulation.results import PROBABILITIES
 from springpot.simulation.slow_impacts import (
     density_step_bias,
     missed_impacts,

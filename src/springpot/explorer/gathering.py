@@ -13,13 +13,17 @@ from numba import cfunc
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import Adapted
-from springpot.simulation.ensemble import advance, tables
+from springpot.simulation.compose import mirror, tables
+from springpot.simulation.distributions import Distribution, distributions_in, sketches
+from springpot.simulation.ensemble import advance
+from springpot.simulation.forgetting import is_stationary
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
-from springpot.simulation.listening import HEADER, WATCH
-from springpot.simulation.observers import Distribution, Observer, distributions_in, sketches
-from springpot.simulation.run import about_slow_impacts, doubts, is_stationary, measured
-from springpot.simulation.settings import Settings, energy_time, fastest_rate, mirror
+from springpot.simulation.listening import HEADER, WATCH, Observer
+from springpot.simulation.run import measured
+from springpot.simulation.scales import energy_time, fastest_rate
+from springpot.simulation.settings import Settings
+from springpot.simulation.warnings import about_slow_impacts, doubts
 
 __all__ = ["BINS", "Gathering", "growth_times"]
 

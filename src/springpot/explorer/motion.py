@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import Tables, advance
+from springpot.simulation.compose import Tables, mirror
+from springpot.simulation.ensemble import advance
 from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import Settings, mirror
+from springpot.simulation.settings import Settings
 
 __all__ = ["Motion", "Player", "blocks", "record"]
 

@@ -1,9 +1,10 @@
 """Monte Carlo of the impacting fractional oscillator."""
 
 from springpot.simulation.accuracy import CONTROLLED, Budget
-from springpot.simulation.observers import Distribution
+from springpot.simulation.distributions import Distribution
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.run import Run, run, simulate
+from springpot.simulation.results import Run
+from springpot.simulation.run import run, simulate
 from springpot.simulation.saved import load_run
 from springpot.simulation.spectral import Spectrum
 from springpot.units import UNITS

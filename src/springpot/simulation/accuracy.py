@@ -29,21 +29,15 @@ from springpot.faults import meant
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
 from springpot.simulation.completed_rate import are_crowded, completed_rate, counts_of_fast_impacts
-from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words
+from springpot.simulation.compose import Floats, Tables, tables
+from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words, per_cent
 from springpot.simulation.decision import NORMAL, Known, Move, Standing, decide
-from springpot.simulation.ensemble import Floats, Progress, Tables, advance, tables
+from springpot.simulation.ensemble import Progress, advance
 from springpot.simulation.forgetting import forgetting_time, shares_missing
 from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import (
-    Settings,
-    check_stationary,
-    creep_time,
-    energy_time,
-    fastest_rate,
-    impacts_are_countable,
-    resolve,
-)
-from springpot.simulation.slow_impacts import even_step, slow_impact_order
+from springpot.simulation.scales import creep_time, energy_time, fastest_rate
+from springpot.simulation.settings import Settings, check_stationary, resolve
+from springpot.simulation.slow_impacts import even_step, impacts_are_countable, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory import exact
 from springpot.theory.result import MOMENTS
@@ -389,8 +383,8 @@ class _Search:
         unreachable = ""
         if aim > self.rtol:
             unreachable = (
-                f"{_per_cent(self.rtol)} cannot be reached for {worst}; the run goes on to the best that can be "
-                f"reached, {_per_cent(aim)}"
+                f"{per_cent(self.rtol)} cannot be reached for {worst}; the run goes on to the best that can be "
+                f"reached, {per_cent(aim)}"
             )
         self.estimate = Estimate(whole, self.clock.seconds(left), reason, aim, unreachable)
         self._tell()
@@ -455,8 +449,8 @@ class _Search:
         shortfall = ""
         if best.off > self.rtol:
             worst = max(best.known, key=lambda known: known.off)
-            reached = f"known to {_per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
-            shortfall = f"{worst.name} is {reached}, not to the {_per_cent(self.rtol)} asked for: {why}."
+            reached = f"known to {per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
+            shortfall = f"{worst.name} is {reached}, not to the {per_cent(self.rtol)} asked for: {why}."
         return Reached(
             settings=replace(best.settings, paths=best.paths + 2 * best.pairs),
             adapted=adapted,
@@ -541,11 +535,6 @@ def _first_targets(oscillator: Oscillator, settings: Settings, rtol: float) -> t
     paths = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
     paths = -(-paths // (2 * LANES)) * 2 * LANES
     return paths, paths // 2
-
-
-def _per_cent(share: float) -> str:
-    """With two digits at most, and no powers of ten."""
-    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def _length_reason(oscillator: Oscillator, settings: Settings) -> str:

@@ -13,8 +13,10 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.simulation.ensemble import Progress, advance, tables
-from springpot.simulation.settings import Settings, creep_time, default_step, energy_time, mirror
+from springpot.simulation.compose import mirror, tables
+from springpot.simulation.ensemble import Progress, advance
+from springpot.simulation.scales import creep_time, energy_time
+from springpot.simulation.settings import Settings, default_step
 from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory import averaging
 

@@ -21,11 +21,11 @@ import numpy.typing as npt
 from numba import cfunc
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import Tables
+from springpot.simulation.compose import Tables
 from springpot.simulation.lanes import FAST, LANES
-from springpot.simulation.listening import HEADER, HEAR
-from springpot.simulation.observers import Observer
-from springpot.simulation.settings import Settings, impacts_are_countable
+from springpot.simulation.listening import HEADER, HEAR, Observer
+from springpot.simulation.settings import Settings
+from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.theory.mckean import slow_impact_power
 
 __all__ = ["are_crowded", "completed_rate", "counts_of_fast_impacts", "resolved_speed"]

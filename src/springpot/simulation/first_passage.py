@@ -32,10 +32,11 @@ from numba.core.errors import NumbaError
 
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
-from springpot.simulation.listening import HEADER, HEAR, WATCH
-from springpot.simulation.observers import Observer, cause_of, taken_names
+from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
+from springpot.simulation.observers import cause_of, taken_names
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.settings import Settings, mirror, relaxation_time
+from springpot.simulation.scales import relaxation_time
+from springpot.simulation.settings import Settings
 
 __all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
 
@@ -133,7 +134,7 @@ def _direction(oscillator: Oscillator, settings: Settings, name: str, level: flo
     if name == "v":
         begins = settings.initial_velocity
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
-    wall, side = oscillator.barrier, mirror(oscillator)
+    wall, side = oscillator.barrier, oscillator.direction or 1.0
     begins = settings.initial_position
     if not math.isfinite(begins):
         begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)

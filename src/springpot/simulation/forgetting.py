@@ -18,10 +18,12 @@ import math
 import numpy as np
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.settings import energy_time
+from springpot.simulation.scales import energy_time, relaxation_time
+from springpot.simulation.settings import Settings
 
-__all__ = ["forgetting_time", "missing_variance", "shares_missing"]
+__all__ = ["forgetting_time", "is_stationary", "missing_variance", "shares_missing", "transient_left"]
 
+MOST_TRANSIENT = 0.01  # left where the window begins
 LATE = math.log(1e6)  # of the time over that of creep, from which on the late power is all there is
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
 SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
@@ -103,3 +105,18 @@ def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, am
         name: min(1.0, (weight + rarer.get(name, 0.0)) * missing / x_mean_square) for name, weight in SLOW.items()
     }
     return shares | {"amplitude_mean_square": min(1.0, missing / amplitude), "v_mean_square": 0.0}
+
+
+def transient_left(oscillator: Oscillator, settings: Settings) -> float:
+    """Share of the transient that is left where the window begins."""
+    return math.exp(-settings.window[0] / relaxation_time(oscillator))
+
+
+def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:
+    """Whether averages over the window are those of the stationary state, as far as the settings say.
+
+    A springpot at a wall remembers a start from rest like t^-alpha, so such a run is not.
+    """
+    remembered = settings.start == "rest" and oscillator.barrier is not None and 0.0 < oscillator.springpot.order < 1.0
+    settled = transient_left(oscillator, settings) <= MOST_TRANSIENT
+    return oscillator.excitation.intensity > 0.0 and settled and not remembered

@@ -7,6 +7,7 @@ of the block, which starts with a header (:data:`HEADER`) that turns the kernel'
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import llvmlite.ir as ir
@@ -17,7 +18,11 @@ from numba.extending import intrinsic
 
 from springpot.simulation.lanes import GROUP, INLINE
 
-__all__ = ["HEADER", "HEAR", "NOBODY", "WATCH", "Ear", "Observers", "hear", "watch"]
+__all__ = ["BATCHES", "HEADER", "HEAR", "NOBODY", "WATCH", "Ear", "Observer", "Observers", "hear", "watch"]
+
+Floats = npt.NDArray[np.float64]
+
+BATCHES = 64  # groups of paths whose counts are kept apart, for standard errors
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
@@ -32,6 +37,29 @@ WATCH = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, 
 """(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
 HEAR = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): so many impacts at this speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """One observer: two compiled functions and the array they accumulate in.
+
+    Attributes
+    ----------
+    watch, hear : compiled function or None
+        Of the signatures ``WATCH`` and ``HEAR``.
+    initial : ndarray of float
+        What the array holds at the start of a block, the header left out.
+    per_path : bool
+        Whether the array holds LANES numbers for each thing observed, or counts of the whole block.
+    every : int
+        Groups of steps between two calls of ``watch``.
+    """
+
+    watch: Any
+    hear: Any
+    initial: Floats
+    per_path: bool
+    every: int = 1
 
 
 class Observers(NamedTuple):

@@ -1,13 +1,8 @@
-"""What is observed beside the moments: a user's own observables, distributions and extremes.
+"""What is observed beside the moments: a user's own observables and extremes.
 
 Each observer is compiled for itself and called by the kernel through its address (see
 :mod:`springpot.simulation.listening`), so that none of them costs a new kernel, or a run that does not ask for it
 anything.
-
-Distributions are streaming sketches: counts in bins whose width is 1/64 of the octave they lie in (Masson, Rim and Lee,
-"DDSketch", PVLDB 12, 2019, with bins linear in each octave).  Bins of x are counted from the wall.  They do not depend
-on the data, so sketches of different paths are added exactly and in any order; a quantile is interpolated in its bin,
-which leaves less than 0.1 % of it where the density is smooth.
 """
 
 from __future__ import annotations
@@ -16,7 +11,6 @@ import inspect
 import keyword
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
@@ -25,65 +19,24 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, bits_of, f32, i32
-from springpot.simulation.listening import HEADER, HEAR, WATCH
+from springpot.simulation.distributions import SKETCHED
+from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
 from springpot.units import UNITS
 
-__all__ = [
-    "BATCHES", "EXTREMES", "Distribution", "Observer", "cause_of", "distributions_in", "extremes", "mean_of",
-    "sample_quantiles", "sketches", "taken_names",
-]  # fmt: skip
+__all__ = ["EXTREMES", "cause_of", "extremes", "mean_of", "taken_names"]
 
 Floats = npt.NDArray[np.float64]
 
-BATCHES = 64  # groups of paths whose counts are kept apart, for standard errors
 FIRST = len(HEADER)
-_LENGTH, _SPEED_UNIT, _TIME, _FREQUENCY, _WALL, _LANES = range(FIRST)
+_LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
+_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
 
 They are taken at the ends of the steps and at the impacts.
 """
-
-SKETCHED = {
-    "x": ("m", "m-1"), "v": ("m s-1", "s m-1"), "amplitude": ("m", "m-1"), "impact_speed": ("m s-1", "s m-1"),
-}  # fmt: skip
-"""Quantities whose distributions are estimated, their units and those of their densities."""
-
-_PARTS = 64  # bins in an octave
-_LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
-_BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
-_OFFSET = (127 + _LOWEST) * _PARTS - 1
-_SLOTS = {"x": 0, "v": 2 * _BINS, "amplitude": 4 * _BINS, "impact_speed": 5 * _BINS}
-_X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
-_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
-FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
-FEWEST_BATCHES = 10  # for a standard error that means something
-SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
-
-
-@dataclass(frozen=True, eq=False)
-class Observer:
-    """One observer: two compiled functions and the array they accumulate in.
-
-    Attributes
-    ----------
-    watch, hear : compiled function or None
-        Of the signatures `springpot.simulation.listening.WATCH` and ``HEAR``.
-    initial : ndarray
-        What the array holds at the start of a block, the header left out.
-    per_path : bool
-        Whether the array holds LANES numbers for each thing observed, or counts of the whole block.
-    every : int
-        Groups of steps between two calls of ``watch``.
-    """
-
-    watch: Any
-    hear: Any
-    initial: Floats
-    per_path: bool
-    every: int = 1
 
 
 # --- a user's own ---------------------------------------------------------------------------------------------------
@@ -199,206 +152,3 @@ def _extreme_parts() -> tuple[Any, Any]:
             array[at] = max(array[at], reached)
 
     return watch, hear
-
-
-# --- distributions --------------------------------------------------------------------------------------------------
-
-
-def sketches(group_in_time_scales: float) -> Observer:
-    """Counts for the distributions of SKETCHED.
-
-    Parameters
-    ----------
-    group_in_time_scales : float
-        Length of four steps in units of the shortest time scale: samples closer than ``SAMPLING`` of it would say
-        little new.
-    """
-    every = max(1, int(SAMPLING / group_in_time_scales))
-    watch, hear = _sketch_parts()
-    return Observer(watch, hear, np.zeros(6 * _BINS), per_path=False, every=every)
-
-
-def sample_quantiles(samples: Floats, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Quantiles of independent samples, and their standard errors from the binomial law of the ranks.
-
-    NaN among the samples is left out.  So far in a tail that fewer than four samples lie beyond it there is no error.
-
-    Examples
-    --------
-    >>> at, error = sample_quantiles(np.arange(101.0), [0.5, 0.99])
-    >>> at, error.round(1)
-    (array([50., 99.]), array([ 5., nan]))
-    """
-    p = np.asarray(probability, dtype=float)
-    samples = samples[~np.isnan(samples)]
-    if samples.size == 0:
-        return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
-    away = np.sqrt(p * (1.0 - p) / samples.size)
-    low, at, high = np.quantile(samples, np.clip([p - away, p, p + away], 0.0, 1.0))
-    return at, np.where(samples.size * p * (1.0 - p) < FEWEST_BEYOND, np.nan, 0.5 * (high - low))
-
-
-@njit(**INLINE)
-def _bin(value):
-    """Bin of a value without sign, by the bits of its single-precision number."""
-    place = (bits_of(f32(value)) >> i32(17)) - i32(_OFFSET)
-    return min(max(place, i32(0)), i32(_BINS - 1))
-
-
-@cache
-def _sketch_parts() -> tuple[Any, Any]:
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
-        j = max(low - n, 0)
-        if n + j < min(high, n + GROUP):
-            for lane in range(int(array[_LANES])):
-                here, speed = x[j * LANES + lane], v[j * LANES + lane]
-                away = here - array[_WALL]
-                array[_X + _bin(abs(away)) + (_BINS if away < 0.0 else 0)] += 1.0
-                array[_V + _bin(abs(speed)) + (_BINS if speed < 0.0 else 0)] += 1.0
-                reach = speed / array[_FREQUENCY]
-                array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
-
-    @cfunc(HEAR, **FAST)
-    def hear(count, speed, lane, array):
-        if lane < array[_LANES]:
-            array[_SPEED + _bin(speed)] += count
-
-    return watch, hear
-
-
-@dataclass(frozen=True, eq=False)
-class Distribution:
-    """An estimated distribution: counts in bins, apart for each batch of paths.
-
-    Attributes
-    ----------
-    unit, density_unit : str
-    edges : ndarray, shape (bins + 1,)
-    counts : ndarray, shape (batches, bins)
-    """
-
-    unit: str
-    density_unit: str
-    edges: Floats
-    counts: Floats
-
-    @property
-    def size(self) -> float:
-        """How many samples were counted."""
-        return float(self.counts.sum())
-
-    def density(self, bins: int = 80) -> tuple[Floats, Floats, Floats]:
-        """Density over about so many bins, from the 0.01 % to the 99.99 % quantile.
-
-        Parameters
-        ----------
-        bins : int
-            About how many.
-
-        Returns
-        -------
-        edges : ndarray, shape (n + 1,)
-            Each is an edge of the counts, so that no count is divided.
-        density, standard_error : ndarray, shape (n,)
-            In one over the unit.
-
-        Examples
-        --------
-        >>> Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]])).density(2)[1]
-        array([0.5, 0.5])
-        """
-        if not self.size > 0.0:
-            return np.zeros(1), np.zeros(0), np.zeros(0)
-        shares = np.cumsum(self.counts.sum(axis=0)) / self.size
-        begin, end = int(np.searchsorted(shares, 1e-4)), int(np.searchsorted(shares, 1.0 - 1e-4)) + 1
-        edges = self.edges[begin : end + 1]
-        kept, width = [0], (edges[-1] - edges[0]) / bins
-        for i in range(1, edges.size):
-            if edges[i] >= edges[kept[-1]] + 0.999 * width or i == edges.size - 1:
-                kept.append(i)
-        counts = np.add.reduceat(self.counts[:, begin:end], kept[:-1], axis=1)
-        widths = np.diff(edges[kept])
-        return edges[kept], counts.sum(axis=0) / self.size / widths, self._error(counts) / widths
-
-    def quantile(self, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Quantiles and their standard errors, in the unit; NaN where nothing was counted.
-
-        Parameters
-        ----------
-        probability : array_like
-            In [0, 1], any shape.
-
-        Returns
-        -------
-        quantile, standard_error : ndarray
-            Of that shape.
-
-        Raises
-        ------
-        ValueError
-            If a probability is outside [0, 1].
-
-        Examples
-        --------
-        >>> found = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
-        >>> float(found.quantile(0.5)[0])
-        1.0
-        """
-        p = np.asarray(probability, dtype=float)
-        if np.any(~((p >= 0.0) & (p <= 1.0))):
-            raise ValueError(f"probability must be in [0, 1], not {probability!r}.")
-        if not self.size > 0.0:
-            return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
-        below = np.concatenate([np.zeros((len(self.counts), 1)), np.cumsum(self.counts, axis=1)], axis=1)
-        shares = below.sum(axis=0) / self.size
-        bins = np.clip(np.searchsorted(shares, p, side="left") - 1, 0, self.edges.size - 2)
-        inside = shares[bins + 1] - shares[bins]
-        part = np.clip(np.divide(p - shares[bins], inside, out=np.zeros_like(p), where=inside > 0.0), 0.0, 1.0)
-        width = np.diff(self.edges)[bins]
-        reached = below[:, bins] + part * self.counts[:, bins]
-        error = np.divide(self._error(reached) * width, inside, out=np.full_like(p, np.nan), where=inside > 0.0)
-        return np.asarray(self.edges[bins] + part * width), error
-
-    def _error(self, counts: Floats) -> Floats:
-        """Standard error of sums of counts over all samples: batches are independent, and their sizes counted too."""
-        batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)
-        if batches.size < FEWEST_BATCHES:
-            return np.full(counts.shape[1:], np.nan)
-        share = counts.sum(axis=0) / self.size
-        apart = counts[self.counts.sum(axis=1) > 0.0] - share * batches.reshape(-1, *(1,) * (counts.ndim - 1))
-        return np.asarray(np.sqrt(batches.size / (batches.size - 1.0) * (apart**2).sum(axis=0)) / self.size)
-
-
-def distributions_in(
-    counts: Floats, *, length: float, speed: float, sign: float, wall: float
-) -> dict[str, Distribution]:
-    """The distributions that `sketches` has counted.
-
-    Parameters
-    ----------
-    counts : ndarray, shape (batches, size of the observer's array)
-    length, speed : float
-        The kernel's units.
-    sign : float
-        -1 if the kernel saw the mirror image.
-    wall : float
-        Place of the wall in m, from which x is counted; 0 without one.
-    """
-    octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
-    one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
-    both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
-    scale = {"x": sign * length, "v": sign * speed, "amplitude": length, "impact_speed": speed}
-    found = {}
-    for name, units in SKETCHED.items():
-        taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
-        if name in ("x", "v"):
-            negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]
-            taken, edges = np.concatenate([negative[:, ::-1], taken], axis=1), both_signs
-        filled = np.flatnonzero(taken.any(axis=0))
-        begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)
-        taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
-        if scale[name] < 0.0:
-            taken, edges = taken[:, ::-1], edges[::-1]
-        found[name] = Distribution(*units, edges + wall if name == "x" else edges, taken)
-    return found

@@ -13,12 +13,12 @@ from numba import njit
 
 from springpot.memory import direct
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import Floats, Tables, family, recent_weights, tables
+from springpot.simulation.compose import Floats, Tables, family, mirror, recent_weights, tables
 from springpot.simulation.lanes import FAST, GROUP, f64
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.parts import begin, bounce, kick, push
 from springpot.simulation.random import normals
-from springpot.simulation.settings import Settings, mirror
+from springpot.simulation.settings import Settings
 
 __all__ = ["DirectPath", "direct_path"]
 

@@ -6,9 +6,8 @@ import math
 import platform
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -16,256 +15,36 @@ import numpy.typing as npt
 
 from springpot.faults import meant
 from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import Budget, Reached, reach
+from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
-from springpot.simulation.ensemble import Progress, Tables, advance, tables
+from springpot.simulation.compose import Tables, mirror, tables
+from springpot.simulation.ensemble import Progress, advance
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.observers import EXTREMES, Distribution, sample_quantiles
-from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.settings import (
-    Options,
-    Settings,
-    default_start,
-    energy_time,
-    fastest_rate,
-    impacts_are_countable,
-    mirror,
-    relaxation_time,
-    resolve,
-)
-from springpot.simulation.slow_impacts import missed_impacts, slow_impact_order
-from springpot.simulation.spectral import Spectrum
+from springpot.simulation.results import PROBABILITIES, Run
+from springpot.simulation.scales import fastest_rate
+from springpot.simulation.settings import Options, Settings, resolve
 from springpot.simulation.statistics import estimates, standard_error
-from springpot.simulation.step_biases import about_quantiles, step_biases
+from springpot.simulation.warnings import (
+    COARSE,
+    about_default_start,
+    about_impacts_not_asked_for,
+    about_quantiles,
+    about_slow_impacts,
+    doubts,
+    without_effect,
+)
 from springpot.simulation.watched import Observable, watched
-from springpot.simulation.without_effect import without_effect
-from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.units import UNITS
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Run", "about_slow_impacts", "doubts", "is_stationary", "measured", "run", "simulate"]
+__all__ = ["measured", "run", "simulate"]
 
-FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
-COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
-MOST_RESIDUAL = 0.01  # of an adapted start
-MOST_TRANSIENT = 0.01  # left where the window begins
-MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
-MOST_MISSED = 0.01  # of the impacts, by estimate
 _DEFAULT_QUANTITIES = ("amplitude_mean_square",)
 _OWN_ARGUMENTS = (
     "rtol", "quantities", "observables", "impact_observables", "distributions", "spectrum", "first_passage", "progress",
 )  # fmt: skip
-PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """The outcome of one simulation.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    settings : Settings
-        As completed; with an adapted start, ``initial_position`` is what was found.
-    values, errors : dict
-        Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
-    budgets : dict
-        What each controlled estimate may be off by (`springpot.simulation.Budget`); empty unless ``rtol`` was given.
-    diagnostics : dict
-        How it was computed: memory terms and their error, adapted start and its residual, collapses, versions, time.
-    warnings : tuple of str
-        One sentence for each reason to doubt a number.
-    time : ndarray, shape (points,)
-        Times of the recorded paths, in s; empty if none were recorded.
-    record : ndarray, shape (recorded, points, 2)
-        x and v of the recorded paths, at time 0 and after every ``record_every`` steps.
-    distributions : dict
-        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if they were asked for.
-    extremes : dict
-        Smallest and largest x, largest speed and impact speed of each path in the window, if they were asked for:
-        arrays of shape (paths,), taken at the ends of the steps and at the impacts.
-    spectrum : Spectrum or None
-        `springpot.simulation.Spectrum` of x in the window, if it was asked for.
-    first_passages : dict
-        `springpot.simulation.PassageTimes` of each level that was asked for, by quantity.
-    """
-
-    oscillator: Oscillator
-    settings: Settings
-    values: dict[str, float]
-    errors: dict[str, float]
-    budgets: dict[str, Budget]
-    diagnostics: dict[str, Any]
-    warnings: tuple[str, ...]
-    time: npt.NDArray[np.float64]
-    record: npt.NDArray[np.float64]
-    distributions: dict[str, Distribution] = field(default_factory=dict)
-    extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
-    spectrum: Spectrum | None = None
-    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
-
-        Returns
-        -------
-        dict
-            Every estimate and its ``_se`` by name, then ``oscillator``, ``settings``, ``diagnostics`` and ``warnings``.
-            Distributions and extremes are there as their quantiles at PROBABILITIES.
-
-        Examples
-        --------
-        >>> found = run(Oscillator(), paths=1, duration=1.0).to_dict()
-        >>> found["x_mean_se"] is None, found["settings"]["paths"]
-        (True, 1)
-        """
-        quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
-        biases = self._step_biases()
-        return {
-            **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
-            **({"probability": list(PROBABILITIES)} if quantiles else {}),
-            **{name: _finite(at) for name, (at, _) in quantiles.items()},
-            **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
-            **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
-            **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
-            **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
-            "oscillator": asdict(self.oscillator),
-            "settings": self.settings.to_dict(),
-            "diagnostics": self.diagnostics,
-            "warnings": list(self.warnings),
-        }
-
-    def _step_biases(self) -> dict[str, float | npt.NDArray[np.float64]]:
-        """Bounds on the step's bias by name, where there is no budget that has them."""
-        if self.budgets:
-            return {}
-        return step_biases(
-            self.oscillator, self.settings.step, self.values, self.distributions, self.extremes, PROBABILITIES
-        )
-
-    def _numbers(self) -> dict[str, tuple[float, str, str]]:
-        """Every number by its public name: value, unit and what it is."""
-        numbers, biases = {}, self._step_biases()
-        for name, value in self.values.items():
-            unit = UNITS.get(name, "")  # only the user knows the unit of an observable
-            numbers[name] = value, unit, name.replace("_", " ")
-            numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
-            if name in self.budgets:
-                budget = self.budgets[name]
-                numbers[f"{name}_step_bias"] = budget.step_bias, unit, f"bound on the step's bias of {name}"
-                numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
-                numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
-                numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
-            elif name in biases:
-                numbers[f"{name}_step_bias"] = float(biases[name]), unit, f"bound on the step's bias of {name}"
-        for passage in self.first_passages.values():
-            numbers |= passage.numbers()
-        return numbers
-
-    def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
-        """Survival curves and their times, by name: axis, numbers, unit."""
-        curves = {}
-        for name, passage in self.first_passages.items():
-            time, survival, error = passage.curve()
-            axis = f"{name}_first_passage_time"
-            curves[axis] = axis, time, "s"
-            curves[f"{name}_first_passage_survival"] = axis, survival, "1"
-            curves[f"{name}_first_passage_survival_se"] = axis, error, "1"
-        return curves
-
-    def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
-        """Quantiles at PROBABILITIES of what was sketched and of the extremes over the paths: values, errors, unit."""
-        found = {
-            f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)
-            for name, sketch in self.distributions.items()
-        }
-        for name, samples in self.extremes.items():
-            found[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
-        for name, passage in self.first_passages.items():
-            found[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
-        return found
-
-    def to_dataset(self) -> xarray.Dataset:
-        """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `springpot.simulate` returns it.
-
-        Examples
-        --------
-        >>> run(Oscillator(), paths=8, duration=1.0).to_dataset()["impact_rate"].units
-        's-1'
-        """
-        import json
-
-        import xarray
-
-        data: dict[str, Any] = {
-            name: ((), value, {"units": unit, "long_name": text})
-            for name, (value, unit, text) in self._numbers().items()
-        }
-        coordinates: dict[str, Any] = {}
-        biases = self._step_biases()
-        if self.settings.record:
-            coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
-            data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
-            data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
-        for name, (at, error, unit) in self._quantiles().items():
-            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
-            data[name] = ("probability", at, {"units": unit})
-            data[f"{name}_se"] = ("probability", error, {"units": unit})
-            if name in biases:
-                data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
-        if (found := self.spectrum) is not None:
-            coordinates["frequency"] = ("frequency", found.frequency, {"units": "rad s-1"})
-            data["x_spectrum"] = ("frequency", found.density, {"units": "m2 s rad-1", "resolution": found.resolution})
-            data["x_spectrum_se"] = ("frequency", found.standard_error, {"units": "m2 s rad-1"})
-        for name, (axis, column, unit) in self._curves().items():
-            (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
-        for name, sketch in self.distributions.items():
-            edges, density, error = sketch.density()
-            where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
-            coordinates[where] = (where, 0.5 * (edges[1:] + edges[:-1]), {"units": sketch.unit})
-            coordinates[f"{name}_bin_width"] = (where, np.diff(edges), {"units": sketch.unit})
-            data[f"{name}_density"] = (where, density, per_unit)
-            data[f"{name}_density_se"] = (where, error, per_unit)
-            if f"{name}_density" in biases:
-                data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
-        attributes = {
-            "oscillator": json.dumps(asdict(self.oscillator)),
-            "settings": json.dumps(self.settings.to_dict()),
-            "diagnostics": json.dumps(self.diagnostics),
-            "warnings": list(self.warnings),
-            "Conventions": "CF-1.11",
-        }
-        return xarray.Dataset(data, coordinates, attributes)
-
-    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
-        """Write the run to a file: see `springpot.simulation.saved.save_run`, whose arguments are the same.
-
-        Returns
-        -------
-        Path
-
-        Raises
-        ------
-        ValueError, OSError
-            As there.
-
-        Examples
-        --------
-        >>> import tempfile
-        >>> run(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
-        'run.csv'
-        """
-        from springpot.simulation.saved import save_run
-
-        return save_run(self, path, overwrite=overwrite)
 
 
 def run(
@@ -353,7 +132,7 @@ def run(
         budgets={},
         diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
         warnings=(
-            *_about_default_start(oscillator, given),
+            *about_default_start(oscillator, given),
             *without_effect(oscillator, given),
             *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
             *about_slow_impacts(oscillator, settings, values),
@@ -406,7 +185,7 @@ def _run_to(
     fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
     warned = [
         *doubts(oscillator, fine, adapted, found.values, found.errors, found.rows, bounded=True),
-        *_about_impacts_not_asked_for(found, quantities, rtol),
+        *about_impacts_not_asked_for(found, quantities, rtol),
         *([found.shortfall] if found.shortfall else []),
     ]
     return Run(
@@ -609,12 +388,6 @@ def measured(
     return values, {name: math.hypot(error, owed[name]) for name, error in errors.items()}
 
 
-def _energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
-    """Mean energy gained over the window, and its standard error."""
-    gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
-    return float(gained.mean()), standard_error(gained)
-
-
 def _diagnostics(
     settings: Settings, made: Tables, rows: npt.NDArray[np.float64], adapted: Adapted | None, seconds: float
 ) -> dict[str, Any]:
@@ -634,171 +407,4 @@ def _diagnostics(
         "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": {name: version(name) for name in ("springpot", "numba", "llvmlite", "numpy")}
         | {"python": platform.python_version()},
-    }
-
-
-def doubts(
-    oscillator: Oscillator,
-    settings: Settings,
-    adapted: Adapted | None,
-    values: dict[str, float],
-    errors: dict[str, float],
-    rows: npt.NDArray[np.float64],
-    *,
-    bounded: bool = False,
-) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number; ``bounded`` says that its total error includes the transient."""
-    found = [*_about_settings(oscillator, settings, values, bounded), *_about_start(adapted)]
-    if not math.isfinite(values["amplitude_mean_square"]):
-        return (*found, "the response is not a finite number: a much finer step may help.")
-    energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
-    gained, its_error = _energy_drift(rows)
-    settled = oscillator.excitation.intensity > 0.0 and _transient_left(oscillator, settings) <= MOST_TRANSIENT
-    if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
-        found.append(
-            f"the mean energy still changed by {100.0 * gained / energy:.2g} % over the window "
-            f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
-            "window."
-        )
-    if settled:
-        found.extend(_about_memory(oscillator, values, errors))
-    residual, error = values["energy_residual"], errors["energy_residual"]
-    # what single-precision memory and rounding make of a large energy is no failure
-    fed = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
-    floor = max(0.01, 1e-4 * energy / fed) if fed > 0.0 else 0.01
-    if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
-        found.append(
-            f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
-            f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
-        )
-    return tuple(found)
-
-
-def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict[str, float]) -> list[str]:
-    """Of a start that the springpot still remembers: its force has no mean in the stationary state."""
-    order = oscillator.springpot.order
-    force, error = values["springpot_force_mean"], errors["springpot_force_mean"]
-    spring = oscillator.natural_frequency**2 * abs(values["x_mean"])
-    if not 0.0 < order < 1.0 or abs(force) <= max(FAR_OFF * error, MOST_REMEMBERED * spring):
-        return []
-    return [
-        f"the springpot remembers the start: its mean force is {_per_cent(abs(force) / spring)} of the spring's, where "
-        f"a stationary one has none, and falls only like t^-{order:.2g}; mean displacement and impact rate are not yet "
-        "stationary (energies are barely affected). Use start='stationary' for those."
-    ]
-
-
-def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float], bounded: bool) -> list[str]:
-    found = []
-    fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
-    if settings.step * fastest > limit * (1.0 + 1e-9):
-        found.append(
-            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
-            f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
-        )
-    left = _transient_left(oscillator, settings)
-    if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
-        relaxation = relaxation_time(oscillator)
-        found.append(
-            "without dissipation there is no stationary state: the averages are those of a growing response."
-            if math.isinf(energy_time(oscillator))
-            else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
-            f"is left there; start it after {4.6 * relaxation:.3g} s for stationary values."
-        )
-    size = math.sqrt(max(values["x_mean_square"], 0.0))
-    if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
-        found.append(
-            f"contact_tolerance is {settings.contact_tolerance:g} m, not small against the root mean square "
-            f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
-            f"{1e-4 * size:.1g} m."
-        )
-    if oscillator.barrier is not None and not impacts_are_countable(oscillator):
-        found.append(
-            f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
-            "white noise makes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
-            "energies are not."
-        )
-    return found
-
-
-def about_slow_impacts(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
-    """Of a run at one step: what slow impacts that it misses are likely to be worth."""
-    if oscillator.barrier is None or not impacts_are_countable(oscillator):
-        return []
-    missed = missed_impacts(oscillator, settings.step, values["impact_speed_mean_square"])
-    if missed <= MOST_MISSED:
-        return []
-    order = slow_impact_order(oscillator.barrier.restitution)
-    return [
-        f"impact rate is about {_per_cent(missed)} too low and the mean impact speed "
-        f"{_per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the wall is so lossy that "
-        f"slow impacts crowd, and the error falls only like step^{order:.2g}; energies are right. Use rtol= to have it "
-        "bounded."
-    ]
-
-
-def _about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: float) -> list[str]:
-    """Of a run to a tolerance: what is left of the step in the impacts that nobody asked to have bounded."""
-    left = {
-        name: found.budgets[name].total / abs(found.values[name])
-        for name in ("impact_rate", "impact_speed_mean")
-        if name not in asked and found.values[name] != 0.0
-    }
-    off = [f"{name} {_per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
-    if not off:
-        return []
-    return [f"not asked for, and known to no better than: {', '.join(off)}; name it in quantities to have it bounded."]
-
-
-def _per_cent(share: float) -> str:
-    """With two digits at most, and no powers of ten."""
-    return f"{float(f'{100.0 * share:.2g}'):g} %"
-
-
-def _transient_left(oscillator: Oscillator, settings: Settings) -> float:
-    """Share of the transient that is left where the window begins."""
-    return math.exp(-settings.window[0] / relaxation_time(oscillator))
-
-
-def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:
-    """Whether averages over the window are those of the stationary state, as far as the settings say.
-
-    A springpot at a wall remembers a start from rest like t^-alpha, so such a run is not.
-    """
-    remembered = settings.start == "rest" and oscillator.barrier is not None and 0.0 < oscillator.springpot.order < 1.0
-    settled = _transient_left(oscillator, settings) <= MOST_TRANSIENT
-    return oscillator.excitation.intensity > 0.0 and settled and not remembered
-
-
-def _about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
-    """Of a run that nobody asked to start from rest, and that does."""
-    if given.get("start") is not None:
-        return []
-    initial = given.get("initial_position"), given.get("initial_velocity")
-    _, reason = default_start(oscillator, *initial, given.get("derivative", "caputo"))
-    return [f"the run starts from rest, for there is no stationary state: {reason}."] if reason else []
-
-
-def _about_start(adapted: Adapted | None) -> list[str]:
-    if adapted is None:
-        return []
-    if math.isnan(adapted.residual):
-        return ["the adapted start is that of averaging: pilot runs long enough to check it would take too long."]
-    if adapted.residual > MOST_RESIDUAL:
-        return [
-            f"the adapted start was off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
-            f"(standard error {100.0 * adapted.residual_se:.1g} %) before its last correction."
-        ]
-    return []
-
-
-def _finite(numbers: list[float]) -> list[float | None]:
-    return [number if math.isfinite(number) else None for number in numbers]
-
-
-def _spectrum_words(found: Spectrum) -> dict[str, list[float | None]]:
-    return {
-        "frequency": _finite(found.frequency.tolist()),
-        "x_spectrum": _finite(found.density.tolist()),
-        "x_spectrum_se": _finite(found.standard_error.tolist()),
     }

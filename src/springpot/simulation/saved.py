@@ -37,7 +37,7 @@ import numpy.typing as npt
 
 from springpot.files import write
 from springpot.places import place_for, replacing
-from springpot.simulation.run import Run
+from springpot.simulation.results import Run
 
 __all__ = ["SUFFIXES", "load_run", "places", "save_run"]
 

@@ -19,9 +19,11 @@ from dataclasses import dataclass, replace
 
 from springpot.oscillator import Oscillator, finite_number
 from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
-from springpot.simulation.ensemble import Floats, Progress, advance, tables
-from springpot.simulation.settings import Settings, energy_time, fastest_rate, impacts_are_countable, resolve
-from springpot.simulation.slow_impacts import even_step, slow_impact_order
+from springpot.simulation.compose import Floats, tables
+from springpot.simulation.ensemble import Progress, advance
+from springpot.simulation.scales import energy_time, fastest_rate
+from springpot.simulation.settings import Settings, resolve
+from springpot.simulation.slow_impacts import even_step, impacts_are_countable, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
 from springpot.theory.result import MOMENTS
 

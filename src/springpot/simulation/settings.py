@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypedDict, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.oscillator import LARGEST, Barrier, Oscillator, finite_number
+from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.processors import threads_available
-from springpot.theory import NoStationaryState, averaging
-from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.simulation.scales import energy_time, fastest_rate, relaxation_time
+from springpot.theory.result import NoStationaryState
 
 __all__ = [
-    "Derivative", "Scheme", "Settings", "StartKind", "check_stationary", "default_start", "relaxation_time", "resolve",
+    "Derivative", "Scheme", "Settings", "StartKind", "check_stationary", "default_start", "resolve",
 ]  # fmt: skip
 
 Scheme = Literal["default", "grunwald"]
@@ -128,78 +128,6 @@ class Settings:
     def to_dict(self) -> dict[str, Any]:
         """All settings as plain numbers, words and lists."""
         return {**asdict(self), "window": list(self.window)}
-
-
-def fastest_rate(oscillator: Oscillator) -> float:
-    """The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s."""
-    spring = oscillator.springpot
-    return max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order))))
-
-
-def relaxation_time(oscillator: Oscillator) -> float:
-    """Estimate of the time in which the energy forgets its start, in s; infinite without any loss.
-
-    The longer of `energy_time` and `creep_time`.
-    """
-    return max(energy_time(oscillator), creep_time(oscillator))
-
-
-def energy_time(oscillator: Oscillator) -> float:
-    """1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
-
-    The part of beta that is due to lossy impacts counts with the share of cycles wide enough to reach the wall, and the
-    time to grow up to a gap is added.
-    """
-    frequency, barrier = oscillator.natural_frequency, oscillator.barrier
-    elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
-    rate = 2.0 * averaging(elastic).decay_rate / _slowing(oscillator)
-    growth = 0.0
-    if barrier is not None and barrier.restitution < 1.0:
-        gap = max(0.0, -mirror(oscillator) * barrier.position)
-        intensity = oscillator.excitation.intensity
-        # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
-        struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
-        lossy = replace(oscillator, barrier=Barrier(0.0, barrier.restitution))
-        impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
-        rate += struck * impacts
-        growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
-    return 1.0 / rate + growth if rate > 0.0 else math.inf
-
-
-def _slowing(oscillator: Oscillator) -> float:
-    """How much slower the springpot dissipates than averaging at Omega says: its stiffness raises the frequency to w.
-
-    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2), without a wall; a wall leaves less of that stiffness.  The springpot's
-    power goes like w^(alpha - 1), and it holds a part of the energy, alpha (w^2 - Omega^2) / (2 w^2).
-    """
-    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
-    in_phase = oscillator.springpot.coefficient * math.cos(0.5 * math.pi * order)
-    square = stiffness
-    for _ in range(60):  # contracts by alpha / 2 at least
-        square = stiffness + in_phase * math.pow(square, 0.5 * order)
-    return math.pow(square / stiffness, 0.5 * (1.0 - order)) * (1.0 + 0.5 * order * (1.0 - stiffness / square))
-
-
-def creep_time(oscillator: Oscillator) -> float:
-    """(C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0.
-
-    The time of creep back to the equilibrium: what happens below this frequency takes this long to show.
-    """
-    spring = oscillator.springpot
-    if oscillator.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
-        return 0.0
-    logarithm = math.log(spring.coefficient / oscillator.natural_frequency**2) / spring.order
-    return math.exp(logarithm) if logarithm < 700.0 else math.inf
-
-
-def impacts_are_countable(oscillator: Oscillator) -> bool:
-    """Is there a wall, with a restitution at which impact rate and mean impact speed are finite?"""
-    return oscillator.barrier is not None and oscillator.barrier.restitution > COLLAPSE_BELOW
-
-
-def mirror(oscillator: Oscillator) -> float:
-    """1 for a wall below the motion (or none), -1 for a wall above it."""
-    return oscillator.direction or 1.0
 
 
 def default_duration(oscillator: Oscillator, step: float) -> float:
@@ -426,7 +354,7 @@ def _initial_position(oscillator: Oscillator, given: float | None, start: StartK
         return math.nan  # found by the pilot runs
     if barrier is None:
         return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
-    sign = mirror(oscillator)
+    sign = oscillator.direction
     if given is None:
         return sign * max(sign * barrier.position, 0.0)  # at the equilibrium, or resting on the wall
     given = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)

@@ -27,11 +27,11 @@ from springpot.oscillator import Oscillator
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 if TYPE_CHECKING:
-    from springpot.simulation.observers import Distribution
+    from springpot.simulation.distributions import Distribution
 
 __all__ = [
-    "MARGIN", "SlowImpacts", "density_step_bias", "even_step", "impact_step_biases", "missed_impacts",
-    "quantile_step_bias", "slow_impact_order", "slow_impacts",
+    "MARGIN", "SlowImpacts", "density_step_bias", "even_step", "impact_step_biases", "impacts_are_countable",
+    "missed_impacts", "quantile_step_bias", "slow_impact_order", "slow_impacts",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -42,6 +42,11 @@ MARGIN = 1.25
 UNSURE = 4.0  # units of sqrt(q h) beyond which D phi is its limit, to a few per cent
 MARGIN_PRESSED = 1.6  # of `missed_impacts` behind a preload: up to 30 % too low at b = 1 and 2
 SPAN = 3.0  # units of sqrt(q h) in which the impacts are counted that tell K
+
+
+def impacts_are_countable(oscillator: Oscillator) -> bool:
+    """Is there a wall, with a restitution at which impact rate and mean impact speed are finite?"""
+    return oscillator.barrier is not None and oscillator.barrier.restitution > COLLAPSE_BELOW
 
 
 def even_step(oscillator: Oscillator) -> float:

@@ -19,11 +19,12 @@ from numba import cfunc
 
 from springpot.oscillator import LARGEST, finite_number
 from springpot.simulation.lanes import FAST, GROUP, LANES
-from springpot.simulation.listening import HEADER, WATCH
-from springpot.simulation.observers import Floats, Observer
+from springpot.simulation.listening import HEADER, WATCH, Observer
 from springpot.simulation.settings import Settings
 
 __all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
+
+Floats = npt.NDArray[np.float64]
 
 MOST_SUMS = 30_000_000  # numbers kept, 0.24 GB; about four times as much while they are evaluated
 SAMPLES_PER_CYCLE = 12  # of the shortest time scale and the highest frequency; what lies beyond half of that folds back

@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import Tables
+from springpot.simulation.compose import Tables, mirror
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import Settings, impacts_are_countable, mirror
+from springpot.simulation.settings import Settings
+from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.units import UNITS
 
 __all__ = ["controlled", "estimates", "linearised", "standard_error"]

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.observers import Distribution
+from springpot.simulation.distributions import Distribution
 from springpot.simulation.slow_impacts import (
     MARGIN,
     density_step_bias,
@@ -23,12 +23,11 @@ from springpot.simulation.slow_impacts import (
     slow_impacts,
 )
 
-__all__ = ["about_quantiles", "fastest_speed_step_bias", "step_biases"]
+__all__ = ["fastest_speed_step_bias", "step_biases"]
 
 Floats = npt.NDArray[np.float64]
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
-WORTH_SAYING = 0.01  # of a quantile
 OVERSHOOT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
 
 
@@ -79,29 +78,3 @@ def fastest_speed_step_bias(oscillator: Oscillator, step: float) -> float:
     Ann. Appl. Probab. 5, 1995).
     """
     return MARGIN * OVERSHOOT * math.sqrt(oscillator.excitation.intensity * step)
-
-
-def about_quantiles(
-    oscillator: Oscillator, step: float, speeds: Distribution, probability: Sequence[float]
-) -> list[str]:
-    """A sentence that names the quantiles of the impact speed whose step bias is larger than their stated error."""
-    missed = slow_impacts(oscillator, step, speeds)
-    if missed is None:
-        return []
-    at, error = speeds.quantile(probability)
-    bias = quantile_step_bias(missed, speeds, probability)
-    off = (bias > NORMAL * error) & (bias > WORTH_SAYING * at)  # False where there is no error
-    if not off.any():
-        return []
-    named = ", ".join(
-        f"{100.0 * p:g} % (by up to {_rounded(100.0 * b / x)} %)"
-        for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
-    )
-    return [
-        f"the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are off: {named}. "
-        "impact_speed_quantile_step_bias bounds by how much; a shorter step makes it smaller."
-    ]
-
-
-def _rounded(number: float) -> str:
-    return f"{float(f'{number:.2g}'):g}" if math.isfinite(number) else "?"

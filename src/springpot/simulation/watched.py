@@ -10,20 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.ensemble import Ensemble, Tables
+from springpot.simulation.compose import Tables, mirror
+from springpot.simulation.distributions import Distribution, distributions_in, sketches
+from springpot.simulation.ensemble import Ensemble
 from springpot.simulation.first_passage import Passage, checked, passage_times
 from springpot.simulation.lanes import GROUP
-from springpot.simulation.observers import (
-    EXTREMES,
-    Distribution,
-    Observer,
-    distributions_in,
-    extremes,
-    mean_of,
-    sketches,
-)
+from springpot.simulation.listening import Observer
+from springpot.simulation.observers import EXTREMES, extremes, mean_of
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.settings import Settings, fastest_rate, mirror
+from springpot.simulation.scales import fastest_rate
+from springpot.simulation.settings import Settings
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observable", "Observed", "Watched", "watched"]

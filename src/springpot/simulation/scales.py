@@ -1,0 +1,73 @@
+"""The rates and times of an oscillator: what a step and a length of a run are measured by."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from springpot.oscillator import Barrier, Oscillator
+from springpot.theory import averaging
+
+__all__ = ["creep_time", "energy_time", "fastest_rate", "relaxation_time"]
+
+
+def fastest_rate(oscillator: Oscillator) -> float:
+    """The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s."""
+    spring = oscillator.springpot
+    return max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order))))
+
+
+def relaxation_time(oscillator: Oscillator) -> float:
+    """Estimate of the time in which the energy forgets its start, in s; infinite without any loss.
+
+    The longer of `energy_time` and `creep_time`.
+    """
+    return max(energy_time(oscillator), creep_time(oscillator))
+
+
+def energy_time(oscillator: Oscillator) -> float:
+    """1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
+
+    The part of beta that is due to lossy impacts counts with the share of cycles wide enough to reach the wall, and the
+    time to grow up to a gap is added.
+    """
+    frequency, barrier = oscillator.natural_frequency, oscillator.barrier
+    elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
+    rate = 2.0 * averaging(elastic).decay_rate / _slowing(oscillator)
+    growth = 0.0
+    if barrier is not None and barrier.restitution < 1.0:
+        gap = max(0.0, -oscillator.direction * barrier.position)
+        intensity = oscillator.excitation.intensity
+        # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
+        struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
+        lossy = replace(oscillator, barrier=Barrier(0.0, barrier.restitution))
+        impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
+        rate += struck * impacts
+        growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
+    return 1.0 / rate + growth if rate > 0.0 else math.inf
+
+
+def _slowing(oscillator: Oscillator) -> float:
+    """How much slower the springpot dissipates than averaging at Omega says: its stiffness raises the frequency to w.
+
+    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2), without a wall; a wall leaves less of that stiffness.  The springpot's
+    power goes like w^(alpha - 1), and it holds a part of the energy, alpha (w^2 - Omega^2) / (2 w^2).
+    """
+    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
+    in_phase = oscillator.springpot.coefficient * math.cos(0.5 * math.pi * order)
+    square = stiffness
+    for _ in range(60):  # contracts by alpha / 2 at least
+        square = stiffness + in_phase * math.pow(square, 0.5 * order)
+    return math.pow(square / stiffness, 0.5 * (1.0 - order)) * (1.0 + 0.5 * order * (1.0 - stiffness / square))
+
+
+def creep_time(oscillator: Oscillator) -> float:
+    """(C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0.
+
+    The time of creep back to the equilibrium: what happens below this frequency takes this long to show.
+    """
+    spring = oscillator.springpot
+    if oscillator.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
+        return 0.0
+    logarithm = math.log(spring.coefficient / oscillator.natural_frequency**2) / spring.order
+    return math.exp(logarithm) if logarithm < 700.0 else math.inf

@@ -1,0 +1,256 @@
+"""One sentence for each reason to doubt a number of a run, or for an argument that changes nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.adapted import Adapted
+from springpot.simulation.cost import per_cent
+from springpot.simulation.distributions import Distribution
+from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.scales import energy_time, fastest_rate, relaxation_time
+from springpot.simulation.settings import SINGLE_PRECISION, Options, Settings, default_start
+from springpot.simulation.slow_impacts import (
+    impacts_are_countable,
+    missed_impacts,
+    quantile_step_bias,
+    slow_impact_order,
+    slow_impacts,
+)
+from springpot.simulation.statistics import standard_error
+from springpot.simulation.step_biases import NORMAL
+from springpot.theory.mckean import COLLAPSE_BELOW
+
+if TYPE_CHECKING:
+    from springpot.simulation.accuracy import Reached
+
+__all__ = [
+    "about_default_start", "about_impacts_not_asked_for", "about_quantiles", "about_slow_impacts", "doubts",
+    "without_effect",
+]  # fmt: skip
+
+FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
+COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
+MOST_RESIDUAL = 0.01  # of an adapted start
+MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
+MOST_MISSED = 0.01  # of the impacts, by estimate
+WORTH_SAYING = 0.01  # of a quantile
+
+
+def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
+    """Of a run that nobody asked to start from rest, and that does."""
+    if given.get("start") is not None:
+        return []
+    initial = given.get("initial_position"), given.get("initial_velocity")
+    _, reason = default_start(oscillator, *initial, given.get("derivative", "caputo"))
+    return [f"the run starts from rest, for there is no stationary state: {reason}."] if reason else []
+
+
+def doubts(
+    oscillator: Oscillator,
+    settings: Settings,
+    adapted: Adapted | None,
+    values: dict[str, float],
+    errors: dict[str, float],
+    rows: npt.NDArray[np.float64],
+    *,
+    bounded: bool = False,
+) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number; ``bounded`` says that its total error includes the transient."""
+    found = [*_about_settings(oscillator, settings, values, bounded), *_about_start(adapted)]
+    if not math.isfinite(values["amplitude_mean_square"]):
+        return (*found, "the response is not a finite number: a much finer step may help.")
+    energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
+    gained, its_error = _energy_drift(rows)
+    settled = oscillator.excitation.intensity > 0.0 and transient_left(oscillator, settings) <= MOST_TRANSIENT
+    if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
+        found.append(
+            f"the mean energy still changed by {100.0 * gained / energy:.2g} % over the window "
+            f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
+            "window."
+        )
+    if settled:
+        found.extend(_about_memory(oscillator, values, errors))
+    residual, error = values["energy_residual"], errors["energy_residual"]
+    # what single-precision memory and rounding make of a large energy is no failure
+    fed = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
+    floor = max(0.01, 1e-4 * energy / fed) if fed > 0.0 else 0.01
+    if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
+        found.append(
+            f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
+            f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
+        )
+    return tuple(found)
+
+
+def _about_start(adapted: Adapted | None) -> list[str]:
+    if adapted is None:
+        return []
+    if math.isnan(adapted.residual):
+        return ["the adapted start is that of averaging: pilot runs long enough to check it would take too long."]
+    if adapted.residual > MOST_RESIDUAL:
+        return [
+            f"the adapted start was off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
+            f"(standard error {100.0 * adapted.residual_se:.1g} %) before its last correction."
+        ]
+    return []
+
+
+def _energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Mean energy gained over the window, and its standard error."""
+    gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
+    return float(gained.mean()), standard_error(gained)
+
+
+def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict[str, float]) -> list[str]:
+    """Of a start that the springpot still remembers: its force has no mean in the stationary state."""
+    order = oscillator.springpot.order
+    force, error = values["springpot_force_mean"], errors["springpot_force_mean"]
+    spring = oscillator.natural_frequency**2 * abs(values["x_mean"])
+    if not 0.0 < order < 1.0 or abs(force) <= max(FAR_OFF * error, MOST_REMEMBERED * spring):
+        return []
+    return [
+        f"the springpot remembers the start: its mean force is {per_cent(abs(force) / spring)} of the spring's, where "
+        f"a stationary one has none, and falls only like t^-{order:.2g}; mean displacement and impact rate are not yet "
+        "stationary (energies are barely affected). Use start='stationary' for those."
+    ]
+
+
+def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float], bounded: bool) -> list[str]:
+    found = []
+    fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
+    if settings.step * fastest > limit * (1.0 + 1e-9):
+        found.append(
+            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
+            f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
+        )
+    left = transient_left(oscillator, settings)
+    if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
+        relaxation = relaxation_time(oscillator)
+        found.append(
+            "without dissipation there is no stationary state: the averages are those of a growing response."
+            if math.isinf(energy_time(oscillator))
+            else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
+            f"is left there; start it after {4.6 * relaxation:.3g} s for stationary values."
+        )
+    size = math.sqrt(max(values["x_mean_square"], 0.0))
+    if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
+        found.append(
+            f"contact_tolerance is {settings.contact_tolerance:g} m, not small against the root mean square "
+            f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
+            f"{1e-4 * size:.1g} m."
+        )
+    if oscillator.barrier is not None and not impacts_are_countable(oscillator):
+        found.append(
+            f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+            "white noise makes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
+            "energies are not."
+        )
+    return found
+
+
+def about_slow_impacts(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
+    """Of a run at one step: what slow impacts that it misses are likely to be worth."""
+    if oscillator.barrier is None or not impacts_are_countable(oscillator):
+        return []
+    missed = missed_impacts(oscillator, settings.step, values["impact_speed_mean_square"])
+    if missed <= MOST_MISSED:
+        return []
+    order = slow_impact_order(oscillator.barrier.restitution)
+    return [
+        f"impact rate is about {per_cent(missed)} too low and the mean impact speed "
+        f"{per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the wall is so lossy that "
+        f"slow impacts crowd, and the error falls only like step^{order:.2g}; energies are right. Use rtol= to have it "
+        "bounded."
+    ]
+
+
+def about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: float) -> list[str]:
+    """Of a run to a tolerance: what is left of the step in the impacts that nobody asked to have bounded."""
+    left = {
+        name: found.budgets[name].total / abs(found.values[name])
+        for name in ("impact_rate", "impact_speed_mean")
+        if name not in asked and found.values[name] != 0.0
+    }
+    off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
+    if not off:
+        return []
+    return [f"not asked for, and known to no better than: {', '.join(off)}; name it in quantities to have it bounded."]
+
+
+def without_effect(oscillator: Oscillator, given: Options) -> list[str]:
+    """One sentence for each argument that was given and changes nothing.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    given : dict
+        What the caller gave, and nothing else.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> without_effect(Oscillator(), {"contact_tolerance": 1e-4})
+    ["contact_tolerance has no effect without scheme='grunwald'."]
+    """
+    order = oscillator.springpot.order
+    found = []
+    if "contact_tolerance" in given:
+        if given.get("scheme", "default") != "grunwald":
+            found.append("contact_tolerance has no effect without scheme='grunwald'.")
+        elif oscillator.barrier is None:
+            found.append("contact_tolerance has no effect without a wall.")
+    if "derivative" in given:
+        if order == 0.0:
+            found.append("derivative has no effect at order 0: both derivatives are x itself.")
+        elif given["derivative"] == "riemann-liouville" and _starts_at_zero(oscillator, given):
+            found.append("derivative='riemann-liouville' has no effect with x(0) = 0: both derivatives are the same.")
+    no_memory = order in (0.0, 1.0) or oscillator.springpot.coefficient == 0.0
+    # a smaller one asks for double precision of the whole step
+    if no_memory and given.get("memory_tolerance", 0.0) >= SINGLE_PRECISION:
+        what = "a coefficient of 0" if oscillator.springpot.coefficient == 0.0 else f"order {order:g}"
+        found.append(f"memory_tolerance has no effect at {what}: there is no memory.")
+    return found
+
+
+def _starts_at_zero(oscillator: Oscillator, given: Options) -> bool:
+    position = given.get("initial_position")
+    if position is not None or oscillator.barrier is None:
+        return not position
+    return oscillator.direction * oscillator.barrier.position <= 0.0  # at the equilibrium, otherwise on the wall
+
+
+def about_quantiles(
+    oscillator: Oscillator, step: float, speeds: Distribution, probability: Sequence[float]
+) -> list[str]:
+    """A sentence that names the quantiles of the impact speed whose step bias is larger than their stated error."""
+    missed = slow_impacts(oscillator, step, speeds)
+    if missed is None:
+        return []
+    at, error = speeds.quantile(probability)
+    bias = quantile_step_bias(missed, speeds, probability)
+    off = (bias > NORMAL * error) & (bias > WORTH_SAYING * at)  # False where there is no error
+    if not off.any():
+        return []
+    named = ", ".join(
+        f"{100.0 * p:g} % (by up to {_rounded(100.0 * b / x)} %)"
+        for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
+    )
+    return [
+        f"the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are off: {named}. "
+        "impact_speed_quantile_step_bias bounds by how much; a shorter step makes it smaller."
+    ]
+
+
+def _rounded(number: float) -> str:
+    return f"{float(f'{number:.2g}'):g}" if math.isfinite(number) else "?"
