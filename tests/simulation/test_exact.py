@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -17,12 +18,18 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.oracle import _walk, oracle_weights
 from springpot.simulation.settings import resolve
+from tests.sizes import validation
 
 from .problems import assert_agrees, oscillator, truncated_gaussian
 
 
-@pytest.mark.parametrize("position", [-1.0, -0.3, 0.0, 0.5, 1.0])
-@pytest.mark.parametrize("step", [0.02, 0.3])
+@pytest.mark.parametrize(
+    ("step", "position"),
+    [
+        validation(0.02, -1.0), validation(0.02, -0.3), validation(0.02, 0.0), (0.02, 0.5), validation(0.02, 1.0),
+        (0.3, -1.0), validation(0.3, -0.3), (0.3, 0.0), validation(0.3, 0.5), (0.3, 1.0),
+    ],
+)
 def test_order_1_elastic_wall_is_exact_at_any_step(position: float, step: float) -> None:
     problem = oscillator(1.0, 0.8, 1.3, 2.0, position)
     found = run(problem, paths=12_000, duration=120.0, step=step, window=(20.0, 120.0), start="rest")
@@ -38,8 +45,13 @@ def test_order_1_displacement_is_half_normal_and_impact_speed_rayleigh() -> None
     assert abs(np.corrcoef(x, v)[0, 1]) < 4 / math.sqrt(x.size)
 
 
-@pytest.mark.parametrize("time", [0.7, 2.0, 5.0])
-@pytest.mark.parametrize("scheme", ["default", "grunwald"])
+@pytest.mark.parametrize(
+    ("scheme", "time"),
+    [
+        ("default", 0.7), ("default", 2.0), ("default", 5.0),
+        ("grunwald", 0.7), validation("grunwald", 2.0), validation("grunwald", 5.0),
+    ],
+)
 def test_order_1_transient_from_rest(time: float, scheme: str) -> None:
     c, w, q = 0.5, 1.2, 1.5
     zeta = c / (2 * w)
@@ -67,7 +79,8 @@ def test_order_0_stores_and_does_not_dissipate(position: float | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("order", "coefficient", "frequency"), [(0.2, 0.5, 1.0), (0.5, 1.0, 1.0), (0.7, 0.4, 2.0), (0.9, 3.0, 1.0)]
+    ("order", "coefficient", "frequency"),
+    [(0.2, 0.5, 1.0), validation(0.5, 1.0, 1.0), (0.7, 0.4, 2.0), validation(0.9, 3.0, 1.0)],
 )
 def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency: float) -> None:
     def power(w: float, moment: int) -> float:
@@ -139,13 +152,23 @@ def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: 
 
 
 @pytest.mark.parametrize(
-    ("order", "coefficient", "restitution", "position"),
-    [(1.0, 0.5, 0.8, 0.0), (1.0, 0.5, 0.4, 0.0), (0.5, 1.0, 1.0, 0.0), (0.5, 1.0, 0.7, -0.4), (0.3, 0.8, 0.9, 0.3)],
+    ("order", "coefficient", "restitution", "position", "paths", "step"),
+    [
+        (0.5, 1.0, 1.0, 0.0, 10_000, 0.05),
+        (0.5, 1.0, 0.4, -0.4, 10_000, 0.05),
+        validation(1.0, 0.5, 0.8, 0.0, 40_000, 0.02),
+        validation(1.0, 0.5, 0.4, 0.0, 40_000, 0.02),
+        validation(0.5, 1.0, 1.0, 0.0, 40_000, 0.02),
+        validation(0.5, 1.0, 0.7, -0.4, 40_000, 0.02),
+        validation(0.3, 0.8, 0.9, 0.3, 40_000, 0.02),
+    ],
 )
-def test_stationary_identities(order: float, coefficient: float, restitution: float, position: float) -> None:
+def test_stationary_identities(
+    order: float, coefficient: float, restitution: float, position: float, paths: int, step: float
+) -> None:
     """Means of d/dt of v, x v and the energy vanish: force, virial and energy balance, path by path."""
     problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
-    mean, fed = _stationary_rows(problem, 300.0, 40_000, 0.02)
+    mean, fed = _stationary_rows(problem, 300.0, paths, step)
     push = (1 + restitution) * mean["impact_speeds"]
     loss = 0.5 * (1 - restitution**2) * mean["impact_speed_squares"]
     gain = mean["energy_last"] - mean["energy_first"]
@@ -165,11 +188,20 @@ def test_stationary_identities(order: float, coefficient: float, restitution: fl
 
 
 @pytest.mark.parametrize(
-    ("restitution", "energy", "error"), [(0.95, 0.3782, 0.0006), (0.8, 0.2108, 0.0003), (0.5, 0.1100, 0.0002)]
+    ("restitution", "energy", "error", "paths"),
+    [
+        (0.8, 0.2108, 0.0003, 4000),
+        (0.5, 0.1100, 0.0002, 4000),
+        validation(0.95, 0.3782, 0.0006, 20_000),
+        validation(0.8, 0.2108, 0.0003, 20_000),
+        validation(0.5, 0.1100, 0.0002, 20_000),
+    ],
 )
-def test_strong_losses_against_published_simulation(restitution: float, energy: float, error: float) -> None:
+def test_strong_losses_against_published_simulation(
+    restitution: float, energy: float, error: float, paths: int
+) -> None:
     """Mean energy at c = q = 0.1, from an independent Monte Carlo; near the renewal formula, far from averaging."""
-    found = run(oscillator(1.0, 0.1, 1.0, 0.1, 0.0, restitution), paths=20_000, duration=300.0, step=0.01, start="rest")
+    found = run(oscillator(1.0, 0.1, 1.0, 0.1, 0.0, restitution), paths=paths, duration=300.0, step=0.01, start="rest")
     value = 0.5 * found.values["amplitude_mean_square"]
     spread = 0.5 * found.errors["amplitude_mean_square"]
     assert spread < 0.005 * energy
@@ -205,8 +237,9 @@ def test_return_speed_after_an_impact_is_mckeans() -> None:
     assert stats.kstest(measured, law).pvalue > 1e-3
 
 
+@cache
 def _free_response(
-    order: float, c: float, w: float, x0: float, v0: float, times: np.ndarray, caputo: bool
+    order: float, c: float, w: float, x0: float, v0: float, times: tuple[float, ...], caputo: bool
 ) -> np.ndarray:
     def transform(s: mp.mpc) -> mp.mpc:
         return (x0 * s + (c * x0 * s ** (order - 1) if caputo else 0) + v0) / (s * s + c * s**order + w * w)
@@ -221,7 +254,7 @@ def _free_response(
 def test_free_response_converges_to_the_laplace_inversion(order: float, scheme: str, derivative: str) -> None:
     times = np.arange(1.0, 11.0)
     # at order 0 both kinds are x itself
-    exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, times, derivative == "caputo" and order > 0.0)
+    exact = _free_response(order, 0.7, 1.3, 1.0, 0.4, tuple(times), derivative == "caputo" and order > 0.0)
     problem = oscillator(order, 0.7, 1.3, 0.0, None)
     errors = []
     for step in (0.05, 0.0125):
@@ -266,8 +299,9 @@ def test_columns_of_the_springpot_where_they_are_known() -> None:
     assert start.values["springpot_force_mean"] == pytest.approx(0.7 * (start.record[0, -1, 0] - 1.0), rel=1e-3)
 
 
-def test_energies_below_the_collapse_do_not_depend_on_the_step() -> None:
-    runs = [run(oscillator(1.0, 0.5, restitution=0.1), paths=20_000, step=step, seed=i, start="rest") for i, step in
+@pytest.mark.parametrize("paths", [6000, validation(20_000)])
+def test_energies_below_the_collapse_do_not_depend_on_the_step(paths: int) -> None:
+    runs = [run(oscillator(1.0, 0.5, restitution=0.1), paths=paths, step=step, seed=i, start="rest") for i, step in
             enumerate((0.02, 0.005))]  # fmt: skip
     for name in ("x_mean_square", "v_mean_square"):
         values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
@@ -359,10 +393,11 @@ def test_at_order_zero_the_element_is_a_spring(scheme, step, within, derivative)
     assert np.abs(found.record[0, :, 0] - np.cos(math.sqrt(2.0) * found.time)).max() < within
 
 
-def test_a_stationary_start_at_order_zero_remembers_nothing():
+@pytest.mark.parametrize("paths", [5000, validation(20_000)])
+def test_a_stationary_start_at_order_zero_remembers_nothing(paths):
     """Equal to the same oscillator with its springs put together."""
-    element = run(oscillator(0.0, 1.0, restitution=0.8), paths=20_000, start="stationary")
-    spring = run(oscillator(0.0, 0.0, 2.0**0.5, restitution=0.8), paths=20_000, start="stationary", seed=2)
+    element = run(oscillator(0.0, 1.0, restitution=0.8), paths=paths, start="stationary")
+    spring = run(oscillator(0.0, 0.0, 2.0**0.5, restitution=0.8), paths=paths, start="stationary", seed=2)
     for name in ("x_mean", "v_mean_square", "impact_rate"):
         error = math.hypot(element.errors[name], spring.errors[name])
         assert abs(element.values[name] - spring.values[name]) < 4.0 * error < 0.04 * spring.values[name]
