@@ -16,6 +16,7 @@ from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
 from springpot.simulation.slow_impacts import even_step, slow_impact_order
 from springpot.simulation.statistics import controlled, linearised, standard_error
+from tests.sizes import validation
 
 from .problems import oscillator, truncated_gaussian
 
@@ -278,7 +279,9 @@ def test_order_of_slow_impacts() -> None:
     assert slow_impact_order(0.163) == 0.0
 
 
-@pytest.mark.parametrize(("order", "restitution", "position"), [(0.3, 0.7, 0.0), (0.5, 1.0, 0.4), (1.0, 0.9, -0.5)])
+@pytest.mark.parametrize(
+    ("order", "restitution", "position"), [(0.3, 0.7, 0.0), validation(0.5, 1.0, 0.4), (1.0, 0.9, -0.5)]
+)
 def test_the_energy_balance_has_mean_zero_at_any_step(order: float, restitution: float, position: float) -> None:
     """So it may serve as a control: a bias of the balance would be a bias of everything controlled by it."""
     found = run(
@@ -301,7 +304,8 @@ def test_the_control_takes_out_most_of_the_spread_and_no_mean() -> None:
 
 
 @pytest.mark.parametrize(
-    ("restitution", "c", "position", "left"), [(0.5, 0.1, -0.5, 0.006), (0.65, 0.3, 0.0, 0.006), (0.5, 0.3, 1.0, 0.015)]
+    ("restitution", "c", "position", "left"),
+    [(0.5, 0.1, -0.5, 0.006), validation(0.65, 0.3, 0.0, 0.006), validation(0.5, 0.3, 1.0, 0.015)],
 )
 def test_slow_impacts_that_the_steps_miss_are_made_good(
     restitution: float, c: float, position: float, left: float

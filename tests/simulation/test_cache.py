@@ -11,13 +11,15 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import pytest
 
 from springpot import trusted
 from springpot.simulation.cache import cached, find_folder
+from springpot.simulation.parts import White
+from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
 
 TINY = """
@@ -36,16 +38,16 @@ print(kernel(21), find_folder(kernel)[0] is not None)
 """
 
 
-def test_a_kernel_that_cannot_be_kept_is_compiled_all_the_same(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("word", "kept"), [("limited", 0), validation("free", 1)])
+def test_a_kernel_that_cannot_be_kept_is_compiled_all_the_same(word: str, kept: int, tmp_path: Path) -> None:
     script = tmp_path / "tiny.py"
-    for word, kept in (("limited", 0), ("free", 1)):
-        script.write_text(TINY)
-        done = subprocess.run(
-            [sys.executable, str(script), word], capture_output=True, text=True, timeout=300,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-        )  # fmt: skip
-        assert done.stdout == "42 True\n", done.stderr
-        assert len([file for file in tmp_path.rglob("tiny*.nbc") if file.stat().st_size > 100]) == kept
+    script.write_text(TINY)
+    done = subprocess.run(
+        [sys.executable, str(script), word], capture_output=True, text=True, timeout=300,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+    )  # fmt: skip
+    assert done.stdout == "42 True\n", done.stderr
+    assert len([file for file in tmp_path.rglob("tiny*.nbc") if file.stat().st_size > 100]) == kept
 
 
 ONE = """
@@ -103,20 +105,6 @@ for who in ("one", "other"):
     assert {file.suffix for file in cache.rglob("*") if file.is_file()} == {".nbc"}  # nothing half-written
 
 
-def test_a_damaged_kernel_is_compiled_anew(tmp_path: Path) -> None:
-    script, cache = tmp_path / "one.py", tmp_path / "cache"
-    script.write_text(ONE)
-    assert _asked(script, cache).communicate(timeout=300) == ("0\n", "")
-    (kept,) = cache.rglob("one*.nbc")
-    whole = kept.read_bytes()
-    flipped = bytearray(whole)
-    flipped[len(whole) // 2] ^= 1
-    for damaged in (whole[: len(whole) // 2], b"", bytes(flipped)):
-        kept.write_bytes(damaged)
-        assert _asked(script, cache).communicate(timeout=300) == ("0\n", "")
-    assert _asked(script, cache).communicate(timeout=300) == ("1\n", "")
-
-
 def twice(number: float) -> float:
     return 2 * number
 
@@ -131,6 +119,34 @@ def kernel(cache: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def hits(kernel: Any) -> int:
     return sum(kernel.stats.cache_hits.values())
+
+
+def test_a_damaged_kernel_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache = tmp_path / "cache"
+    assert hits(kernel(cache, monkeypatch)) == 0
+    (kept,) = cache.rglob("*.nbc")
+    whole = kept.read_bytes()
+    flipped = bytearray(whole)
+    flipped[len(whole) // 2] ^= 1
+    for damaged in (whole[: len(whole) // 2], b"", bytes(flipped)):
+        kept.write_bytes(damaged)
+        assert hits(kernel(cache, monkeypatch)) == 0
+    assert hits(kernel(cache, monkeypatch)) == 1
+
+
+class Elsewhere(NamedTuple):
+    """A part that is not of the house."""
+
+    size: float
+
+
+def test_a_kernel_with_a_part_from_elsewhere_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody can tell what its code depends on; two processes show it among the longer tests of the parts."""
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    for part, files in ((Elsewhere(21.0), 0), ((Elsewhere(21.0), 1.0), 0), (White(21.0), 1)):
+        made = cached(numba.njit(lambda part: part))
+        assert made(part) == part
+        assert len(list(tmp_path.rglob("*.nbc"))) == files
 
 
 def _forged(kept: bytes, command: str) -> bytes:

@@ -13,6 +13,7 @@ from scipy import stats
 import springpot as sp
 from springpot.simulation import Distribution, Run, run
 from tests.simulation.problems import oscillator
+from tests.sizes import validation
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +147,7 @@ def test_dataset_and_json_hold_quantiles_and_densities(watched: Run) -> None:
     assert numbers["x_quantile"][4] == pytest.approx(math.sqrt(0.5) * 0.6745, rel=0.01)
 
 
-@pytest.mark.parametrize(("order", "side"), [(0.5, None), (1.0, "below")])
+@pytest.mark.parametrize(("order", "side"), [validation(0.5, None), (1.0, "below")])
 def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     """No wall: q / (2 pi) over the squared dynamic stiffness; order 1 with a wall: that of the modulus."""
     problem = sp.Oscillator(2.0, sp.Springpot(order, 0.8), None if side is None else sp.Barrier(side="below"))  # type: ignore[arg-type]
@@ -222,7 +223,7 @@ def test_only_paths_of_the_run_are_counted() -> None:
     assert found.to_dict()["x_maximum_quantile_se"] == [None] * 9
 
 
-@pytest.mark.parametrize(("position", "intensity"), [(1.0, 1e-4), (3.0, 1.0), (-2.0, 0.5)])
+@pytest.mark.parametrize(("position", "intensity"), [(1.0, 1e-4), validation(3.0, 1.0), (-2.0, 0.5)])
 def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float) -> None:
     """A preload presses the mass to the wall: bins are counted from there."""
     found = run(

@@ -145,10 +145,13 @@ def test_coloured_noise_and_a_harmonic_force_through_a_springpot() -> None:
 
 
 def test_a_part_that_does_the_same_gives_the_same_path() -> None:
-    """A cubic spring of no stiffness is white noise alone."""
+    """A cubic spring of no stiffness is white noise alone, and two walls out of reach are none."""
     given = {"paths": 64, "duration": 3.0, "step": 0.02}
-    plain = _rows(oscillator(), given)
-    again = _rows(oscillator(), given, load=lambda made: Cubic(made.load.strength, 0.0))
+    plain = _rows(oscillator(position=None), given)
+    again = _rows(
+        oscillator(position=None), given,
+        load=lambda made: Cubic(made.load.strength, 0.0), wall=lambda made: Slot(1e9),
+    )  # fmt: skip
     assert again["x_square"] == pytest.approx(plain["x_square"], rel=1e-12)
 
 
@@ -162,6 +165,7 @@ def test_two_parts_of_one_name_are_refused() -> None:
         answers(push, White)
 
 
+@pytest.mark.validation
 def test_a_part_from_elsewhere_is_never_kept_on_disk(tmp_path: Path) -> None:
     """Nobody can tell what its code depends on: here on a module that is edited between two processes."""
     (tmp_path / "somebody.py").write_text("""

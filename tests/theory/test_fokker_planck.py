@@ -16,6 +16,7 @@ from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, 
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.methods.fokker_planck.transition import Problem, QuadraticForm
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from tests.sizes import validation
 
 
 def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
@@ -26,8 +27,14 @@ def problem_of(asked: Oscillator) -> Problem:
     return Problem(asked.dimensionless_coefficient, asked.dimensionless_position, asked.restitution)
 
 
-@pytest.mark.parametrize("c", [0.05, 0.5, 2.0, 10.0])
-@pytest.mark.parametrize("position", [-1.0, 0.0, 0.5])
+@pytest.mark.parametrize(
+    ("c", "position"),
+    [
+        (0.05, 0.0), (0.5, -1.0), (2.0, 0.5), (10.0, 0.0),
+        *(validation(c, b) for c, b in itertools.product((0.05, 10.0), (-1.0, 0.5))),
+        *(validation(c, b) for c, b in itertools.product((0.5, 2.0), (-1.0, 0.0, 0.5)) if b != (-1.0, 0.5)[c > 1.0]),
+    ],
+)
 def test_an_elastic_wall_has_the_exact_answer(c, position):
     asked = oscillator(c, 1.0, position)
     result, truth = fokker_planck(asked), exact(asked)
@@ -73,9 +80,9 @@ def test_against_monte_carlo(c, r, position):
 @pytest.mark.parametrize(
     ("c", "r", "position"),
     [
-        (0.1, 0.8, 0.0),
+        validation(0.1, 0.8, 0.0),
         (1.0, 0.5, -0.5),
-        (0.05, 0.95, 0.5),
+        validation(0.05, 0.95, 0.5),
         (2.0, 0.3, 0.0),
     ],
 )
@@ -196,7 +203,9 @@ def test_refusals_and_dictionary():
     assert "impact rate" in warning
 
 
-@pytest.mark.parametrize(("c", "position"), [(0.06, 0.0), (0.3, -1.0), (1.0, 0.5), (5.0, 0.0)])
+@pytest.mark.parametrize(
+    ("c", "position"), [validation(0.06, 0.0), validation(0.3, -1.0), (1.0, 0.5), validation(5.0, 0.0)]
+)
 def test_densities_at_an_elastic_wall_are_exact(c, position):
     asked = oscillator(c, 1.0, position)
     result, truth, spread = fokker_planck(asked), exact(asked), math.sqrt(0.5 / c)
@@ -220,7 +229,9 @@ def panels(edges):
     return (low[:, None] + half[:, None] * (x + 1)).ravel(), (half[:, None] * w).ravel()
 
 
-@pytest.mark.parametrize(("c", "r", "position"), [(0.1, 0.5, 0.0), (0.3, 0.8, -1.0), (1.0, 0.7, 0.5)])
+@pytest.mark.parametrize(
+    ("c", "r", "position"), [validation(0.1, 0.5, 0.0), validation(0.3, 0.8, -1.0), (1.0, 0.7, 0.5)]
+)
 def test_densities_have_the_moments(c, r, position):
     """An independent check: the moments come from the flux at the wall, the densities from what happens beyond it."""
     result = fokker_planck(oscillator(c, r, position))
@@ -250,11 +261,12 @@ def test_joint_density_at_the_wall_carries_the_impacts():
     np.testing.assert_allclose(result.joint_density(0.06, -u[1:]), at_wall[1:], rtol=0.1)
 
 
-def test_densities_in_units_and_in_the_mirror():
+@pytest.mark.parametrize("places", [[0.5], validation([0.1, 0.5, 1.2])])
+def test_densities_in_units_and_in_the_mirror(places):
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
     asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
     scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
-    x, v = np.array([[0.1], [0.5], [1.2]]), np.array([-0.7, 0.4])
+    x, v = np.array(places)[:, None], np.array([-0.7, 0.4])
     np.testing.assert_allclose(
         scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v), rtol=1e-8
     )
@@ -266,9 +278,10 @@ def test_densities_in_units_and_in_the_mirror():
             density("a")
 
 
-def test_impacts_tilt_the_density():
+@pytest.mark.parametrize("c", [0.5, validation(0.1)])
+def test_impacts_tilt_the_density(c):
     """A wall that takes speed leaves more mass at small speeds on its side, and slow flights away from it."""
-    result, elastic = fokker_planck(oscillator(0.1, 0.5)), fokker_planck(oscillator(0.1, 1.0))
+    result, elastic = fokker_planck(oscillator(c, 0.5)), fokker_planck(oscillator(c, 1.0))
     assert float(result.v_density(0.5)) != pytest.approx(float(result.v_density(-0.5)), rel=0.05)
     assert float(elastic.v_density(0.5)) == pytest.approx(float(elastic.v_density(-0.5)), rel=1e-3)
 
@@ -278,8 +291,8 @@ def test_impacts_tilt_the_density():
     [
         (0.02, 0.6, -10.0),
         (0.02, 0.9, 5.0),
-        (0.005, 0.7, 0.0),
-        (0.01, 1.0, 7.0),
+        validation(0.005, 0.7, 0.0),
+        validation(0.01, 1.0, 7.0),
     ],
 )
 def test_light_damping_with_a_wide_gap_or_a_preload(c, r, position):
