@@ -27,7 +27,8 @@ from springpot.theory import (
     trust,
     why_none_is_recommended,
 )
-from springpot.theory.reliability import JUDGED, METHODS, read_map, warning
+from springpot.theory.registry import MAPPED
+from springpot.theory.reliability import JUDGED, read_map, warning
 from springpot.validity import CELLS, gaps_of, make_map, simulate_cell
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
@@ -155,7 +156,7 @@ def test_every_cell_that_is_off_warns_and_no_other_does() -> None:
     limits = {"amplitude_mean_square": 2.0, "x_mean": 4.0, "impact_rate": 4.0}
     for i in range(0, len(CELLS), 7):
         problem = oscillator(cells["order"][i], cells["c"][i], 1.0, 1.0, cells["position"][i], cells["restitution"][i])
-        for method in METHODS:
+        for method in MAPPED:
             gaps = {name: abs(cells[f"{method}:{name}"][i]) for name in JUDGED}
             if any(limits[name] < gap < math.inf for name, gap in gaps.items()):
                 assert "gaps to Monte Carlo" in (warning(problem, method) or "")

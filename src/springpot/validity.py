@@ -16,7 +16,8 @@ from pathlib import Path
 from springpot.oscillator import Barrier, Oscillator, Springpot
 from springpot.simulation.scaled import stationary
 from springpot.theory import solve_all
-from springpot.theory.reliability import JUDGED, MAP_FILE, METHODS
+from springpot.theory.registry import MAPPED
+from springpot.theory.reliability import JUDGED, MAP_FILE
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CELLS", "gaps_of", "make_map", "simulate_cell"]
@@ -60,7 +61,7 @@ def gaps_of(cell: Cell, simulated: Mapping[str, float]) -> dict[str, float]:
     """
     answers, _ = solve_all(_oscillator(cell))
     found = {}
-    for method in METHODS:
+    for method in MAPPED:
         for name in JUDGED:
             value, error = simulated[name], simulated[f"{name}_se"]
             if method not in answers:
@@ -111,7 +112,7 @@ def make_map(
 
 _SIMULATED = tuple(name + part for name in MOMENTS for part in ("", "_se"))
 _PLACE = ("order", "c", "restitution", "position")
-_HEADER = [*_PLACE, *_SIMULATED, *(f"{m}:{name}" for m in METHODS for name in JUDGED)]
+_HEADER = [*_PLACE, *_SIMULATED, *(f"{m}:{name}" for m in MAPPED for name in JUDGED)]
 
 
 def _read(path: Path) -> dict[Cell, dict[str, float]]:

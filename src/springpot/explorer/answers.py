@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import lru_cache
@@ -21,18 +21,19 @@ from springpot.theory import (
     NoStationaryState,
     NotCovered,
     Result,
-    averaging,
     best_guess,
-    envelope,
     solve_all,
 )
 from springpot.theory import recommended as best_of
+from springpot.theory.registry import METHODS, Method
 
 __all__ = ["ORDERS", "along_the_order", "growth", "solve", "table"]
 
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
 """Orders at which <A^2> is drawn."""
+AVERAGING = ("averaging", "averaging_printed")
+"""The paper's method: drawn beside the recommended one, and known where there is no stationary state."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,9 +55,11 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
     True
     """
     near = best_guess(oscillator, answers)
+    beside = AVERAGING[1] if best == AVERAGING[0] else AVERAGING[0]
     places = {} if not near else _places(oscillator, answers[near])
     return {
         "recommended": best or None,
+        "drawn": [name for name in (best, beside) if name in answers] if best else [],
         "statements": statements,
         "places": {name: _plain(place) for name, place in places.items()},
         "methods": {
@@ -118,23 +121,25 @@ def growth(
         if isinstance(answer, Envelope | Exact):
             with suppress(NotCovered, NoStationaryState, NoConvergence):
                 found[name] = _plain(answer.amplitude_mean_square_at(times))
-    for name, solve_with in (("averaging_printed", _printed), ("averaging", averaging)):
+    for name in AVERAGING:
         with suppress(NotCovered):
-            found[name] = _plain(solve_with(oscillator).mean_square(times))
+            growing = METHODS[name].solve(oscillator)
+            assert isinstance(growing, Averaging)
+            found[name] = _plain(growing.mean_square(times))
     return found
 
 
 def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
-    """<A^2> over the order, by the averaging as printed, as corrected, and by the envelope.
+    """<A^2> over the order, by the methods of the list that have it.
 
-    The two averagings come first, for all orders: they take 10 ms. The envelope takes two seconds and comes one order
-    after the other, the ends first, then what halves the gaps.
+    Those that take no time come first, for all orders. The others come one order after the other, the ends first, then
+    what halves the gaps.
 
     Yields
     ------
     dict
         ``orders``; ``methods``, by name, with a value for each order (None where there is none); and ``missing``, the
-        indices at which the envelope is not there yet.
+        indices at which the slow ones are not there yet.
 
     Examples
     --------
@@ -143,17 +148,20 @@ def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
     (33, 33)
     """
     here = [replace(oscillator, springpot=Springpot(order, oscillator.springpot.coefficient)) for order in ORDERS]
-    quick = {
-        "averaging_printed": [_amplitude(_printed, one) for one in here],
-        "averaging": [_amplitude(averaging, one) for one in here],
+    found: dict[str, list[float | None]] = {
+        name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
+        for name, method in METHODS.items()
+        if method.over_order
     }
-    slow: list[float | None] = [None] * len(here)
+    slow = [name for name in found if METHODS[name].over_order == "one by one"]
     waiting = _ends_first(len(here))
-    yield {"orders": ORDERS, "methods": {**quick, "envelope": slow[:]}, "missing": sorted(waiting)}
-    while waiting:
+    while True:
+        yield {"orders": ORDERS, "methods": {name: found[name][:] for name in found}, "missing": sorted(waiting)}
+        if not waiting:
+            return
         index = waiting.pop(0)
-        slow[index] = _amplitude(envelope, here[index])
-        yield {"orders": ORDERS, "methods": {**quick, "envelope": slow[:]}, "missing": sorted(waiting)}
+        for name in slow:
+            found[name][index] = _amplitude(METHODS[name], here[index])
 
 
 def _ends_first(count: int) -> list[int]:
@@ -171,13 +179,9 @@ def _ends_first(count: int) -> list[int]:
     return found
 
 
-def _printed(oscillator: Oscillator) -> Averaging:
-    return averaging(oscillator, form="printed")
-
-
-def _amplitude(method: Callable[[Oscillator], Result], oscillator: Oscillator) -> float | None:
+def _amplitude(method: Method, oscillator: Oscillator) -> float | None:
     try:
-        return _number(method(oscillator).amplitude_mean_square)
+        return _number(method.solve(oscillator).amplitude_mean_square)
     except (NotCovered, NoStationaryState, NoConvergence):
         return None
 

@@ -20,12 +20,13 @@ from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
 from starlette.datastructures import Headers
-from starlette.responses import FileResponse, PlainTextResponse
+from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from springpot.explorer.engine import Engine
+from springpot.explorer.methods import method_list
 from springpot.explorer.protocol import LONGEST_MESSAGE, parse
 from springpot.explorer.session import Session
 from springpot.interrupt import sigterm_as_ctrl_c
@@ -180,6 +181,9 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
     async def page(_: Request) -> FileResponse:
         return FileResponse(STATIC / "index.html")
 
+    async def methods(_: Request) -> Response:
+        return Response(method_list(), media_type="text/javascript")
+
     async def tab(websocket: WebSocket) -> None:
         await websocket.accept()
         first_tab.set()
@@ -194,6 +198,7 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
 
     routes = [
         Route("/", page),
+        Route("/methods.js", methods),
         WebSocketRoute("/live", tab),
         Mount("/static", StaticFiles(directory=STATIC)),
     ]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.theory.registry import METHODS
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -25,14 +27,8 @@ COLOURS = {
     "purple": "#CC79A7",
 }
 
-METHOD_LINES = {
-    "exact": ("black", "-"),
-    "fokker_planck": ("black", "--"),
-    "envelope": ("vermilion", "-"),
-    "closure": ("blue", "--"),
-    "averaging_shifted": ("green", "-."),
-    "averaging": ("purple", ":"),
-    "averaging_printed": ("orange", (0, (6, 2))),
+METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
+    name: (method.colour, (0, method.dash) if method.dash else "-") for name, method in METHODS.items()
 }
 """Colour and line of each method of the theory, told apart without colour as well."""
 
@@ -47,9 +43,7 @@ def method_label(method: str) -> str:
     >>> method_label("fokker_planck")
     'Fokker-Planck'
     """
-    return {"fokker_planck": "Fokker-Planck", "averaging_printed": "averaging, as printed"}.get(
-        method, method.replace("_", ", ")
-    )
+    return METHODS[method].label if method in METHODS else method.replace("_", ", ")
 
 
 def method_curve(

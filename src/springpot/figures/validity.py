@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.figures.style import method_label, new_grid, panel
-from springpot.theory.reliability import GOOD, MAP_FILE, METHODS, read_map
+from springpot.theory.registry import MAPPED
+from springpot.theory.reliability import GOOD, MAP_FILE, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,8 +70,8 @@ def gaps(
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
-    if method not in METHODS or moment not in GOOD:
-        known = f"method must be one of {', '.join(METHODS)} and moment one of {', '.join(GOOD)}"
+    if method not in MAPPED or moment not in GOOD:
+        known = f"method must be one of {', '.join(MAPPED)} and moment one of {', '.join(GOOD)}"
         raise ValueError(f"{known}, not {method!r}, {moment!r}.")
     cells = read_map(path)
     chosen = (cells["restitution"] == restitution) & (cells["position"] == position)
@@ -84,7 +85,7 @@ def gaps(
     return axes
 
 
-def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = METHODS, path: Path = MAP_FILE) -> Figure:
+def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
     """Draw the gap of one moment: a row for each method, a column for each restitution or wall position.
 
     Parameters

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import (
@@ -27,6 +27,7 @@ from springpot.faults import FileFault, shown
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, finite_number
 from springpot.studies.toml import read_toml
 from springpot.studies.wording import sentence, unknown_key
+from springpot.theory.registry import METHODS
 from springpot.units import UNITS
 
 __all__ = ["PARAMETERS", "QUANTITIES", "Axis", "MonteCarlo", "Study", "read_study"]
@@ -34,16 +35,10 @@ __all__ = ["PARAMETERS", "QUANTITIES", "Axis", "MonteCarlo", "Study", "read_stud
 MOST_TASKS = 10_000_000
 MOST_VALUES = 1_000_000  # on all axes together
 
-Method = Literal[
-    "averaging_printed",
-    "averaging",
-    "averaging_shifted",
-    "envelope",
-    "closure",
-    "fokker_planck",
-    "exact",
-    "monte_carlo",
-]
+if TYPE_CHECKING:
+    Method = str
+else:
+    Method = Literal[(*METHODS, "monte_carlo")]
 Parameter = Literal["order", "coefficient", "natural_frequency", "intensity", "position", "restitution"]
 Quantity = Literal[
     "amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean",
@@ -208,7 +203,7 @@ class Study(_Strict):
     """
 
     name: str = Field(min_length=1, max_length=200)
-    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=8), FailFast()]
+    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(METHODS) + 1), FailFast()]
     seed: int = Field(1, ge=0, le=2**63 - 1)
     quantities: Annotated[tuple[Quantity, ...], Field(strict=False, min_length=1, max_length=7), FailFast()] = (
         "amplitude_mean_square",

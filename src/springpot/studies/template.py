@@ -1,5 +1,7 @@
 """The study file that `springpot study new` writes."""
 
+from springpot.theory.registry import METHODS
+
 __all__ = ["TEMPLATE"]
 
 TEMPLATE = """\
@@ -10,8 +12,9 @@ TEMPLATE = """\
 #     springpot study export {store} {table}
 name = {name}
 seed = 1             # every point's own seed is made from this and the point's numbers
-methods = [          # of the theory: averaging_printed, averaging, averaging_shifted, envelope, closure,
-    "averaging",     # fokker_planck, exact; and monte_carlo
+# methods: METHODS
+methods = [
+    "averaging",
     "envelope",
     "monte_carlo",
 ]
@@ -38,4 +41,4 @@ restitution = [1.0, 0.9, 0.7]            # or a plain list
 rtol = 0.03          #   the total relative error wanted of the quantities,
 # path_times = 1e5   #   the same effort at every point (0.4 / sqrt(path_times) is the relative error of <A^2>), or
 # paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...
-"""
+""".replace("METHODS", ", ".join((*METHODS, "monte_carlo")))

@@ -1,156 +1,46 @@
-"""Analytical methods: functions that take an oscillator and return a small frozen result."""
+"""Analytical methods: functions that take an oscillator and return a small frozen result.
 
-from collections.abc import Callable
-from dataclasses import replace
+The names below are loaded when they are first used: the list of methods is then there at once.
+"""
 
-from springpot.oscillator import Oscillator
-from springpot.theory.methods.averaging import Averaging, averaging
-from springpot.theory.methods.closure.memory import NoConvergence
-from springpot.theory.methods.closure.method import Closure, closure
-from springpot.theory.methods.envelope.method import Envelope, envelope
-from springpot.theory.methods.exact import Exact, exact
-from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
-from springpot.theory.reliability import (
-    METHODS,
-    Trust,
-    best_guess,
-    recommended,
-    trust,
-    warning,
-    why_none_is_recommended,
-)
-from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result, no_answer
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from springpot.theory.methods.averaging import Averaging, averaging
+    from springpot.theory.methods.closure.method import Closure, closure
+    from springpot.theory.methods.envelope.method import Envelope, envelope
+    from springpot.theory.methods.exact import Exact, exact
+    from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
+    from springpot.theory.reliability import Trust, best_guess, recommended, trust, why_none_is_recommended
+    from springpot.theory.result import Moments, NoConvergence, NoStationaryState, NotCovered, Result
+    from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
     "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
     "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "best_guess", "closure",
     "envelope", "exact", "fokker_planck", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
-
-_METHODS: dict[str, Callable[[Oscillator], Result]] = {
-    "averaging_printed": lambda oscillator: averaging(oscillator, form="printed"),
-    "averaging": averaging,
-    "averaging_shifted": lambda oscillator: averaging(oscillator, form="shifted"),
-    "envelope": envelope,
-    "closure": closure,
-    "fokker_planck": fokker_planck,
-    "exact": exact,
+_PLACES = {
+    "methods.averaging": ("Averaging", "averaging"),
+    "methods.closure.method": ("Closure", "closure"),
+    "methods.envelope.method": ("Envelope", "envelope"),
+    "methods.exact": ("Exact", "exact"),
+    "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
+    "reliability": ("Trust", "best_guess", "recommended", "trust", "why_none_is_recommended"),
+    "result": ("Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result"),
+    "solve": ("all_methods", "solve_all", "solve_one"),
 }
 
 
-def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]]:
-    """Every method's answer to one oscillator.
-
-    Parameters
-    ----------
-    oscillator : Oscillator
-
-    Returns
-    -------
-    answers : dict
-        Name of the method to its result, for those that have stationary moments.
-    statements : dict
-        Name of the method to the sentence that says why it has none: it does not cover the oscillator, there is no
-        stationary state, or its iteration did not converge.
-
-    Raises
-    ------
-    TypeError
-        If it is not an Oscillator.
-
-    Examples
-    --------
-    >>> from springpot.oscillator import Springpot
-    >>> answers, statements = solve_all(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
-    >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
-    ([1.0], [])
-    """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    answers: dict[str, Result] = {}
-    statements: dict[str, str] = {}
-    for name in _METHODS:
-        result, statement = solve_one(oscillator, name)
-        if result is None:
-            statements[name] = statement
-        else:
-            answers[name] = result
-    return answers, statements
+def __getattr__(name: str) -> Any:
+    for module, names in _PLACES.items():
+        if name in names:
+            return getattr(importlib.import_module(f"springpot.theory.{module}"), name)
+    raise AttributeError(f"module 'springpot.theory' has no attribute {name!r}")
 
 
-def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
-    """One method's answer to one oscillator, with the warning of the validity map.
-
-    Parameters
-    ----------
-    oscillator : Oscillator
-    method : str
-        A key of what `all_methods` returns, such as ``"envelope"``.
-
-    Returns
-    -------
-    result : Result or None
-    statement : str
-        Why there is no result, as in `solve_all`; empty if there is one.
-
-    Raises
-    ------
-    ValueError
-        If there is no such method.
-
-    Examples
-    --------
-    >>> result, statement = solve_one(Oscillator(), "envelope")
-    >>> round(result.x_mean, 2), statement
-    (0.78, '')
-    """
-    if not isinstance(method, str) or method not in _METHODS:
-        raise ValueError(f"method must be one of {', '.join(_METHODS)}, not {method!r}.")
-    try:
-        result = _METHODS[method](oscillator)
-    except (NotCovered, NoConvergence) as refusal:
-        return None, str(refusal)
-    if isinstance(result.stationary, str):
-        return None, result.stationary
-    return _with_the_map(oscillator, method, result), ""
-
-
-def _with_the_map(oscillator: Oscillator, name: str, result: Result) -> Result:
-    """The result with the warning of the validity map added, if it has one."""
-    found = warning(oscillator, name) if name in METHODS else None
-    return result if found is None else replace(result, warnings=(*result.warnings, found))
-
-
-def all_methods(oscillator: Oscillator) -> dict[str, object]:
-    """Every method's answer to one oscillator, ready for JSON.
-
-    Parameters
-    ----------
-    oscillator : Oscillator
-
-    Returns
-    -------
-    dict
-        Name of the method to its dictionary (see `Result.to_dict`).  A method without an answer has None for every
-        moment and a ``statement`` that says why; ``exact`` is None altogether where it has no answer.
-        ``recommended`` is the name of the method to trust here, or None; ``why_none_is_recommended`` is then a
-        sentence, otherwise None.
-
-    Examples
-    --------
-    >>> answers = all_methods(Oscillator())
-    >>> round(answers["averaging"]["amplitude_mean_square"], 3), answers["exact"]
-    (2.296, None)
-    """
-    answers, statements = solve_all(oscillator)
-    found: dict[str, object] = {}
-    for name in _METHODS:
-        if name in answers:
-            found[name] = answers[name].to_dict()
-        else:
-            found[name] = None if name == "exact" else no_answer(statements[name])
-    return {
-        **found,
-        "recommended": recommended(oscillator, answers) or None,
-        "why_none_is_recommended": why_none_is_recommended(oscillator, answers) or None,
-    }
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -17,12 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
+from springpot.theory.registry import MAPPED, METHODS
 from springpot.theory.result import Result
 
 __all__ = [
     "JUDGED",
     "MAP_FILE",
-    "METHODS",
     "Trust",
     "best_guess",
     "read_map",
@@ -33,8 +33,6 @@ __all__ = [
 ]
 
 MAP_FILE = Path(__file__).with_name("validity.csv")
-METHODS = ("averaging", "averaging_shifted", "envelope", "closure")
-"""Approximate methods that are on the map."""
 JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
 """Moments whose gaps are on the map."""
 GOOD = {"amplitude_mean_square": 2.0, "x_mean": 4.0, "impact_rate": 4.0}
@@ -94,7 +92,7 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     oscillator : Oscillator
         With a wall.
     method : str
-        One of METHODS.
+        One of `springpot.theory.registry.MAPPED`.
 
     Returns
     -------
@@ -114,8 +112,8 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     """
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}.")
+    if method not in MAPPED:
+        raise ValueError(f"method must be one of {', '.join(MAPPED)}, not {method!r}.")
     unknown = Trust(dict.fromkeys(JUDGED, math.inf), mapped=False)
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
@@ -194,9 +192,9 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     >>> recommended(Oscillator(), {})
     ''
     """
-    if exact := _exact_among(answers):
-        return exact
-    judged = {name: trust(oscillator, name) for name in METHODS if name in answers}
+    if exact := [method.name for method in METHODS.values() if method.exact and method.name in answers]:
+        return exact[-1]  # the list rises to the surest
+    judged = {name: trust(oscillator, name) for name in MAPPED if name in answers}
     known = [name for name, found in judged.items() if found.judges]
     return min(known, key=lambda name: judged[name].worst) if known else ""
 
@@ -248,15 +246,8 @@ def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result
         return ""
     if not answers:
         return "no method is recommended here: none has an answer."
-    mapped = any(trust(oscillator, name).mapped for name in METHODS)
+    mapped = any(trust(oscillator, name).mapped for name in MAPPED)
     why = "Monte Carlo on the validity map cannot judge them" if mapped else "the validity map has no cell near"
     guess = best_guess(oscillator, answers)
     hint = f"The best guess is {guess}: compare" if guess else "Compare"
     return f"no method is recommended here, for {why}. {hint} with Monte Carlo before you use a number."
-
-
-def _exact_among(answers: Mapping[str, Result]) -> str:
-    for name in ("exact", "fokker_planck"):
-        if name in answers:
-            return name
-    return ""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from springpot.oscillator import Oscillator
 
-__all__ = ["MOMENTS", "ROUNDED", "Moments", "NoStationaryState", "NotCovered", "Result", "no_answer"]
+__all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]
 
 ROUNDED = 1.0 + 1e-9
 """Factor to a limit of what is covered: a number that is beyond it by rounding only is not beyond it."""
@@ -30,6 +30,10 @@ class NoStationaryState(ValueError):
 
 class NotCovered(ValueError):
     """The method does not cover this oscillator; the message says what it covers."""
+
+
+class NoConvergence(ArithmeticError):
+    """An iteration did not reach its tolerance; there is no answer."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 // uPlot with this page's axes, colours and sizes.
 
 import { palette, onTheme } from "./theme.js";
-import { METHODS } from "./methods.js";
+import { METHODS } from "/methods.js";
 import { exponentFor, scaledUnit, short } from "./numbers.js";
 import { withUnit } from "./units.js";
 

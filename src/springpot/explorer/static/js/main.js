@@ -3,7 +3,7 @@
 import { Connection } from "./connection.js";
 import { PINNED_DASH } from "./charts.js";
 import { Controls } from "./controls.js";
-import { METHODS, NAMES } from "./methods.js";
+import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
 import { pinOf, showPinned, snapshot } from "./pinned.js";
@@ -27,7 +27,7 @@ const track = new Track();
 
 const view = {
   track, state,
-  drawn: new Set(["averaging_printed"]),
+  drawn: new Set(),
   low: 0, high: 3, fastest: 3, peak: {},
   theory: null, growth: null, curve: null,
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
@@ -80,8 +80,7 @@ on("searching", () => { element("tile-paths-note").textContent = "finding the st
 on("theory", (message) => {
   if (!chosenByHand) {
     view.drawn.clear();
-    const best = message.recommended;
-    for (const name of [best, best === "averaging" ? "averaging_printed" : "averaging"]) if (name && message.methods[name]) view.drawn.add(name);
+    for (const name of message.drawn) view.drawn.add(name);
   }
   for (const { moments } of Object.values(message.methods)) moments.x_rms = rootOf(moments.x_mean_square);
   take("theory", message);
@@ -239,7 +238,7 @@ function drawnChanged() {
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
   scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
-  scene.density_color = front ?? "envelope";
+  scene.density_color = front;
   for (const name of [...Object.keys(DENSITIES), "growth", "curve", "motion", "numbers"]) dirty.add(name);
 }
 

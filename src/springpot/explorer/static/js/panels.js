@@ -1,14 +1,14 @@
 // The charts of the page: what each shows, of the newest answers in `view`.
 
 import { Chart, bars, methodSeries, outline, polyline } from "./charts.js";
-import { METHODS, NAMES } from "./methods.js";
+import { METHODS, NAMES } from "/methods.js";
 import { withError } from "./numbers.js";
 import { pinnedDensity, pinnedGrowth, pinnedMarker } from "./pinned.js";
 import { palette } from "./theme.js";
 import { densityUnitOf, unitOf } from "./units.js";
 
 export const DENSITIES = { x: "x", v: "v", amplitude: "A", impact_speed: "impact speed" }; // names of their axes
-const CURVES = ["averaging_printed", "averaging", "envelope"];
+const CURVES = NAMES.filter((name) => METHODS[name].over_order).reverse();
 const SLACK = 1.06;
 
 const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
@@ -237,7 +237,7 @@ function curve(view, host, height, onOrder) {
     // the line goes on through what is still to come (undefined), and not through what has no answer (null)
     const coming = new Set(view.curve?.missing ?? []);
     chart.set([orders, ...CURVES.map((method) => (view.curve?.methods[method] ?? orders.map(() => null))
-      .map((value, i) => (value === null && method === "envelope" && coming.has(i) ? undefined : value)))]);
+      .map((value, i) => (value === null && METHODS[method].over_order === "one by one" && coming.has(i) ? undefined : value)))]);
   };
   chart.columns = () => [
     ["order", view.curve?.orders ?? []], ...CURVES.map((method) => [method, view.curve?.methods[method] ?? []]),

@@ -14,7 +14,7 @@ export class Scene {
     this.track = track;
     this.flashes = [];
     this.density = null;
-    this.density_color = "envelope";
+    this.density_color = null;
   }
 
   flash(speed) { this.flashes.push({ at: performance.now(), speed }); if (this.flashes.length > 12) this.flashes.shift(); }

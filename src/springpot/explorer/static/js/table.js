@@ -1,6 +1,6 @@
 // Every theory beside Monte Carlo: value, gap in per cent and in standard errors, warnings; and which ones are drawn.
 
-import { METHODS, NAMES } from "./methods.js";
+import { METHODS, NAMES } from "/methods.js";
 import { exponentFor, scaledUnit, short, typeset, withError } from "./numbers.js";
 import { unitOf } from "./units.js";
 

@@ -1,8 +1,9 @@
-// Colours for the canvases, from the style sheet's variables; and the switch between dark and light.
+// Colours for the canvases, from the style sheet's variables; the methods' lines; and the switch between dark and light.
 
-const NAMES = [
+import { METHODS } from "/methods.js";
+
+const COLOURS = [
   "text", "muted", "faint", "line", "panel", "page", "measured", "measured-soft", "pinned", "impact", "path", "steel", "mass",
-  "exact", "fokker_planck", "envelope", "closure", "averaging_shifted", "averaging", "averaging_printed",
 ];
 export const palette = {};
 const listeners = new Set();
@@ -10,7 +11,8 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function read() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of NAMES) palette[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of COLOURS) palette[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const [name, { colour }] of Object.entries(METHODS)) palette[name] = style.getPropertyValue(`--method-${colour}`).trim();
   for (const listener of listeners) listener();
 }
 
@@ -21,7 +23,18 @@ export function isDark() {
 
 export function onTheme(listener) { listeners.add(listener); }
 
+// a method's swatch is a piece of its line
+function swatch([name, { colour, dash }]) {
+  let end = 0;
+  const stops = dash.map((length, i) => `${i % 2 ? "transparent" : `var(--method-${colour})`} ${end}px ${end += length}px`);
+  const line = stops.length ? `repeating-linear-gradient(90deg, ${stops.join(", ")})` : `var(--method-${colour})`;
+  return `.swatch[data-method="${name}"] { background: ${line}; }`;
+}
+
 export function startTheme(button) {
+  const swatches = new CSSStyleSheet();
+  swatches.replaceSync(Object.entries(METHODS).map(swatch).join("\n"));
+  document.adoptedStyleSheets = [swatches];
   button.addEventListener("click", () => {
     const next = isDark() ? "light" : "dark";
     document.documentElement.dataset.theme = next;

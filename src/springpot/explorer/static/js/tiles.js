@@ -1,6 +1,6 @@
 // The main numbers, large.
 
-import { METHODS } from "./methods.js";
+import { METHODS } from "/methods.js";
 import { grouped, short, withErrorHtml } from "./numbers.js";
 import { gapOf, gapText, isSilent, isTransient } from "./table.js";
 import { unitOf } from "./units.js";

@@ -30,8 +30,9 @@ from scipy import special
 
 from springpot.theory.methods.closure.quadrature import oscillating_weights, panel_rule
 from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.result import NoConvergence
 
-__all__ = ["Grid", "Loop", "NoConvergence", "make_grid"]
+__all__ = ["Grid", "Loop", "make_grid"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -40,10 +41,6 @@ _LOW, _HIGH = 18, 14  # octaves of frequency below and above the resonance
 _ACTIVE = 8.0  # multiple of the resonance above which the remainder of K follows its asymptote w^(alpha-2)
 _FADED = 25.0  # decay times after which nothing of the envelope is left
 _MIXED = 6  # depth of the acceleration
-
-
-class NoConvergence(ArithmeticError):
-    """An iteration did not reach its tolerance; there is no answer."""
 
 
 @dataclass(frozen=True)

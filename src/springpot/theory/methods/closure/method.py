@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.oscillator import Oscillator
 from springpot.theory.distributions import finite_array, normal, numbers_only, real_array
 from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
-from springpot.theory.methods.closure.memory import Loop, NoConvergence
+from springpot.theory.methods.closure.memory import Loop
 from springpot.theory.methods.closure.plane import Plane
 from springpot.theory.methods.closure.quadrature import panel_rule
 from springpot.theory.methods.closure.steps import (
@@ -44,7 +44,7 @@ from springpot.theory.methods.closure.steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.result import ROUNDED, Moments, NotCovered, Result
+from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
 

@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.theory.methods.closure.memory import Loop, NoConvergence, make_grid
+from springpot.theory.methods.closure.memory import Loop, make_grid
 from springpot.theory.methods.closure.plane import Plane, solve_plane
 from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.result import NoConvergence
 
 __all__ = ["free_spectrum", "least_loss", "light_loss", "solve_with_wall", "solve_without_wall"]
 

@@ -1,0 +1,31 @@
+"""The list of analytical methods as a script of the page."""
+
+from __future__ import annotations
+
+import json
+
+from springpot.theory.registry import METHODS
+
+__all__ = ["method_list"]
+
+LINE_WIDTH = 2.0  # px, of the page's curves
+
+
+def method_list() -> str:
+    """A JavaScript module with the methods by name, the surest first: label, colour, dash in px, and ``over_order``.
+
+    Examples
+    --------
+    >>> method_list().splitlines()[1]
+    'export const NAMES = Object.keys(METHODS);'
+    """
+    listed = {
+        method.name: {
+            "label": method.label,
+            "colour": method.colour,
+            "dash": [LINE_WIDTH * length for length in method.dash],
+            "over_order": method.over_order,
+        }
+        for method in reversed([*METHODS.values()])
+    }
+    return f"export const METHODS = {json.dumps(listed)};\nexport const NAMES = Object.keys(METHODS);\n"

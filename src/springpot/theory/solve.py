@@ -1,0 +1,130 @@
+"""All methods, asked at once or one by name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from springpot.oscillator import Oscillator
+from springpot.theory.registry import METHODS
+from springpot.theory.reliability import recommended, warning, why_none_is_recommended
+from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
+
+__all__ = ["all_methods", "solve_all", "solve_one"]
+
+
+def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]]:
+    """Every method's answer to one oscillator.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+
+    Returns
+    -------
+    answers : dict
+        Name of the method to its result, for those that have stationary moments.
+    statements : dict
+        Name of the method to the sentence that says why it has none: it does not cover the oscillator, there is no
+        stationary state, or its iteration did not converge.
+
+    Raises
+    ------
+    TypeError
+        If it is not an Oscillator.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Springpot
+    >>> answers, statements = solve_all(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
+    ([1.0], [])
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    answers: dict[str, Result] = {}
+    statements: dict[str, str] = {}
+    for name in METHODS:
+        result, statement = solve_one(oscillator, name)
+        if result is None:
+            statements[name] = statement
+        else:
+            answers[name] = result
+    return answers, statements
+
+
+def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
+    """One method's answer to one oscillator, with the warning of the validity map.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    method : str
+        A key of `springpot.theory.registry.METHODS`, such as ``"envelope"``.
+
+    Returns
+    -------
+    result : Result or None
+    statement : str
+        Why there is no result, as in `solve_all`; empty if there is one.
+
+    Raises
+    ------
+    ValueError
+        If there is no such method.
+
+    Examples
+    --------
+    >>> result, statement = solve_one(Oscillator(), "envelope")
+    >>> round(result.x_mean, 2), statement
+    (0.78, '')
+    """
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}.")
+    try:
+        result = METHODS[method].solve(oscillator)
+    except (NotCovered, NoConvergence) as refusal:
+        return None, str(refusal)
+    if isinstance(result.stationary, str):
+        return None, result.stationary
+    return _with_the_map(oscillator, method, result), ""
+
+
+def _with_the_map(oscillator: Oscillator, name: str, result: Result) -> Result:
+    """The result with the warning of the validity map added, if it has one."""
+    found = warning(oscillator, name) if METHODS[name].mapped else None
+    return result if found is None else replace(result, warnings=(*result.warnings, found))
+
+
+def all_methods(oscillator: Oscillator) -> dict[str, object]:
+    """Every method's answer to one oscillator, ready for JSON.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+
+    Returns
+    -------
+    dict
+        Name of the method to its dictionary (see `Result.to_dict`).  A method without an answer has None for every
+        moment and a ``statement`` that says why; ``exact`` is None altogether where it has no answer.
+        ``recommended`` is the name of the method to trust here, or None; ``why_none_is_recommended`` is then a
+        sentence, otherwise None.
+
+    Examples
+    --------
+    >>> answers = all_methods(Oscillator())
+    >>> round(answers["averaging"]["amplitude_mean_square"], 3), answers["exact"]
+    (2.296, None)
+    """
+    answers, statements = solve_all(oscillator)
+    found: dict[str, object] = {}
+    for name in METHODS:
+        if name in answers:
+            found[name] = answers[name].to_dict()
+        else:
+            found[name] = None if name == "exact" else no_answer(statements[name])
+    return {
+        **found,
+        "recommended": recommended(oscillator, answers) or None,
+        "why_none_is_recommended": why_none_is_recommended(oscillator, answers) or None,
+    }
