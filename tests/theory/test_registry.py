@@ -15,12 +15,12 @@ from springpot.theory import registry
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "springpot"
 
-MADE_UP = '''
+MADE_UP = """
 from springpot.theory.result import Moments, Result
 
 def made_up(oscillator):
     return Result("made_up", oscillator, Moments(4.0, 1.0, 2.0, 2.0, 0.5, 1.5, 3.0), (), ())
-'''
+"""
 LINE = '    Method("made_up", "made up", "made_up.made_up", "sky", (2.0, 1.0)),\n'
 ASKED = """
 import json, sys

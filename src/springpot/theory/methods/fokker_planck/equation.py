@@ -129,6 +129,7 @@ def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
     small = np.maximum.outer(u, u) < _SMALL * unit
     return np.asarray(np.where(small, math.sqrt(3.0) / (2.0 * math.pi) * limit, (u * u)[:, None] * difference))
 
+
 def moments(problem: Problem, impacts: Impacts) -> Moments:
     rate, first, second = (max(impacts.moment(power), 1e-300) for power in range(3))
     x_mean = (1.0 + problem.r) * first
@@ -172,6 +173,7 @@ def _fastest(problem: Problem, grid: Grid) -> float:
     gap = max(0.0, -problem.wall)
     return min(free, math.sqrt(added * (added + 2.0 * gap)))
 
+
 def _panels(
     problem: Problem, grid: Grid, start: float, turn: float, refine: int
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -200,6 +202,7 @@ def _panels(
     block = np.floor(np.log2(np.maximum(time[:, 0], 1.0)) * 1.5)
     for number in np.unique(block):
         yield time[block == number].reshape(-1), weight[block == number].reshape(-1)
+
 
 def response(
     problem: Problem,

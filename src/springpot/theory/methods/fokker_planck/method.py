@@ -139,6 +139,7 @@ class FokkerPlanck(Result):
             self._mirrored(displacement, "displacement") / length, self._mirrored(velocity, "velocity") / speed
         )
         return solved.joint(x, v) / (length * speed)
+
     def _mirrored(self, value: ArrayLike, name: str) -> FloatArray:
         """The argument, mirrored where the mass moves below the wall."""
         array, wall = real_array(value, name), self.oscillator.barrier
@@ -201,9 +202,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
         wall = oscillator.barrier
         place = wall.position if wall is not None and oscillator.dimensionless_position > 0.0 else 0.0
         return _result(oscillator, Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan))
-    problem = Problem(
-        oscillator.dimensionless_coefficient, oscillator.dimensionless_position, oscillator.restitution
-    )
+    problem = Problem(oscillator.dimensionless_coefficient, oscillator.dimensionless_position, oscillator.restitution)
     impacts = solve(problem, FINE)
     fine, coarse = moments(problem, impacts), moments(problem, solve(problem, COARSE))
     error, rate_error = difference(fine, coarse)

@@ -37,6 +37,7 @@ class Problem:
         """Where every density is below rounding."""
         return 8.5 * self.spread + abs(self.wall)
 
+
 @dataclass(frozen=True)
 class QuadraticForm:
     """A density of arrival = height exp(-z' form z) with z = (arrival, departure, 1), for many times."""
@@ -105,6 +106,7 @@ def _row(arrival: FloatArray, departure: FloatArray, constant: FloatArray) -> Fl
 
 def _product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
     return np.asarray(factor[:, None, None] * a[:, :, None] * b[:, None, :])
+
 
 @dataclass(frozen=True)
 class Flow:
