@@ -9,6 +9,7 @@ from scipy import special, stats
 
 from springpot.simulation import random as source
 from springpot.simulation.random import normals
+from tests.sizes import validation
 
 
 @njit
@@ -55,8 +56,9 @@ def test_box_muller_against_double_precision() -> None:
         assert _box_muller(radius, angle) == pytest.approx((r * math.sin(turn), r * math.cos(turn)), abs=1e-6)
 
 
-def test_a_hundred_million_normals() -> None:
-    count, chunk = 100_000_000, 6_400_000
+@pytest.mark.parametrize("count", [6_400_000, validation(100_000_000)])
+def test_the_law_of_millions_of_normals(count: int) -> None:
+    chunk = 6_400_000
     edges = np.linspace(-4.0, 4.0, 2001)
     sums, tails, histogram, total = np.zeros(8), np.zeros(3), np.zeros(edges.size + 1), 0
     for seed in range(-(-count // chunk)):

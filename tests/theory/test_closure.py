@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.special import rgamma
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory import closure_memory, closure_steps
+from springpot.theory.methods.closure import memory, steps
 from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
 from springpot.theory.methods.closure.memory import make_grid
 from springpot.theory.methods.closure.method import Closure, NoConvergence, closure
@@ -18,6 +18,7 @@ from springpot.theory.methods.closure.quadrature import half_normal_rule, oscill
 from springpot.theory.methods.closure.steps import solve_with_wall
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from tests.sizes import validation
 
 
 def oscillator(alpha=0.5, c=1.0, r=1.0, b=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
@@ -30,7 +31,7 @@ def free(alpha=0.5, c=1.0, omega=1.0, q=1.0) -> Oscillator:
 
 def first_step(alpha, c, detail):
     """Step 1 alone: the Gaussian closure of an elastic wall at 0, on a grid of its own resonance."""
-    loop = closure_steps._light_loop(alpha, c, 0.0, detail)
+    loop = steps._light_loop(alpha, c, 0.0, detail)
     for _ in range(3):
         loop, _ = loop.closed(c, 0.0, 0.0, 1e-10, 100)
         loop = loop.moved(make_grid(alpha, *loop.peak(c, 0.0, 0.0), detail))
@@ -72,7 +73,7 @@ def test_element_against_direct_quadrature(alpha):
     grid = make_grid(alpha, 1.0, damping / 2)
     spectrum = 1.0 / (2 * math.pi * ((1 - grid.w**2) ** 2 + (damping * grid.w) ** 2))
     y2, v2 = grid.moments(spectrum)
-    element = closure_memory._element(
+    element = memory._element(
         grid, grid.to_drop @ spectrum / y2, grid.to_envelope @ spectrum / y2, math.sqrt(v2 / y2)
     )
     edges = np.concatenate([[0.0], np.geomspace(1e-6, 0.5, 12), np.arange(1.0, 120.0) / 2 + 0.5])
@@ -297,12 +298,18 @@ def test_densities_have_mass_one_and_the_moments(asked):
     assert not result.energy_density(-1.0)
 
 
-def test_densities_are_hardly_negative():
-    for alpha, c, r, b in itertools.product([0.1, 0.5, 1.0], [0.03, 1.0], [1.0, 0.7], [0.0, 0.8]):
-        result = closure(oscillator(alpha, c, r, b))
-        x = np.linspace(b, b + 8 * math.sqrt(result.x_mean_square), 400)
-        density = result.x_density(x)
-        assert density.min() > -3e-3 * density.max()
+@pytest.mark.parametrize(
+    ("alpha", "c", "r", "b"),
+    [
+        (0.1, 0.03, 0.7, 0.8), (0.5, 1.0, 1.0, 0.0),
+        *(validation(*case) for case in itertools.product([0.1, 0.5, 1.0], [0.03, 1.0], [1.0, 0.7], [0.0, 0.8])),
+    ],
+)
+def test_densities_are_hardly_negative(alpha, c, r, b):
+    result = closure(oscillator(alpha, c, r, b))
+    x = np.linspace(b, b + 8 * math.sqrt(result.x_mean_square), 400)
+    density = result.x_density(x)
+    assert density.min() > -3e-3 * density.max()
 
 
 def test_arguments_of_densities():
@@ -430,10 +437,10 @@ def test_losses_alone_need_no_springpot():
 
 def test_no_convergence_is_an_arithmetic_error(monkeypatch):
     assert issubclass(NoConvergence, ArithmeticError)
-    monkeypatch.setattr(closure_steps, "_STEPS", 1)
+    monkeypatch.setattr(steps, "_STEPS", 1)
     with pytest.raises(NoConvergence, match=r"after 1 steps .* still change by"):
         closure(oscillator())
-    monkeypatch.setattr(closure_steps, "_SWEEPS", 1)
+    monkeypatch.setattr(steps, "_SWEEPS", 1)
     with pytest.raises(NoConvergence, match=r"after 1 sweeps the correlation still changes by"):
         closure(oscillator())
 

@@ -10,6 +10,7 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, closure, envelope, exact, fokker_planck
 from springpot.theory.methods.closure.quadrature import panel_rule
 from springpot.theory.result import NotCovered
+from tests.sizes import validation
 
 
 def make(order, c, b=0.0, r=1.0, side="above", omega=1.0, q=1.0):
@@ -40,7 +41,17 @@ CASES = {
 NAMES = ("x_density", "v_density", "amplitude_density", "energy_density", "impact_speed_density")
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda name: name.replace(" ", "_"))
+EVERY_DAY = {
+    "averaging", "averaging shifted", "averaging printed", "exact gap", "exact without a wall", "envelope gap",
+    "envelope without a wall", "closure losses", "closure without a wall", "fokker_planck",
+}  # fmt: skip
+
+
+@pytest.fixture(
+    scope="module",
+    params=[name if name in EVERY_DAY else validation(name) for name in CASES],
+    ids=lambda name: name.replace(" ", "_"),
+)
 def result(request):
     return CASES[request.param]()
 

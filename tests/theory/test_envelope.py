@@ -16,6 +16,7 @@ from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
 from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from tests.sizes import validation
 
 
 def make(order=0.5, c=0.1, b=0.0, r=1.0, *, omega=1.0, q=1.0, side="above"):
@@ -239,15 +240,15 @@ def test_joint_density_of_a_dashpot_has_mass_one_in_the_plane(b):
     assert dx @ result.joint_density(x[:, None], v) @ dv == pytest.approx(1.0, abs=1e-10)
 
 
-@pytest.mark.parametrize("b", [-1.0, 0.0, 0.7])
-def test_joint_density_has_the_moments(b):
+@pytest.mark.parametrize(("b", "points"), [(-1.0, 200), *(validation(b, 500) for b in (-1.0, 0.0, 0.7))])
+def test_joint_density_has_the_moments(b, points):
     """On a plain grid of midpoints, which a user might take."""
     result = envelope(make(0.5, 0.3, b))
     far = 6.0 * math.sqrt(result.amplitude_mean_square)
     # midpoints, from the wall
-    step = (far - b) / 500.0
-    x = b + step * (np.arange(500) + 0.5)
-    v = np.linspace(-far, far, 501)
+    step = (far - b) / points
+    x = b + step * (np.arange(points) + 0.5)
+    v = np.linspace(-far, far, points + 1)
     joint = result.joint_density(x, v[:, None]) * step * (v[1] - v[0])
     assert joint.sum() == pytest.approx(1.0, abs=1e-3)
     assert (joint * x).sum() == pytest.approx(result.x_mean, rel=2e-3)
@@ -456,8 +457,21 @@ def test_first_passage_against_simulation(level):
         assert passage.survival(np.quantile(known, quantile)) == pytest.approx(1.0 - quantile, abs=0.05)
 
 
-@pytest.mark.parametrize("order", [0.1, 0.3, 0.5, 0.7, 0.9])
-@pytest.mark.parametrize("c", [0.003, 0.01, 0.02, 0.1422, 0.5])
+SLOW = [(0.1, 0.003), (0.5, 0.1422), (0.9, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("order", "c"),
+    [
+        *SLOW,
+        *(
+            validation(order, c)
+            for order in (0.1, 0.3, 0.5, 0.7, 0.9)
+            for c in (0.003, 0.01, 0.02, 0.1422, 0.5)
+            if (order, c) not in SLOW
+        ),
+    ],
+)
 def test_slow_rates_survive_fast_cells(order, c):
     """Cells near grazing are up to 1e15 times as fast as the slowest mode, which decides all that takes long."""
     result = envelope(make(order, c))
@@ -473,8 +487,14 @@ def test_slow_rates_survive_fast_cells(order, c):
         assert float(passage.survival(math.inf)) == 0.0
 
 
-@pytest.mark.parametrize("restitution", [1.0, 0.8])
-@pytest.mark.parametrize(("order", "c"), [(0.1, 0.01), (0.3, 1.0), (0.5, 0.1), (0.9, 0.5), (0.9, 2.0)])
+@pytest.mark.parametrize(
+    ("order", "c", "restitution"),
+    [
+        (0.1, 0.01, 0.8), validation(0.1, 0.01, 1.0), validation(0.3, 1.0, 1.0), validation(0.3, 1.0, 0.8),
+        validation(0.5, 0.1, 1.0), validation(0.5, 0.1, 0.8), (0.9, 0.5, 1.0), validation(0.9, 0.5, 0.8),
+        validation(0.9, 2.0, 1.0), validation(0.9, 2.0, 0.8),
+    ],
+)
 def test_a_wall_ever_farther_off_matters_ever_less(order, c, restitution):
     """Also where it is so far off that the striking cycles are about to leave the reach of the grid."""
     free = envelope(make(order, c, b=None)).amplitude_mean_square

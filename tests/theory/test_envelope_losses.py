@@ -10,11 +10,13 @@ import springpot as sp
 from springpot.theory import envelope, fokker_planck
 from springpot.theory.methods.envelope.losses import DAMPINGS, RESTITUTIONS, _rows, _tables
 from springpot.theory.methods.envelope.method import _largest_amplitude
+from tests.sizes import validation
 
 from .test_envelope import make
 
 PLACES = [
-    (0.05, 0.65, 0.9), (0.2, 0.45, 0.0), (0.3, 0.75, -0.6), (0.7, 0.35, 0.4), (1.5, 0.55, -1.0), (0.02, 0.95, 0.5),
+    (0.2, 0.45, 0.0), (1.5, 0.55, -1.0), (0.02, 0.95, 0.5),
+    validation(0.05, 0.65, 0.9), validation(0.3, 0.75, -0.6), validation(0.7, 0.35, 0.4),
 ]  # fmt: skip
 
 
@@ -28,7 +30,7 @@ def test_order_one_between_the_nodes(c: float, r: float, b: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("c", "r", "b", "x", "v", "u"), [(0.1, 0.5, 1.0, 0.05, 0.07, 0.02), (0.3, 0.5, 0.0, 0.05, 0.08, 0.02)]
+    ("c", "r", "b", "x", "v", "u"), [validation(0.1, 0.5, 1.0, 0.05, 0.07, 0.02), (0.3, 0.5, 0.0, 0.05, 0.08, 0.02)]
 )
 def test_densities_are_near_those_of_the_fokker_planck_equation(
     c: float, r: float, b: float, x: float, v: float, u: float
@@ -84,17 +86,20 @@ def test_more_time_is_spent_on_the_way_out_which_is_slower() -> None:
 
 
 @pytest.mark.parametrize(
-    ("c", "b", "r"),
+    ("c", "b", "r", "points"),
     [
-        pytest.param(0.1, 1.0, 0.5, marks=pytest.mark.validation),
-        (0.3, -0.5, 0.5),
-        pytest.param(0.1, 0.0, 0.8, marks=pytest.mark.validation),
+        (0.3, -0.5, 0.5, (29, 31)),
+        validation(0.3, -0.5, 0.5, (57, 71)),
+        validation(0.1, 1.0, 0.5, (57, 71)),
+        validation(0.1, 0.0, 0.8, (57, 71)),
     ],
 )
-def test_the_joint_density_is_near_that_of_the_fokker_planck_equation(c: float, b: float, r: float) -> None:
+def test_the_joint_density_is_near_that_of_the_fokker_planck_equation(
+    c: float, b: float, r: float, points: tuple[int, int]
+) -> None:
     """And displacement and velocity are not correlated, as in every stationary state."""
     found, exact = envelope(make(1.0, c, b, r)), fokker_planck(make(1.0, c, b, r))
-    x, v = b + np.linspace(0.0, 1.0, 57)[1:] ** 1.5 * 8.0, np.linspace(-7.0, 7.0, 71)
+    x, v = b + np.linspace(0.0, 1.0, points[0])[1:] ** 1.5 * 8.0, np.linspace(-7.0, 7.0, points[1])
     joint = [one.joint_density(x[:, None], v) for one in (found, exact)]
     between = integrate.trapezoid(integrate.trapezoid(np.abs(joint[0] - joint[1]), v), x)
     assert between < (0.07 if r == 0.8 else 0.18)
