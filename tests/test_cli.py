@@ -394,7 +394,7 @@ def test_a_refused_argument_is_named_as_its_flag(
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:
-    assert cli.messages.in_flags(library) == command
+    assert cli.commands.in_flags(library) == command
 
 
 def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import xarray
 
 import springpot as sp
 from springpot.studies import tasks
-from springpot.studies.dataset import export
+from springpot.studies.export import export
 from springpot.studies.store import Store, open_store
 from springpot.studies.tasks import compute
 from springpot.units import UNITS

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from springpot.cli.commands import app
-from springpot.cli.messages import in_flags, of_the_system, one_sentence, usage
+from springpot.cli.commands import app, in_flags
+from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.faults import FileFault
 from springpot.terminal import say, warnings_as_sentences
 

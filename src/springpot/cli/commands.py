@@ -8,18 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
-from springpot.cli.flags import STANDARD, Flags, Threads
+from springpot.cli.flags import STANDARD, Flags, Threads, with_flags
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
 from springpot.interrupt import leave_at_once
 from springpot.places import place_for
 from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 
-__all__ = ["app", "simulate"]
+__all__ = ["app", "in_flags", "simulate"]
 
 _OUTPUT = Group("Output", sort_key=9)
 _MONTE_CARLO = Group("Monte Carlo", sort_key=2)
@@ -465,8 +466,11 @@ def explore(
     return 0
 
 
-def warn(sentence: str) -> None:
-    """Print a warning of the library, with flags where it names arguments."""
-    from springpot.cli.messages import in_flags
+def in_flags(sentence: str) -> str:
+    """A sentence of the library, with flags where it names arguments."""
+    return with_flags(sentence, signature(simulate).parameters.keys())
 
+
+def warn(sentence: str) -> None:
+    """Print a warning of the library."""
     say(f"warning: {in_flags(sentence)}")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Sequence, Set
+from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
@@ -12,7 +13,7 @@ from springpot.device import DensityUnit, Excited, Sides, oscillator_from_device
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.terminal import Whole
 
-__all__ = ["STANDARD", "Flags", "OscillatorFlags", "Threads", "listed"]
+__all__ = ["STANDARD", "Flags", "OscillatorFlags", "Threads", "listed", "with_flags"]
 
 _DEFAULT = Oscillator()
 _WALL = Barrier()
@@ -145,6 +146,26 @@ class OscillatorFlags:
 def listed(words: Sequence[str], last: str = "and") -> str:
     """Words as a sentence has them: ``a, b and c``."""
     return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+
+
+def with_flags(sentence: str, arguments: Set[str]) -> str:
+    """The library's sentences name arguments; in a command they are flags."""
+    names = {field.name for field in fields(OscillatorFlags)} | arguments
+    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
+        "quantities": "--quantity",
+        "record_every": "--every",
+        "out": "--out",
+        "plot": "--plot",
+    }
+    any_flag = "|".join(flags)
+    sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda found: flags[found[1]], sentence)
+    given = rf"(?<![\w-])({any_flag})=(['\"]?)([\w/+.-]*\w)\2"
+    sentence = re.sub(given, lambda found: f"{flags[found[1]]} {found[3]}", sentence)
+    # in the middle of a sentence, only those names that are no English words
+    alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
+    sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda found: flags[found[1]], sentence)
+    first, space, rest = sentence.partition(" ")
+    return flags.get(first, first) + space + rest
 
 
 def _flags(names: Iterable[str]) -> str:

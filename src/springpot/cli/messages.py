@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
-import re
 from collections.abc import Sequence
-from dataclasses import fields
-from inspect import signature
 from typing import get_args
 
 from cyclopts import (
@@ -21,10 +18,10 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from springpot.cli.commands import app, simulate
-from springpot.cli.flags import OscillatorFlags, listed
+from springpot.cli.commands import app, in_flags
+from springpot.cli.flags import listed
 
-__all__ = ["in_flags", "of_the_system", "one_sentence", "usage"]
+__all__ = ["of_the_system", "one_sentence", "usage"]
 
 _PAIRS = {"--window": "two times, START and END", "--springpot": "two numbers, ORDER and K_ALPHA"}
 
@@ -84,26 +81,6 @@ def _meant(word: str, names: Sequence[str]) -> str:
 def _flag_before(word: str, words: Sequence[str]) -> str:
     before = words[: words.index(word)] if word in words else []
     return next((flag for flag in reversed(before) if flag.startswith("--")), "")
-
-
-def in_flags(sentence: str) -> str:
-    """The library's sentences name arguments; in a command they are flags."""
-    names = {field.name for field in fields(OscillatorFlags)} | set(signature(simulate).parameters)
-    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
-        "quantities": "--quantity",
-        "record_every": "--every",
-        "out": "--out",
-        "plot": "--plot",
-    }
-    any_flag = "|".join(flags)
-    sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda found: flags[found[1]], sentence)
-    given = rf"(?<![\w-])({any_flag})=(['\"]?)([\w/+.-]*\w)\2"
-    sentence = re.sub(given, lambda found: f"{flags[found[1]]} {found[3]}", sentence)
-    # in the middle of a sentence, only those names that are no English words
-    alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
-    sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda found: flags[found[1]], sentence)
-    first, space, rest = sentence.partition(" ")
-    return flags.get(first, first) + space + rest
 
 
 def of_the_system(error: OSError) -> str:

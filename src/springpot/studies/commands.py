@@ -203,7 +203,7 @@ def export(
     Example: springpot study export dampers.zarr dampers.nc
     """
     with leave_at_once():
-        from springpot.studies.dataset import export as write
+        from springpot.studies.export import export as write
         from springpot.studies.store import open_store
 
     print(write(open_store(store), out, overwrite=overwrite))

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.files import partial_name
-from springpot.studies.labelled import write_zarr
 from springpot.studies.question import QUANTITIES, Study
-from springpot.studies.store import Damaged, Store, document, is_store, metadata_of
+from springpot.studies.store import Damaged, Store, document
 from springpot.studies.tasks import Answer, columns_of, tasks
 from springpot.units import UNITS
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["export", "open_tree"]
+__all__ = ["Results", "open_tree", "result_columns"]
 
 _PARAMETER_UNITS = {
     "order": "1", "coefficient": "s^(alpha-2)", "natural_frequency": "rad s-1", "intensity": "m2 s-3", "position": "m",
@@ -34,7 +29,7 @@ _PARAMETER_UNITS = {
 
 
 @dataclass(frozen=True)
-class _Answers:
+class Results:
     """Every answer of one method on the grid; the files are read when the first number is asked for."""
 
     store: Store
@@ -81,13 +76,13 @@ def open_tree(store: Store) -> xarray.DataTree:
         "versions": json.dumps(store.versions),
     }
     if theories:
-        answers = [_Answers(store, method) for method in theories]
+        answers = [Results(store, method) for method in theories]
         coordinates = {"theory": ("theory", theories), **_coordinates(study)}
         parts["/theory"] = xarray.Dataset(
             _variables(answers, ("theory", *study.shape), (len(theories), *shape), "", study), coordinates
         )
     if "monte_carlo" in study.methods:
-        answers = [_Answers(store, "monte_carlo")]
+        answers = [Results(store, "monte_carlo")]
         parts["/simulation"] = xarray.Dataset(
             _variables(answers, tuple(study.shape), shape, "Monte Carlo: ", study), _coordinates(study)
         )
@@ -103,7 +98,7 @@ def _coordinates(study: Study) -> dict[str, Any]:
     return found | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in found}
 
 
-def _known(study: Study, method: str) -> tuple[str, ...]:
+def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can hold a number, as Monte Carlo was asked."""
     given = {} if study.monte_carlo is None else study.monte_carlo.given()
 
@@ -116,13 +111,13 @@ def _known(study: Study, method: str) -> tuple[str, ...]:
 
 
 def _variables(
-    answers: list[_Answers], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
+    answers: list[Results], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
 ) -> dict[str, Any]:
-    def lazily(read: Callable[[_Answers], npt.NDArray[Any]], kind: Any) -> Any:
+    def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any) -> Any:
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(shape), shape, np.dtype(kind))
 
     found = {}
-    for column in _known(study, answers[0].method):
+    for column in result_columns(study, answers[0].method):
         name = column.removesuffix("_se").removesuffix("_error")
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
         long_name = prefix + text[column] + name.replace("_", " ")
@@ -130,8 +125,8 @@ def _variables(
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
         found[column] = (dimensions, lazily(lambda part, column=column: part.numbers(column), "f8"), attributes)  # type: ignore[misc]
-    found["done"] = (dimensions, lazily(_Answers.done, "?"), {"long_name": "whether there is an answer"})
-    found["said"] = (dimensions, lazily(_Answers.sentences, "O"), {"long_name": "warnings, or why there is no answer"})
+    found["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
+    found["said"] = (dimensions, lazily(Results.sentences, "O"), {"long_name": "warnings, or why there is no answer"})
     return found
 
 
@@ -169,93 +164,3 @@ def _outer(array: npt.NDArray[Any], place: tuple[Any, ...]) -> Any:
     for axis in reversed(range(len(place))):
         array = array[(slice(None),) * axis + (place[axis],)]
     return array
-
-
-def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write everything a store holds to one place.
-
-    Parameters
-    ----------
-    store : Store
-    path : str or Path
-        Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``), ``.zarr`` (a folder: the same as a Zarr group)
-        or ``.csv`` (a row for each point and method).
-    overwrite : bool
-        Whether to replace what is there: a file, or a Zarr group that is no store of a study.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    ValueError
-        If it ends otherwise, or is there already.
-    OSError
-        If it cannot be written.
-    """
-    path = Path(path)
-    if path.suffix not in (".nc", ".zarr", ".csv"):
-        raise ValueError(
-            f"the file to export to must end in .nc (netCDF), .zarr (a Zarr group) or .csv, not {path.name!r}."
-        )
-    if not path.resolve().parent.is_dir():
-        raise ValueError(f"the file to export to must lie in a folder that exists, and {str(path.parent)!r} does not.")
-    _check_replaced(path, overwrite)
-    partial = path.with_name(partial_name(path.name))
-    try:
-        if path.suffix == ".zarr":
-            write_zarr(open_tree(store), partial)
-            if path.is_dir():
-                shutil.rmtree(path)
-            os.rename(partial, path)
-            return path
-        if path.suffix == ".nc":
-            open_tree(store).to_netcdf(partial, engine="h5netcdf")
-        else:
-            _write_table(store, partial)
-        partial.replace(path)
-    finally:
-        if partial.is_dir():
-            shutil.rmtree(partial, ignore_errors=True)
-        partial.unlink(missing_ok=True)
-    return path
-
-
-def _check_replaced(path: Path, overwrite: bool) -> None:
-    """Nothing is replaced that was not meant to be."""
-    if not os.path.lexists(path):
-        return
-    what = str(path)
-    if path.suffix == ".zarr":
-        if is_store(path):
-            raise ValueError(f"{what!r} is the store of a study, and export replaces none: give another name.")
-        if not path.is_dir() or metadata_of(path) is None:
-            raise ValueError(f"{what!r} exists and is no Zarr group: give another name, or remove it first.")
-    elif path.is_dir():
-        raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
-    if not overwrite:
-        raise ValueError(f"{what!r} exists already: give another name, or --overwrite (overwrite=True) to replace it.")
-
-
-def _write_table(store: Store, path: Path) -> None:
-    """One row for each point and method: numbers at full precision, empty where there is none."""
-    import csv
-
-    study = store.study
-    names = [column for method in study.methods for column in _known(study, method)]
-    columns = list(dict.fromkeys(names))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["method", *study.columns, *columns, "done", "said"])
-        for method in study.methods:
-            answers = _Answers(store, method)
-            for point, answer in zip(study.points(), answers.all, strict=True):
-                numbers = dict(zip(columns_of(method), answer.numbers, strict=True)) if answer else {}
-                cells = [numbers.get(name, math.nan) for name in columns]
-                said = "" if answer is None else answer.statement or " ".join(answer.warnings)
-                writer.writerow(
-                    [method, *(point[name] for name in study.columns)]
-                    + ["" if math.isnan(cell) else repr(cell) for cell in cells]
-                    + [int(answer is not None), said]
-                )

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from springpot.files import Damaged, partial_name, read_file, write
+from springpot.studies.dataset import open_tree
 from springpot.studies.layout import LABELLED, place_of
 from springpot.studies.store import (
     CONSOLIDATED,
@@ -99,8 +100,6 @@ def finish(store: Store) -> bool:
     if answers is None:
         return False
     if state(store, answers) != "right":
-        from springpot.studies.dataset import open_tree
-
         partial = store.path / partial_name(LABELLED)
         try:
             write_zarr(open_tree(store), partial, {ANSWERS: answers})

@@ -1,0 +1,106 @@
+"""A store written as netCDF, as a Zarr group that any xarray opens, or as a table."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+from pathlib import Path
+
+from springpot.files import partial_name
+from springpot.studies.dataset import Results, open_tree, result_columns
+from springpot.studies.labelled import write_zarr
+from springpot.studies.store import Store, is_store, metadata_of
+from springpot.studies.tasks import columns_of
+
+__all__ = ["export"]
+
+
+def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write everything a store holds to one place.
+
+    Parameters
+    ----------
+    store : Store
+    path : str or Path
+        Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``), ``.zarr`` (a folder: the same as a Zarr group)
+        or ``.csv`` (a row for each point and method).
+    overwrite : bool
+        Whether to replace what is there: a file, or a Zarr group that is no store of a study.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If it ends otherwise, or is there already.
+    OSError
+        If it cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in (".nc", ".zarr", ".csv"):
+        raise ValueError(
+            f"the file to export to must end in .nc (netCDF), .zarr (a Zarr group) or .csv, not {path.name!r}."
+        )
+    if not path.resolve().parent.is_dir():
+        raise ValueError(f"the file to export to must lie in a folder that exists, and {str(path.parent)!r} does not.")
+    _check_replaced(path, overwrite)
+    partial = path.with_name(partial_name(path.name))
+    try:
+        if path.suffix == ".zarr":
+            write_zarr(open_tree(store), partial)
+            if path.is_dir():
+                shutil.rmtree(path)
+            os.rename(partial, path)
+            return path
+        if path.suffix == ".nc":
+            open_tree(store).to_netcdf(partial, engine="h5netcdf")
+        else:
+            _write_table(store, partial)
+        partial.replace(path)
+    finally:
+        if partial.is_dir():
+            shutil.rmtree(partial, ignore_errors=True)
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def _check_replaced(path: Path, overwrite: bool) -> None:
+    """Nothing is replaced that was not meant to be."""
+    if not os.path.lexists(path):
+        return
+    what = str(path)
+    if path.suffix == ".zarr":
+        if is_store(path):
+            raise ValueError(f"{what!r} is the store of a study, and export replaces none: give another name.")
+        if not path.is_dir() or metadata_of(path) is None:
+            raise ValueError(f"{what!r} exists and is no Zarr group: give another name, or remove it first.")
+    elif path.is_dir():
+        raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
+    if not overwrite:
+        raise ValueError(f"{what!r} exists already: give another name, or --overwrite (overwrite=True) to replace it.")
+
+
+def _write_table(store: Store, path: Path) -> None:
+    """One row for each point and method: numbers at full precision, empty where there is none."""
+    import csv
+
+    study = store.study
+    names = [column for method in study.methods for column in result_columns(study, method)]
+    columns = list(dict.fromkeys(names))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["method", *study.columns, *columns, "done", "said"])
+        for method in study.methods:
+            answers = Results(store, method)
+            for point, answer in zip(study.points(), answers.all, strict=True):
+                numbers = dict(zip(columns_of(method), answer.numbers, strict=True)) if answer else {}
+                cells = [numbers.get(name, math.nan) for name in columns]
+                said = "" if answer is None else answer.statement or " ".join(answer.warnings)
+                writer.writerow(
+                    [method, *(point[name] for name in study.columns)]
+                    + ["" if math.isnan(cell) else repr(cell) for cell in cells]
+                    + [int(answer is not None), said]
+                )
