@@ -13,12 +13,13 @@ from numba import njit
 from benchmarks.measure import Row, best_cpu
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
-from springpot.simulation.compose import Tables, tables
+from springpot.simulation import compose
 from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
@@ -38,9 +39,9 @@ _modes = stack_array(MODES * LANES)
 
 
 class Parts(NamedTuple):
-    """What a block is made of, and for how many steps."""
+    """What a block consists of, and for how many steps."""
 
-    made: Tables
+    kernel: compose.Parts
     steps: int
     stiffness: float
 
@@ -159,21 +160,21 @@ def parts_of(
     settings = resolve(oscillator, duration=step * steps, step=step, start="rest")
     if precision == "float64":
         settings = replace(settings, memory_tolerance=9e-8)
-    made = tables(oscillator, settings)
+    kernel = simulation_of(oscillator, settings).parts
     if modes is not None:
-        made = replace(made, memory=padded(made.memory, modes))
-    return Parts(made, settings.steps, (oscillator.natural_frequency * made.time) ** 2)
+        kernel = replace(kernel, memory=padded(kernel.memory, modes))
+    return Parts(kernel, settings.steps, kernel.frequency**2)
 
 
 def block_cpu(parts: Parts, times: int = 5) -> float:
     """Processor time in s of one block of LANES paths, with averages over the second half."""
-    made, steps = parts.made, parts.steps
+    kernel, steps = parts.kernel, parts.steps
     k0, k1 = key_words(1)
     rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, steps + 1, 2)), np.zeros(1, np.uint8)
 
     def run(count: int = steps) -> None:
         block(
-            made.scheme, made.wall, made.load, made.memory, made.drive, made.start, parts.stiffness,
+            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.drive, kernel.start, parts.stiffness,
             0, count, count // 2, count, k0, k1, 0, False, NOBODY, record, 1, stop, rows,
         )  # fmt: skip
 
@@ -183,12 +184,14 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
 
 def _division(parts: Parts) -> dict[str, float]:
     """Processor time in s of the parts of a block, each alone."""
-    made, groups = parts.made, parts.steps // GROUP
+    kernel, groups = parts.kernel, parts.steps // GROUP
     k0, k1 = key_words(1)
     drivers: dict[str, Callable[[int], Any]] = {
         "normals": lambda count: _normals_only(count, k0, k1),
-        "sweep": lambda count: _sweep_only(made.scheme, made.wall, made.load, made.memory, made.start, NOBODY, count),
-        "memory": lambda count: _memory_only(made.memory, count),
+        "sweep": lambda count: _sweep_only(
+            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.start, NOBODY, count
+        ),
+        "memory": lambda count: _memory_only(kernel.memory, count),
     }
     for driver in drivers.values():
         driver(1)
@@ -291,7 +294,7 @@ def one_core(quick: bool) -> list[Row]:
         division["walls, sums and the rest"] = whole - sum(division.values())
         plain = per_step * _plain_cpu(oscillator, steps, precision)
         needed = parts_of(oscillator, steps, precision=precision)
-        modes, tolerance = needed.made.memory.powers.size // 4, 1e-6 if precision == "float32" else 9e-8
+        modes, tolerance = needed.kernel.memory.powers.size // 4, 1e-6 if precision == "float32" else 9e-8
         as_run = per_step * block_cpu(needed)
         flops = MODES * FLOPS_PER_MODE_STEP
         section = f"one core, {word} memory"

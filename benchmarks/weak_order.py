@@ -26,10 +26,9 @@ from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.figures.style import COLOURS, save
 from springpot.processors import threads_available
 from springpot.simulation.adapted import adapt
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.settings import resolve
-from springpot.simulation.statistics import linearised, standard_error
+from springpot.simulation.simulation import simulation_of
+from springpot.simulation.statistics import standard_error
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]
 
@@ -155,9 +154,8 @@ def _coupled(case: Case, step: float, position: float, paths: int, stream: int) 
     levels = []
     for settings, halved in ((base, True), (replace(base, step=0.5 * step), False)):
         at = replace(settings, initial_position=position)
-        made = tables(case.oscillator, at)
-        rows = advance(case.oscillator, at, made, stream=stream, halved=halved).rows
-        levels.append(linearised(case.oscillator, at, made, rows))
+        simulation = simulation_of(case.oscillator, at)
+        levels.append(simulation.samples(simulation.advance(stream=stream, halved=halved).rows))
     coarse, fine = levels
     names = QUANTITIES if case.restitution > 0.0 else ("x_mean_square", "v_mean_square")
     return {name: (fine[name][0], fine[name][1] - coarse[name][1]) for name in names}

@@ -8,18 +8,16 @@ against what is exact about it: with a dashpot and an elastic wall the density i
 V(x))]`, whatever the potential :math:`V`.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import springpot as sp
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 
 
 class HardeningSpring(NamedTuple):
@@ -38,8 +36,9 @@ def push_of_the_hardening_spring(load, n, x, v, e, g):
 def x_mean_square(kappa, step=0.02):
     oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0))
     settings = resolve(oscillator, paths=6400, duration=60.0, step=step, window=(15.0, 60.0), start="rest")
-    made = tables(oscillator, settings)  # with unit scales, since this oscillator's are 1
-    rows = advance(oscillator, settings, replace(made, load=HardeningSpring(made.load.strength, kappa * step))).rows
+    simulation = simulation_of(oscillator, settings)  # with unit scales, since this oscillator's are 1
+    load = HardeningSpring(simulation.parts.load.strength, kappa * step)
+    rows = simulation.with_parts(load=load).advance().rows
     squares = rows[:, COLUMNS.index("x_square")] / np.diff(settings.window_steps)
     return squares.mean(), squares.std(ddof=1) / np.sqrt(squares.size)
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from springpot.oscillator import Oscillator
 from springpot.simulation import Run, run
-from springpot.simulation.ensemble import Progress
-from springpot.simulation.scales import relaxation_time
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import check_stationary, resolve
+from springpot.simulation.simulation import Progress
 from springpot.theory import Result, best_guess, recommended, solve_all, why_none_is_recommended
 from springpot.theory.result import MOMENTS
 
@@ -215,7 +215,7 @@ def observe(
     >>> found.spectrum.frequency.size
     117
     """
-    relaxation = max(relaxation_time(oscillator), 1.0 / oscillator.natural_frequency)
+    relaxation = max(scales_of(oscillator).relaxation_time, 1.0 / oscillator.natural_frequency)
     step = 4.0 * resolve(oscillator).step
     frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * oscillator.natural_frequency
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -14,6 +12,7 @@ from springpot.explorer.motion import Player, blocks, impacts, record
 from springpot.simulation.adapted import adapt
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 
 LOSSY = sp.Oscillator(
     natural_frequency=2.0,
@@ -26,9 +25,7 @@ LOSSY = sp.Oscillator(
 def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
     settings = resolve(oscillator, **given)  # type: ignore[arg-type]
     adapted = adapt(oscillator, settings) if settings.start == "stationary" else None
-    if adapted is not None:
-        settings = replace(settings, initial_position=adapted.position)
-    gathering = Gathering(oscillator, settings, adapted)
+    gathering = Gathering(simulation_of(oscillator, settings, adapted))
     while not gathering.complete:
         gathering.grow()
     return gathering
@@ -64,11 +61,11 @@ def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) ->
 
 def test_a_shown_path_is_a_path_of_the_run() -> None:
     settings = resolve(LOSSY, paths=129, seed=5, start="rest")
-    gathering = Gathering(LOSSY, settings)
+    simulation = simulation_of(LOSSY, settings)
     run = sp.run(LOSSY, paths=129, seed=5, record=129, start="rest")
     assert blocks(settings) == 3
     for number in range(3):
-        shown = record(LOSSY, settings, gathering.made, number)
+        shown = record(simulation, number)
         assert shown.path == 64 * number
         np.testing.assert_array_equal(shown.x, run.record[shown.path, :, 0])
         np.testing.assert_array_equal(shown.v, run.record[shown.path, :, 1])
@@ -76,14 +73,11 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
     """Within two in a hundred: the kernel also counts those between the ends of a step."""
-    from springpot.simulation.compose import tables
-    from springpot.simulation.ensemble import advance
-
     for oscillator in (sp.Oscillator(), LOSSY):
         settings = resolve(
             oscillator, paths=64, record=64, seed=2, window=(0.0, 100.0 / oscillator.natural_frequency), start="rest"
         )
-        found = advance(oscillator, settings, tables(oscillator, settings))
+        found = simulation_of(oscillator, settings).advance()
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
         marked = sum(impacts(oscillator, settings.step, *path.T).size for path in found.record)
         assert counted > 1000
@@ -93,7 +87,7 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
 def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
-    times = growth_times(LOSSY, gathering.settings)
+    times = growth_times(LOSSY, gathering.simulation.settings)
     run = sp.run(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / LOSSY.natural_frequency) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
@@ -106,7 +100,7 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
 
 def test_a_path_is_shown_once_and_whole() -> None:
     settings = resolve(LOSSY, paths=64, start="rest")
-    shown = record(LOSSY, settings, Gathering(LOSSY, settings).made, 0)
+    shown = record(simulation_of(LOSSY, settings), 0)
     player = Player(shown, natural_frequency=LOSSY.natural_frequency)
     times, x, struck = [], [], []
     while not player.ended:

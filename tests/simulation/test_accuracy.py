@@ -7,15 +7,16 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, accuracy, run
-from springpot.simulation.accuracy import _combine, _levels, _samples, reach
-from springpot.simulation.compose import tables
+from springpot.simulation.accuracy import reach
+from springpot.simulation.budget import combine
 from springpot.simulation.cost import Clock, Estimate
-from springpot.simulation.ensemble import advance
 from springpot.simulation.forgetting import missing_variance, shares_missing
+from springpot.simulation.levels import levels_of
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 from springpot.simulation.slow_impacts import even_step, slow_impact_order
-from springpot.simulation.statistics import controlled, linearised, standard_error
+from springpot.simulation.statistics import controlled, standard_error
 from tests.sizes import validation
 
 from .problems import oscillator, truncated_gaussian
@@ -134,11 +135,11 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert short.shortfall.startswith("amplitude_mean_square is known to ")
     value, budget = short.values["amplitude_mean_square"], short.budgets["amplitude_mean_square"]
     assert 1e-3 * value < budget.total < 0.1 * value
-    again = _levels(oscillator(0.7), short.settings, short.settings.step, 1e-3, ("amplitude_mean_square",))
-    again.extend(short.settings.paths - 2 * short.pairs, short.pairs, None)
-    values, errors, _, _ = _combine(oscillator(0.7), again, short.adapted, _samples(again))
-    assert values == short.values
-    assert errors == short.errors
+    again = levels_of(oscillator(0.7), short.simulation.settings, short.simulation.adapted)
+    again = again.extended(short.settings.paths - 2 * short.pairs, short.pairs, None)
+    estimates = combine(again)
+    assert estimates.values == short.values
+    assert estimates.errors == short.errors
     assert again.path_steps == short.path_steps
 
 
@@ -294,8 +295,8 @@ def test_the_energy_balance_has_mean_zero_at_any_step(order: float, restitution:
 def test_the_control_takes_out_most_of_the_spread_and_no_mean() -> None:
     problem = oscillator(1.0)
     settings = resolve(problem, paths=20_000, duration=60.0, step=0.1, window=(20.0, 60.0), start="rest")
-    made = tables(problem, settings)
-    found = linearised(problem, settings, made, advance(problem, settings, made).rows)
+    simulation = simulation_of(problem, settings)
+    found = simulation.samples(simulation.advance().rows)
     raw = found["amplitude_mean_square"][1]
     kept = controlled(raw, found["energy_residual"][1][:, None])
     assert standard_error(kept) < 0.5 * standard_error(raw)

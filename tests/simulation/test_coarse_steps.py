@@ -13,11 +13,10 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 from springpot.simulation.slow_impacts import slow_impact_order
-from springpot.simulation.statistics import linearised, standard_error
+from springpot.simulation.statistics import standard_error
 
 from .problems import oscillator
 
@@ -34,8 +33,8 @@ def halved(
     )
     found = []
     for settings, pairs in ((coarse, True), (replace(coarse, step=0.5 * step), False)):
-        made = tables(problem, settings)
-        found.append(linearised(problem, settings, made, advance(problem, settings, made, halved=pairs).rows))
+        simulation = simulation_of(problem, settings)
+        found.append(simulation.samples(simulation.advance(halved=pairs).rows))
     before, after = found
     changes = {name: after[name][1] - before[name][1] for name in CONTROLLED}
     return {name: (d.mean() / after[name][0], standard_error(d) / after[name][0]) for name, d in changes.items()}

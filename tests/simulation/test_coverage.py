@@ -34,7 +34,7 @@ from scipy import integrate, optimize, stats
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, Run, run
-from springpot.simulation.scales import fastest_rate, relaxation_time
+from springpot.simulation.scales import scales_of
 
 from .problems import oscillator, truncated_gaussian
 
@@ -148,7 +148,7 @@ def with_wall(
     made = oscillator(1.0, coefficient, frequency, intensity, position, side=side)
     forget = max(coefficient / frequency**2, 1.0 / coefficient)
     begin, end = 9.0 * forget, 29.0 * forget
-    options = {"paths": 256, "duration": end, "window": (begin, end), "step": 0.2 / fastest_rate(made)}
+    options = {"paths": 256, "duration": end, "window": (begin, end), "step": 0.2 / scales_of(made).fastest_rate}
     return Problem(
         f"order 1, wall {side} at {position:g}, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
         made, exact, options, rtol,
@@ -160,9 +160,9 @@ def without_wall(
 ) -> Problem:
     """Any order, no wall: exact by quadrature of the spectrum."""
     made = oscillator(order, coefficient, frequency, intensity, None)
-    forget = max(relaxation_time(made), 3.0 / frequency)
+    forget = max(scales_of(made).relaxation_time, 3.0 / frequency)
     begin, end = 9.0 * forget, 29.0 * forget
-    step = (0.03 if coefficient > 3.0 else 0.05) / fastest_rate(made)
+    step = (0.03 if coefficient > 3.0 else 0.05) / scales_of(made).fastest_rate
     options = {"paths": 256, "duration": end, "window": (begin, end), "step": step}
     return Problem(
         f"order {order:g}, no wall, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",

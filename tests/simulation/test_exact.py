@@ -1,7 +1,6 @@
 """Facts that are exact, compared in standard errors sharp enough that a wrong factor of 2 % fails."""
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import mpmath as mp
@@ -12,12 +11,11 @@ from scipy import integrate, linalg, stats
 import springpot as sp
 from springpot.simulation import run
 from springpot.simulation.adapted import adapt
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.oracle import _walk, oracle_weights
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 from tests.sizes import validation
 
 from .problems import assert_agrees, oscillator, truncated_gaussian
@@ -127,13 +125,14 @@ def test_weak_order_of_the_default_scheme_is_two(order: float) -> None:
     biases = []
     for step in (0.2, 0.05):
         settings = resolve(problem, paths=1, duration=240.0, step=step, start="rest")
-        made = tables(problem, settings)
+        simulation = simulation_of(problem, settings)
+        parts = simulation.parts
         normals = np.zeros(settings.steps, np.float32)
         normals[0] = 1.0
         x, v = np.zeros(settings.steps + 1), np.zeros(settings.steps + 1)
         ear = Ear(*(np.zeros(settings.steps) for _ in range(4)), NOBODY)
-        weights = oracle_weights(problem, settings, made)
-        _walk(made.scheme, made.wall, made.load, weights, made.drive, made.start, normals, x, v, ear)
+        weights = oracle_weights(simulation)
+        _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, normals, x, v, ear)
         biases.append([float((a[1:] ** 2).sum()) / e - 1.0 for a, e in zip((x, v), exact, strict=True)])
     for coarse, fine in zip(*biases, strict=True):
         assert abs(fine) < 1e-3
@@ -142,13 +141,13 @@ def test_weak_order_of_the_default_scheme_is_two(order: float) -> None:
 
 def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: float) -> tuple[dict, float]:
     settings = resolve(problem, paths=paths, duration=duration, step=step, start="stationary")
-    settings = replace(settings, initial_position=adapt(problem, settings).position)
-    made = tables(problem, settings)
-    rows = advance(problem, settings, made).rows
+    simulation = simulation_of(problem, settings, adapt(problem, settings))
+    rows = simulation.advance().rows
     low, high = settings.window_steps
     per_second = {"impacts", "impact_speeds", "impact_speed_squares", "energy_first", "energy_last"}
     scale = {name: 1 / ((high - low) * (settings.step if name in per_second else 1.0)) for name in COLUMNS}
-    return {name: column * scale[name] for name, column in zip(COLUMNS, rows.T, strict=True)}, made.expected_power
+    columns = {name: column * scale[name] for name, column in zip(COLUMNS, rows.T, strict=True)}
+    return columns, simulation.parts.expected_power
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.simulation import Run, run
-from springpot.simulation.scales import fastest_rate
+from springpot.simulation.scales import scales_of
 from springpot.simulation.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
 from springpot.theory.mckean import slow_impact_power
 
@@ -74,7 +74,7 @@ def oscillators() -> list[sp.Oscillator]:
 
 
 def simulated(oscillator: sp.Oscillator, seed: int, finer: int, paths: int) -> Run:
-    step = 0.01 / fastest_rate(oscillator) / finer
+    step = 0.01 / scales_of(oscillator).fastest_rate / finer
     return run(oscillator, paths=paths, step=step, seed=seed, start="stationary", distributions=True)
 
 

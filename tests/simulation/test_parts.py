@@ -6,7 +6,6 @@ import math
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +13,10 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, fly, push
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 from springpot.simulation.statistics import standard_error
 from tests.simulation.problems import oscillator
 
@@ -82,9 +80,9 @@ def _push_shaken(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
 
 def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:
     settings = resolve(problem, **given, start="rest")
-    made = tables(problem, settings)
-    assert (made.length, made.time) == (1.0, 1.0)
-    rows = advance(problem, settings, replace(made, **{k: make(made) for k, make in parts.items()})).rows
+    simulation = simulation_of(problem, settings)
+    assert (simulation.parts.units.length, simulation.parts.units.time) == (1.0, 1.0)
+    rows = simulation.with_parts(**{k: make(simulation.parts) for k, make in parts.items()}).advance().rows
     return dict(zip(COLUMNS, rows.T, strict=True)) | {"steps": np.diff(settings.window_steps)[0]}
 
 
@@ -94,8 +92,8 @@ def test_a_cubic_spring_between_two_walls_has_the_maxwell_boltzmann_law() -> Non
     found = _rows(
         oscillator(1.0, 1.0, 1.0, 1.0),
         {"paths": 8192, "duration": 60.0, "step": step, "window": (15.0, 60.0)},
-        load=lambda made: Cubic(made.load.strength, cubic * step),
-        wall=lambda made: Slot(half),
+        load=lambda plain: Cubic(plain.load.strength, cubic * step),
+        wall=lambda _: Slot(half),
     )
 
     def mean(f: Any) -> float:
@@ -124,7 +122,7 @@ def test_coloured_noise_and_a_harmonic_force_through_a_springpot() -> None:
     found = _rows(
         problem,
         {"paths": 16_384, "duration": 100.0, "step": step, "window": (99.98, 100.0)},
-        load=lambda made: Shaken(rate * math.sqrt(step), math.exp(-rate * step), step, amplitude, turn),
+        load=lambda _: Shaken(rate * math.sqrt(step), math.exp(-rate * step), step, amplitude, turn),
     )
     omega = turn / step
     transfer = 1.0 / (1.0 - omega**2 + (1j * omega) ** 0.5)
@@ -150,7 +148,7 @@ def test_a_part_that_does_the_same_gives_the_same_path() -> None:
     plain = _rows(oscillator(position=None), given)
     again = _rows(
         oscillator(position=None), given,
-        load=lambda made: Cubic(made.load.strength, 0.0), wall=lambda made: Slot(1e9),
+        load=lambda plain: Cubic(plain.load.strength, 0.0), wall=lambda _: Slot(1e9),
     )  # fmt: skip
     assert again["x_square"] == pytest.approx(plain["x_square"], rel=1e-12)
 
@@ -170,14 +168,12 @@ def test_a_part_from_elsewhere_is_never_kept_on_disk(tmp_path: Path) -> None:
     """Nobody can tell what its code depends on: here on a module that is edited between two processes."""
     (tmp_path / "somebody.py").write_text("""
 from typing import NamedTuple
-from dataclasses import replace
 from elsewhere import FACTOR
 from springpot import Oscillator, run
-from springpot.simulation.compose import tables
-from springpot.simulation.ensemble import advance
 from springpot.simulation.kernel import block
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 
 class Mine(NamedTuple):
     size: float
@@ -187,8 +183,7 @@ def _mine(load, n, x, v, e, g):
     return FACTOR * load.size, e
 
 settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
-made = replace(tables(Oscillator(), settings), load=Mine(1.0))
-mine = advance(Oscillator(), settings, made).rows[0, 0]
+mine = simulation_of(Oscillator(), settings).with_parts(load=Mine(1.0)).advance().rows[0, 0]
 plain = run(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest").values["x_mean"]
 print(mine, plain, sum(block.stats.cache_hits.values()))
 """)

@@ -16,9 +16,9 @@ import pytest
 import springpot as sp
 from springpot.memory import direct
 from springpot.simulation import UNITS, run
-from springpot.simulation.compose import tables
 from springpot.simulation.oracle import direct_path
 from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
 from springpot.simulation.slow_impacts import missed_impacts
 from tests.signals import in_a_terminal
 from tests.sizes import validation
@@ -41,7 +41,7 @@ def test_exponential_sum_equals_the_direct_sum(
         "initial_position": start, "derivative": derivative,
     }  # fmt: skip
     found = run(problem, record=3, **settings, start="rest").record[2]
-    oracle = direct_path(problem, resolve(problem, **settings, start="rest"), 2)
+    oracle = direct_path(simulation_of(problem, resolve(problem, **settings, start="rest")), 2)
     far = np.abs(found[:, 0] - oracle.x) > 1e-9 * np.abs(oracle.x).max()
     until = int(far.argmax()) if far.any() else far.size
     if position is None:
@@ -180,7 +180,7 @@ def test_memory_tables_in_single_precision_keep_their_rates() -> None:
     problem = oscillator()
     settings = resolve(problem, duration=10_000.0, step=0.01, start="rest")
     assert settings.precision == "float32"
-    memory = tables(problem, settings).memory
+    memory = simulation_of(problem, settings).parts.memory
     powers, weights = (np.asarray(a, np.float64).reshape(-1, 4) for a in (memory.powers, memory.weights))
     groups = np.unique(np.geomspace(1, 240_000, 300).astype(int))
     kept = (weights[:, 0] * (1.0 + powers[:, 3]) ** groups[:, None]).sum(axis=1)

@@ -90,9 +90,10 @@ def _load_kernel() -> None:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import record
     from springpot.simulation.settings import resolve
+    from springpot.simulation.simulation import simulation_of
 
-    oscillator = Oscillator()
-    gathering = Gathering(oscillator, resolve(oscillator, paths=64, duration=1.0, step=0.01, start="rest", threads=1))
+    settings = resolve(Oscillator(), paths=64, duration=1.0, step=0.01, start="rest", threads=1)
+    gathering = Gathering(simulation_of(Oscillator(), settings))
     gathering.grow()
     gathering.distributions()
-    record(oscillator, gathering.settings, gathering.made, 0)
+    record(gathering.simulation, 0)

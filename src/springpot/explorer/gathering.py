@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,18 +11,15 @@ import numpy.typing as npt
 from numba import cfunc
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.adapted import Adapted
-from springpot.simulation.compose import mirror, tables
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.ensemble import advance
 from springpot.simulation.forgetting import is_stationary
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.listening import HEADER, WATCH, Observer
-from springpot.simulation.run import measured
-from springpot.simulation.scales import energy_time, fastest_rate
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
-from springpot.simulation.warnings import about_slow_impacts, doubts
+from springpot.simulation.simulation import Simulation
+from springpot.simulation.warnings import doubts
 
 __all__ = ["BINS", "Gathering", "growth_times"]
 
@@ -43,7 +39,7 @@ def growth_times(oscillator: Oscillator, settings: Settings) -> Floats:
 
 
 def _growth_steps(oscillator: Oscillator, settings: Settings) -> int:
-    shown = max(SHOWN_RELAXATIONS * energy_time(oscillator), 15.0 / oscillator.natural_frequency)
+    shown = max(SHOWN_RELAXATIONS * scales_of(oscillator).energy_time, 15.0 / oscillator.natural_frequency)
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 
 
@@ -72,34 +68,30 @@ class Gathering:
 
     Parameters
     ----------
-    oscillator : Oscillator
-    settings : Settings
-        Completed, with an adapted start's x(0).
-    adapted : Adapted, optional
-        Where x(0) comes from.
+    simulation : Simulation
 
     Examples
     --------
     >>> from springpot import Oscillator
     >>> from springpot.simulation.settings import resolve
-    >>> oscillator = Oscillator()
-    >>> gathering = Gathering(oscillator, resolve(oscillator, paths=128, duration=10.0, step=0.02, start="rest"))
+    >>> from springpot.simulation.simulation import simulation_of
+    >>> settings = resolve(Oscillator(), paths=128, duration=10.0, step=0.02, start="rest")
+    >>> gathering = Gathering(simulation_of(Oscillator(), settings))
     >>> while not gathering.complete:
     ...     gathering.grow()
     >>> gathering.estimates()[0]["x_mean"] > 0.0
     True
     """
 
-    def __init__(self, oscillator: Oscillator, settings: Settings, adapted: Adapted | None = None) -> None:
-        self.oscillator, self.settings, self.adapted = oscillator, settings, adapted
-        self.made = tables(oscillator, settings)
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation, settings = simulation, simulation.settings
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(COLUMNS)))
-        self._sketch = sketches(GROUP * settings.step * fastest_rate(oscillator))
+        self._sketch = sketches(GROUP * settings.step * simulation.scales.fastest_rate)
         self._counts = np.zeros((1, self._sketch.initial.size))
-        steps = _growth_steps(oscillator, settings)
-        self._early = replace(settings, duration=steps * settings.step, window=(0.0, steps * settings.step))
+        steps = _growth_steps(simulation.oscillator, settings)
+        self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
         self._growth = Observer(_growth_part(), None, np.zeros(BINS), per_path=False)
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
         self._sums, self._squares, self._batches = np.zeros(BINS), np.zeros(BINS), 0
@@ -108,25 +100,19 @@ class Gathering:
     @property
     def complete(self) -> bool:
         """Whether all paths are there."""
-        return self.paths >= self.settings.paths
+        return self.paths >= self.simulation.settings.paths
 
     @property
     def stationary(self) -> bool:
         """Whether its averages are those of the stationary state, which theory describes."""
-        return is_stationary(self.oscillator, self.settings)
+        return is_stationary(self.simulation.oscillator, self.simulation.settings)
 
     def grow(self) -> None:
         """Simulate a few more blocks, about so many as take AT_ONCE."""
         begun = time.perf_counter()
-        settings = self.settings
-        count = min(self._blocks * LANES, settings.paths - self.paths)
-        found = advance(
-            self.oscillator,
-            replace(settings, paths=count, record=0),
-            self.made,
-            skipped=self.paths,
-            observers=(self._sketch,),
-        )
+        count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
+        more = self.simulation.but(paths=count, record=0)
+        found = more.advance(skipped=self.paths, observers=(self._sketch,))
         self._rows[self.paths : self.paths + count] = found.rows
         self._counts[0] += found.observed[0].sum(axis=0)
         self._watch_growth(count)
@@ -139,13 +125,7 @@ class Gathering:
     def _watch_growth(self, count: int) -> None:
         """The first time of the same paths once more, watched from t = 0 on: rows take averages in the window only."""
         full = count // LANES * LANES or count
-        found = advance(
-            self.oscillator,
-            replace(self._early, paths=full, record=0),
-            self.made,
-            skipped=self.paths,
-            observers=(self._growth,),
-        )
+        found = self._early.but(paths=full).advance(skipped=self.paths, observers=(self._growth,))
         means = found.observed[0] / (np.maximum(self._per_bin, 1) * min(full, LANES))
         self._sums += means.sum(axis=0)
         self._squares += (means**2).sum(axis=0)
@@ -153,25 +133,16 @@ class Gathering:
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
-        return measured(self.oscillator, self.settings, self.made, self._rows[: self.paths], self.adapted)
+        return self.simulation.estimates(self._rows[: self.paths])
 
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as a run has them."""
         values, errors = self.estimates()
-        return (
-            *doubts(self.oscillator, self.settings, self.adapted, values, errors, self._rows[: self.paths]),
-            *about_slow_impacts(self.oscillator, self.settings, values),
-        )
+        return doubts(self.simulation, values, errors, self._rows[: self.paths])
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        return distributions_in(
-            self._counts,
-            length=self.made.length,
-            speed=self.made.length / self.made.time,
-            sign=mirror(self.oscillator),
-            wall=0.0 if self.oscillator.barrier is None else self.oscillator.barrier.position,
-        )
+        return distributions_in(self.simulation, self._counts)
 
     def growth(self) -> tuple[Floats, Floats]:
         """<A^2> in each of BINS of time since the start, and its standard error (NaN while there is one block)."""

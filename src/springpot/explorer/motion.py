@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.compose import Tables, mirror
-from springpot.simulation.ensemble import advance
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings
+from springpot.simulation.simulation import Simulation
 
 __all__ = ["Motion", "Player", "blocks", "record"]
 
@@ -63,30 +62,28 @@ def blocks(settings: Settings) -> int:
     return -(-settings.paths // LANES)
 
 
-def record(oscillator: Oscillator, settings: Settings, made: Tables, number: int) -> Motion:
+def record(simulation: Simulation, number: int) -> Motion:
     """Simulate once more the first path of a block of the ensemble, and keep all of it.
 
     Parameters
     ----------
-    oscillator, settings, made
+    simulation : Simulation
         Of the ensemble.
     number : int
         Of the block; its first path is the number times LANES.
     """
-    steps = min(settings.steps, MOST_STEPS)
-    single = replace(
-        settings, paths=1, record=1, threads=1, duration=steps * settings.step, window=(0.0, steps * settings.step)
-    )
-    found = advance(oscillator, single, made, skipped=number * LANES)
-    x, v = found.record[0].T.copy()
-    return Motion(number * LANES, settings.step, x, v, impacts(oscillator, settings.step, x, v))
+    step = simulation.settings.step
+    length = min(simulation.settings.steps, MOST_STEPS) * step
+    single = simulation.but(paths=1, record=1, threads=1, duration=length, window=(0.0, length))
+    x, v = single.advance(skipped=number * LANES).record[0].T.copy()
+    return Motion(number * LANES, step, x, v, impacts(simulation.oscillator, step, x, v))
 
 
 def impacts(oscillator: Oscillator, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
     """Steps in which a recorded path turned round within reach of the wall: for marks, the kernel counts for itself."""
     if oscillator.barrier is None:
         return np.zeros(0, np.intp)
-    sign = mirror(oscillator)
+    sign = oscillator.direction
     gap, speed = sign * (x - oscillator.barrier.position), sign * v
     fastest = np.maximum(np.abs(speed[:-1]), np.abs(speed[1:]))
     near = np.minimum(gap[:-1], gap[1:]) <= step * fastest

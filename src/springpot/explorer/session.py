@@ -169,6 +169,7 @@ class Session:
         from springpot.explorer import gathering
         from springpot.simulation.adapted import adapt
         from springpot.simulation.settings import resolve
+        from springpot.simulation.simulation import simulation_of
 
         settings = await engine.simulate(
             resolve,
@@ -188,22 +189,21 @@ class Session:
             self._post("searching")
             with stopping() as heed:
                 adapted = await engine.pilot(adapt, oscillator, settings, progress=heed)
-            settings = replace(settings, initial_position=adapted.position)
-        growing = await engine.simulate(gathering.Gathering, oscillator, settings, adapted)
+        simulation = await engine.simulate(simulation_of, oscillator, settings, adapted)
+        growing = await engine.simulate(gathering.Gathering, simulation)
         await asyncio.gather(self._show(problem, growing), self._gather(growing))
 
     async def _show(self, problem: Problem, growing: Gathering) -> None:
         """One path after the other, for the moving mass."""
         from springpot.explorer import motion
 
-        oscillator, settings = problem.oscillator(), growing.settings
         number = 0
         while True:
-            recorded = await self._engine.simulate(motion.record, oscillator, settings, growing.made, number)
+            recorded = await self._engine.simulate(motion.record, growing.simulation, number)
             self._player = motion.Player(recorded, natural_frequency=problem.natural_frequency)
             self._next_path.clear()
             await self._next_path.wait()
-            number = (number + 1) % motion.blocks(settings)
+            number = (number + 1) % motion.blocks(growing.simulation.settings)
 
     async def _gather(self, growing: Gathering) -> None:
         while not growing.complete:
@@ -267,7 +267,7 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
     """Grow an ensemble, and say what it has come to: a report, densities, <A^2> over time."""
     growing.grow()
     values, errors = growing.estimates()
-    settings = growing.settings
+    settings = growing.simulation.settings
     report = {
         "paths": growing.paths,
         "of": settings.paths,

@@ -1,6 +1,6 @@
 """Monte Carlo of the impacting fractional oscillator."""
 
-from springpot.simulation.accuracy import CONTROLLED, Budget
+from springpot.simulation.budget import CONTROLLED, Budget
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.results import Run

@@ -10,17 +10,16 @@ secant iteration, and a last pilot on fresh normals that measures what is left.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.simulation.compose import mirror, tables
-from springpot.simulation.ensemble import Progress, advance
-from springpot.simulation.scales import creep_time, energy_time
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, default_step
-from springpot.simulation.statistics import controlled, linearised, standard_error
+from springpot.simulation.simulation import Adapted, Progress, simulation_of
+from springpot.simulation.statistics import controlled, standard_error
 from springpot.theory import averaging
 
-__all__ = ["Adapted", "adapt", "owed_to_the_start"]
+__all__ = ["adapt"]
 
 PILOT_PATHS = (8192, 65536)
 FEWEST_PATHS = 1024
@@ -28,32 +27,6 @@ PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
 WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
 SETTLED = 3.0  # relaxation times that a pilot must leave out before its average
 MOST_PILOTS = 8  # before the one that measures the residual
-
-
-@dataclass(frozen=True)
-class Adapted:
-    """What the pilot runs found.
-
-    Attributes
-    ----------
-    position : float
-        x(0), in m.
-    residual : float
-        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it.
-        NaN if pilots long enough to tell would take too long; x(0) is then that of averaging.
-    residual_se : float
-        Its standard error.
-    error : float
-        Standard error of x(0) itself, over the root mean square displacement.
-    pilots : int
-        How many pilot runs were made.
-    """
-
-    position: float
-    residual: float
-    residual_se: float
-    error: float
-    pilots: int
 
 
 def adapt(
@@ -81,17 +54,16 @@ def adapt(
     most = min(max(settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
     pilot = _pilot_settings(oscillator, settings, most)
     alive = None if progress is None else (lambda _: progress(0.0))
-    sign = mirror(oscillator)
+    sign = oscillator.direction
     wall = sign * oscillator.barrier.position
     now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
-    if pilot.window[0] < SETTLED * energy_time(oscillator):
+    if pilot.window[0] < SETTLED * scales_of(oscillator).energy_time:
         return Adapted(sign * now, math.nan, math.nan, math.nan, 0)
 
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
-        at = replace(pilot, initial_position=sign * position)
-        made = tables(oscillator, at)
-        found = linearised(oscillator, at, made, advance(oscillator, at, made, stream=stream, progress=alive).rows)
+        simulation = simulation_of(oscillator, replace(pilot, initial_position=sign * position))
+        found = simulation.samples(simulation.advance(stream=stream, progress=alive).rows)
         means = controlled(found["x_mean"][1], found["energy_residual"][1][:, None])
         return sign * float(means.mean()), standard_error(means), found["x_mean_square"][0] ** 0.5
 
@@ -115,29 +87,6 @@ def adapt(
     )
 
 
-def owed_to_the_start(
-    oscillator: Oscillator, settings: Settings, adapted: Adapted, values: dict[str, float]
-) -> dict[str, float]:
-    """Standard error that each value of an adapted run owes to the sampling error of x(0), the same for all its paths.
-
-    An x(0) that is off by d leaves the force C d t^-alpha / Gamma(1 - alpha), here taken where the window begins.  By
-    simulation it moves mean, impact rate and speeds by less than that over Omega^2, relative to the root mean square
-    displacement, and energies by less than half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2 for <v^2>).
-    """
-    order, frequency = oscillator.springpot.order, oscillator.natural_frequency
-    if order == 1.0 or not adapted.error > 0.0:
-        return dict.fromkeys(values, 0.0)
-    fading = max(frequency * settings.window[0], 1.0) ** -order / math.gamma(1.0 - order)
-    share = float(adapted.error * oscillator.dimensionless_coefficient * fading)
-    energies = {name for name in values if name.startswith(("x_mean_square", "v_", "amplitude", "springpot"))}
-    owed = {name: (0.5 if name in energies else 1.0) * share * abs(value) for name, value in values.items()}
-    size = math.sqrt(values["x_mean_square"])
-    owed |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
-    owed["springpot_force_mean"] = share * frequency**2 * size
-    owed["energy_residual"] = 0.0
-    return owed
-
-
 def _slope(tried: list[tuple[float, float]]) -> float:
     """Change of the mean reached per change of the start, from the last two pilots.
 
@@ -151,9 +100,10 @@ def _slope(tried: list[tuple[float, float]]) -> float:
 
 def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
-    step = 8.0 * default_step(oscillator, "default")
+    scales = scales_of(oscillator)
+    step = 8.0 * default_step(scales, "default")
     cycle = 5.0 / oscillator.natural_frequency
-    duration = 10.0 * max(energy_time(oscillator), min(creep_time(oscillator), 20.0 * cycle), cycle)
+    duration = 10.0 * max(scales.energy_time, min(scales.creep_time, 20.0 * cycle), cycle)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))
     return replace(

@@ -21,14 +21,13 @@ import numpy.typing as npt
 from numba import cfunc
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.compose import Tables
 from springpot.simulation.lanes import FAST, LANES
 from springpot.simulation.listening import HEADER, HEAR, Observer
-from springpot.simulation.settings import Settings
+from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.theory.mckean import slow_impact_power
 
-__all__ = ["are_crowded", "completed_rate", "counts_of_fast_impacts", "resolved_speed"]
+__all__ = ["are_crowded", "completed_rate", "counts_of_fast_impacts", "resolved_speed", "with_completed_rate"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -45,11 +44,12 @@ def resolved_speed(restitution: float) -> float:
     return 0.47 + 0.43 * restitution
 
 
-def counts_of_fast_impacts(oscillator: Oscillator, settings: Settings, made: Tables) -> Observer:
+def counts_of_fast_impacts(simulation: Simulation) -> Observer:
     """Counts, for each path, the impacts faster than the resolved speed and those faster than twice that speed."""
-    speed = resolved_speed(oscillator.restitution) * math.sqrt(oscillator.excitation.intensity * settings.step)
+    oscillator, step = simulation.oscillator, simulation.settings.step
+    speed = resolved_speed(oscillator.restitution) * math.sqrt(oscillator.excitation.intensity * step)
     initial = np.zeros(3 * LANES)
-    initial[:LANES] = speed / (made.length / made.time)
+    initial[:LANES] = speed / simulation.parts.units.speed
     return Observer(None, _counter(), initial, per_path=True)
 
 
@@ -66,20 +66,36 @@ def _counter() -> Any:
     return count_fast
 
 
-def completed_rate(oscillator: Oscillator, counted: Floats, time: float) -> Floats:
+def completed_rate(simulation: Simulation, counted: Floats) -> Floats:
     """Impacts per second of each path, with those that the step cannot resolve.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    simulation : Simulation
     counted : ndarray, shape (paths, 3)
         What the observer of `counts_of_fast_impacts` left.
-    time : float
-        Length of the window, in s.
 
     Returns
     -------
     ndarray, shape (paths,)
     """
+    low, high = simulation.settings.window_steps
     fast, faster = counted[:, 1], counted[:, 2]
-    return np.asarray((fast + (fast - faster) / (2.0 ** slow_impact_power(oscillator.restitution) - 1.0)) / time)
+    slower = (fast - faster) / (2.0 ** slow_impact_power(simulation.oscillator.restitution) - 1.0)
+    return np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
+
+
+def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
+    """Samples of each estimate with the completed impact rate, and ``plain_rate`` for the one that was counted."""
+    completed, rates = completed_rate(simulation, counted), samples["impact_rate"]
+    found = samples | {"impact_rate": completed, "plain_rate": rates}
+    rate = float(completed.mean())
+    if not rate > 0.0:
+        return found
+    # what the impacts put back hand over is next to nothing
+    for name in ("impact_speed_mean", "impact_speed_mean_square"):
+        plain = float(samples[name].mean())
+        flux = plain * rates + float(rates.mean()) * (samples[name] - plain)  # its mean is rate times speed
+        speed = float(flux.mean()) / rate
+        found[name] = speed + (flux - speed * completed) / rate
+    return found

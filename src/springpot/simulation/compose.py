@@ -1,6 +1,8 @@
-"""From an oscillator and settings to the kernel's parts and tables, in the kernel's own units.
+"""From an oscillator and settings to the kernel's parts, and from its sums back: the one place of units and side.
 
-The kernel always sees a wall below the motion; a wall above is its mirror image, x -> -x.
+The kernel always sees a wall below the motion; a wall above is its mirror image, x -> -x.  Its units are powers of two
+near the problem's scales, so that what it computes with is near 1, and a change of scale by a power of two changes no
+bit.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.memory.weights import Family
 from springpot.oscillator import Oscillator
-from springpot.simulation.kernel import Memory
+from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_MODES
 from springpot.simulation.parts import (
     Euler,
@@ -27,29 +29,72 @@ from springpot.simulation.parts import (
     newest_weights_splitting,
     splitting,
 )
-from springpot.simulation.scales import fastest_rate
+from springpot.simulation.scales import Scales
 from springpot.simulation.settings import Settings
 
-__all__ = ["Tables", "family", "mirror", "recent_weights", "tables"]
+__all__ = ["Floats", "Parts", "Units", "compose", "family", "recent_weights"]
 
 Floats = npt.NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Units:
+    """The kernel's units, and the side from which it sees the motion.
+
+    Attributes
+    ----------
+    length, time : float
+        In m and s.
+    sign : float
+        -1 if the kernel sees the mirror image, otherwise 1.
+    """
+
+    length: float
+    time: float
+    sign: float
+
+    @property
+    def speed(self) -> float:
+        """In m/s."""
+        return self.length / self.time
+
+    def into(self, x: float, v: float) -> tuple[float, float]:
+        """A state in the kernel's units, from one in m and m/s."""
+        return self.sign * x / self.length, self.sign * v / self.length * self.time
+
+    @property
+    def state(self) -> tuple[float, float]:
+        """What x and v of the kernel are multiplied by."""
+        return self.sign * self.length, self.sign * self.speed
+
+    @property
+    def columns(self) -> list[float]:
+        """What the COLUMNS of the kernel are multiplied by."""
+        (x, v), square = self.state, self.speed**2
+        force, power = v / self.time, square / self.time
+        units = {
+            "x": x, "x_square": self.length**2, "v_square": square, "force": force, "power": power, "virial": square,
+            "impacts": 1.0, "impact_speeds": self.speed, "impact_speed_squares": square, "collapses": 1.0,
+            "energy_first": square, "energy_last": square, "x_end": x, "v_end": v,
+        }  # fmt: skip
+        return [units[name] for name in COLUMNS]
+
+
 @dataclass(frozen=True, eq=False)
-class Tables:
-    """The parts and tables a kernel needs for one oscillator and one step.
+class Parts:
+    """What the kernel needs for one oscillator and one step.
 
     Attributes
     ----------
     scheme, wall, load, memory, start
-        Parts of the kernel.
+        Parts of the kernel, in its units.
     drive : ndarray
         Force in each step that stems from x(0), or empty (Caputo's derivative, or x(0) = 0).
+    frequency : float
+        Omega in the kernel's units.
     expected_power : float
-        Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step.
-    length, time : float
-        The kernel's units, powers of two, in m and s: whatever the problem's scales, what it computes with is near 1,
-        and a change of scale by a power of two changes no bit.
+        Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step; in m^2/s^3.
+    units : Units
     sum : ExponentialSum
         The memory before it was given units.
     """
@@ -60,10 +105,15 @@ class Tables:
     memory: Memory
     start: Start
     drive: npt.NDArray[np.floating]
+    frequency: float
     expected_power: float
-    length: float
-    time: float
+    units: Units
     sum: ExponentialSum
+
+    @property
+    def wall_position(self) -> float:
+        """Place of the wall in the kernel's units; 0 without one."""
+        return self.wall.position if isinstance(self.wall, Rigid) else 0.0
 
 
 def family(settings: Settings) -> Family:
@@ -71,14 +121,23 @@ def family(settings: Settings) -> Family:
     return "grunwald" if settings.scheme == "grunwald" else "average"
 
 
-def tables(oscillator: Oscillator, settings: Settings) -> Tables:
-    """Everything the kernel needs, computed once per run."""
-    length, time = _units(oscillator, settings)
-    order, sign = oscillator.springpot.order, mirror(oscillator)
+def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts:
+    """Everything the kernel needs.
+
+    Raises
+    ------
+    ValueError
+        If x(0) is not known yet, or the memory has more terms than the kernel holds.
+    """
+    position = settings.initial_position
+    if position is None:
+        raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
+    units = _units(oscillator, position, settings.initial_velocity, scales)
+    length, time, order = units.length, units.time, oscillator.springpot.order
     coefficient = oscillator.springpot.coefficient * time ** (2.0 - order)
     frequency, step = oscillator.natural_frequency * time, settings.step / time
     intensity = oscillator.excitation.intensity / length**2 * time**3
-    x0, v0 = sign * settings.initial_position / length, sign * settings.initial_velocity / length * time
+    x0, v0 = units.into(position, settings.initial_velocity)
     scale = coefficient * step**-order
     past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
     scheme: Splitting | Euler
@@ -93,32 +152,34 @@ def tables(oscillator: Oscillator, settings: Settings) -> Tables:
     late = settings.scheme == "default" and drive.size > 0
     early = -float(drive[0]) * step**2 * 0.5 * order / (2.0 - order) if late else 0.0
     barrier = oscillator.barrier
-    wall = NoWall(0.0) if barrier is None else Rigid(sign * barrier.position / length, barrier.restitution)
-    return Tables(
+    wall = NoWall(0.0) if barrier is None else Rigid(units.into(barrier.position, 0.0)[0], barrier.restitution)
+    return Parts(
         scheme=scheme,
         wall=wall,
         load=White(math.sqrt(intensity * step)),
         memory=_memory(past, scale, recent_weights(order, settings), older, settings.precision),
         start=Start(x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0), early),
         drive=drive,
+        frequency=frequency,
         expected_power=0.5 * oscillator.excitation.intensity * share,
-        length=length,
-        time=time,
+        units=units,
         sum=past,
     )
 
 
-def _units(oscillator: Oscillator, settings: Settings) -> tuple[float, float]:
+def _units(oscillator: Oscillator, position: float, velocity: float, scales: Scales) -> Units:
     """Powers of two near the largest length and the shortest time of the problem."""
-    time = 2.0 ** round(-math.log2(fastest_rate(oscillator)))
-    lengths = (
+    longest = max(
         oscillator.length_scale,
-        abs(settings.initial_position),
-        abs(settings.initial_velocity) / oscillator.natural_frequency,
+        abs(position),
+        abs(velocity) / oscillator.natural_frequency,
         0.0 if oscillator.barrier is None else abs(oscillator.barrier.position),
     )
-    longest = max(lengths)
-    return (2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0), time
+    return Units(
+        length=2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0,
+        time=2.0 ** round(-math.log2(scales.fastest_rate)),
+        sign=oscillator.direction or 1.0,
+    )
 
 
 def recent_weights(order: float, settings: Settings) -> Floats:
@@ -152,8 +213,3 @@ def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDA
         return np.zeros(0, settings.precision)
     weights = direct(family(settings), order, settings.steps + GROUP)
     return np.asarray(scale * x0 * weights, settings.precision)
-
-
-def mirror(oscillator: Oscillator) -> float:
-    """1 for a wall below the motion (or none), -1 for a wall above it."""
-    return oscillator.direction or 1.0

@@ -18,6 +18,7 @@ from numba import cfunc, njit
 
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
+from springpot.simulation.simulation import Simulation
 
 __all__ = ["SKETCHED", "Distribution", "distributions_in", "sample_quantiles", "sketches"]
 
@@ -188,27 +189,17 @@ class Distribution:
         return np.asarray(np.sqrt(batches.size / (batches.size - 1.0) * (apart**2).sum(axis=0)) / self.size)
 
 
-def distributions_in(
-    counts: Floats, *, length: float, speed: float, sign: float, wall: float
-) -> dict[str, Distribution]:
-    """The distributions that `sketches` has counted.
-
-    Parameters
-    ----------
-    counts : ndarray, shape (batches, size of the observer's array)
-    length, speed : float
-        The kernel's units.
-    sign : float
-        -1 if the kernel saw the mirror image.
-    wall : float
-        Place of the wall in m, from which x is counted; 0 without one.
-    """
+def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
+    """The distributions that `sketches` has counted: shape (batches, size of the observer's array)."""
+    units, wall = simulation.parts.units, simulation.oscillator.barrier
+    place = 0.0 if wall is None else wall.position
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
-    scale = {"x": sign * length, "v": sign * speed, "amplitude": length, "impact_speed": speed}
+    x, v = units.state
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
     found = {}
-    for name, units in SKETCHED.items():
+    for name, names in SKETCHED.items():
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
         if name in ("x", "v"):
             negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]
@@ -218,7 +209,7 @@ def distributions_in(
         taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
         if scale[name] < 0.0:
             taken, edges = taken[:, ::-1], edges[::-1]
-        found[name] = Distribution(*units, edges + wall if name == "x" else edges, taken)
+        found[name] = Distribution(*names, edges + place if name == "x" else edges, taken)
     return found
 
 

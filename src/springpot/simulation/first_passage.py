@@ -35,8 +35,8 @@ from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
 from springpot.simulation.observers import cause_of, taken_names
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.scales import relaxation_time
 from springpot.simulation.settings import Settings
+from springpot.simulation.simulation import Simulation
 
 __all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
 
@@ -121,7 +121,7 @@ def _passage(oscillator: Oscillator, settings: Settings, name: str, given: Any) 
     squared = 0.5 * (oscillator.natural_frequency * level) ** 2 if name == "amplitude" else level
     initial = np.zeros((10, LANES))
     initial[0] = -1.0
-    if settings.window_steps[0] == 0 and math.isfinite(settings.initial_position):
+    if settings.window_steps[0] == 0 and settings.initial_position is not None:
         initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
     root = SHIFT * math.sqrt(oscillator.excitation.intensity * settings.step)
     initial[5:] = np.array([[squared], [sign], [reference], [root], [oscillator.natural_frequency]])
@@ -135,9 +135,9 @@ def _direction(oscillator: Oscillator, settings: Settings, name: str, level: flo
         begins = settings.initial_velocity
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
     wall, side = oscillator.barrier, oscillator.direction or 1.0
-    begins = settings.initial_position
-    if not math.isfinite(begins):
-        begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)
+    begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)
+    if settings.initial_position is not None:
+        begins = settings.initial_position
     if wall is not None and side * level < side * wall.position:
         raise ValueError(f"first_passage level of x is {level:g} m, behind the wall at {wall.position:g} m.")
     if level == begins:
@@ -145,21 +145,21 @@ def _direction(oscillator: Oscillator, settings: Settings, name: str, level: flo
     return 1.0 if level > begins else -1.0
 
 
-def passage_times(oscillator: Oscillator, settings: Settings, passage: Passage, left: Floats) -> PassageTimes:
+def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:
     """What the observer of a level has left, as times since the clock started.
 
     Parameters
     ----------
     left : ndarray, shape (paths, numbers)
     """
-    low, high = settings.window_steps
+    settings, (low, high) = simulation.settings, simulation.settings.window_steps
     at_once = low == 0 and passage.observer.initial[LANES] == 1.0
     begin = 0.0 if at_once else (low + 1) * settings.step
     horizon = high * settings.step - begin
     passed = left[:, 0]
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = SETTLED * relaxation_time(oscillator)
+    settling = SETTLED * simulation.scales.relaxation_time
     return PassageTimes(
         passage.quantity, passage.level, passage.reference, passage.unit, begin, horizon, settling, times
     )

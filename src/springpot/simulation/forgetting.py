@@ -18,10 +18,10 @@ import math
 import numpy as np
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.scales import energy_time, relaxation_time
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
 
-__all__ = ["forgetting_time", "is_stationary", "missing_variance", "shares_missing", "transient_left"]
+__all__ = ["is_stationary", "missing_variance", "shares_missing", "transient_left"]
 
 MOST_TRANSIENT = 0.01  # left where the window begins
 LATE = math.log(1e6)  # of the time over that of creep, from which on the late power is all there is
@@ -29,11 +29,6 @@ WALL = 2.0  # a wall changes the slow displacements by less than this factor
 SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
         "impact_speed_mean_square": 0.5}  # fmt: skip
 """Relative change of a quantity over that of the displacement's variance; energies of the motion are not in it."""
-
-
-def forgetting_time(oscillator: Oscillator) -> float:
-    """Time in which the energy forgets its start, in s, at least two over Omega."""
-    return max(energy_time(oscillator), 2.0 / oscillator.natural_frequency)
 
 
 def missing_variance(oscillator: Oscillator, time: float) -> float:
@@ -109,7 +104,7 @@ def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, am
 
 def transient_left(oscillator: Oscillator, settings: Settings) -> float:
     """Share of the transient that is left where the window begins."""
-    return math.exp(-settings.window[0] / relaxation_time(oscillator))
+    return math.exp(-settings.window[0] / scales_of(oscillator).relaxation_time)
 
 
 def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:

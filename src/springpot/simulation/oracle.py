@@ -12,13 +12,12 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.memory import direct
-from springpot.oscillator import Oscillator
-from springpot.simulation.compose import Floats, Tables, family, mirror, recent_weights, tables
+from springpot.simulation.compose import Floats, family, recent_weights
 from springpot.simulation.lanes import FAST, GROUP, f64
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.parts import begin, bounce, kick, push
 from springpot.simulation.random import normals
-from springpot.simulation.settings import Settings
+from springpot.simulation.simulation import Simulation
 
 __all__ = ["DirectPath", "direct_path"]
 
@@ -40,14 +39,13 @@ class DirectPath:
     impacts: npt.NDArray[np.float64]
 
 
-def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> DirectPath:
-    """Path number ``path`` of the run that these settings describe, with the direct sum over the past.
+def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
+    """Path number ``path`` of a simulation, with the direct sum over the past.
 
     Parameters
     ----------
-    oscillator : Oscillator
-    settings : Settings
-        From :func:`springpot.simulation.settings.resolve`; the memory's tolerance is not used.
+    simulation : Simulation
+        The memory's tolerance is not used.
     path : int
 
     Returns
@@ -57,27 +55,29 @@ def direct_path(oscillator: Oscillator, settings: Settings, path: int = 0) -> Di
 
     Examples
     --------
+    >>> from springpot import Oscillator
     >>> from springpot.simulation.settings import resolve
+    >>> from springpot.simulation.simulation import simulation_of
     >>> settings = resolve(Oscillator(), duration=1.0, step=0.01, scheme="grunwald", start="rest")
-    >>> direct_path(Oscillator(), settings).x.shape
+    >>> direct_path(simulation_of(Oscillator(), settings)).x.shape
     (101,)
     """
-    made = tables(oscillator, settings)
-    weights = oracle_weights(oscillator, settings, made)
+    settings, parts = simulation.settings, simulation.parts
+    weights = oracle_weights(simulation)
     g = normals(settings.seed, path + 1, settings.steps)[path]
     x, v = np.zeros((2, settings.steps + 1))  # the walk leaves the first to us
     impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
     ear = Ear(impacts, speeds, squares, collapses, NOBODY)
-    _walk(made.scheme, made.wall, made.load, weights, made.drive, made.start, g, x, v, ear)
-    x, v = mirror(oscillator) * made.length * x, mirror(oscillator) * made.length / made.time * v
-    x[0], v[0] = settings.initial_position, settings.initial_velocity
-    return DirectPath(x, v, impacts)
+    _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, ear)
+    x[0], v[0] = parts.start.x, parts.start.v
+    x_unit, v_unit = parts.units.state
+    return DirectPath(x_unit * x, v_unit * v, impacts)
 
 
-def oracle_weights(oscillator: Oscillator, settings: Settings, made: Tables) -> Floats:
+def oracle_weights(simulation: Simulation) -> Floats:
     """What each increment of the past weighs, newest first, in the kernel's units of force."""
-    order = oscillator.springpot.order
-    scale = oscillator.springpot.coefficient * settings.step**-order * made.time**2
+    spring, settings = simulation.oscillator.springpot, simulation.settings
+    order, scale = spring.order, spring.coefficient * settings.step**-spring.order * simulation.parts.units.time**2
     weights = direct(family(settings), order, settings.steps + 1)
     weights[:GROUP] = recent_weights(order, settings)[: settings.steps + 1]
     return np.asarray(scale * weights)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import Budget
+from springpot.simulation.budget import Budget
 from springpot.simulation.distributions import Distribution, sample_quantiles
 from springpot.simulation.observers import EXTREMES
 from springpot.simulation.passage_times import PassageTimes

@@ -6,7 +6,6 @@ import math
 import platform
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -16,21 +15,18 @@ import numpy.typing as npt
 from springpot.faults import meant
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
-from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
-from springpot.simulation.compose import Tables, mirror, tables
-from springpot.simulation.ensemble import Progress, advance
+from springpot.simulation.adapted import adapt
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.results import PROBABILITIES, Run
-from springpot.simulation.scales import fastest_rate
-from springpot.simulation.settings import Options, Settings, resolve
-from springpot.simulation.statistics import estimates, standard_error
+from springpot.simulation.settings import Options, resolve
+from springpot.simulation.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.statistics import standard_error
 from springpot.simulation.warnings import (
-    COARSE,
     about_default_start,
     about_impacts_not_asked_for,
+    about_observables,
     about_quantiles,
-    about_slow_impacts,
     doubts,
     without_effect,
 )
@@ -39,7 +35,7 @@ from springpot.simulation.watched import Observable, watched
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["measured", "run", "simulate"]
+__all__ = ["run", "simulate"]
 
 _DEFAULT_QUANTITIES = ("amplitude_mean_square",)
 _OWN_ARGUMENTS = (
@@ -114,42 +110,32 @@ def run(
         first_passage=first_passage,
     )
     begun = time.perf_counter()
-    adapted = None
-    if settings.start == "stationary":
-        adapted = adapt(oscillator, settings, progress=progress)
-        settings = replace(settings, initial_position=adapted.position)
-    made = tables(oscillator, settings)
-    ensemble = advance(oscillator, settings, made, observers=watching.observers, progress=progress)
-    values, errors = measured(oscillator, settings, made, ensemble.rows, adapted)
-    observed = watching.read(oscillator, settings, made, ensemble)
+    adapted = adapt(oscillator, settings, progress=progress) if settings.start == "stationary" else None
+    simulation = simulation_of(oscillator, settings, adapted)
+    ensemble = simulation.advance(observers=watching.observers, progress=progress)
+    values, errors = simulation.estimates(ensemble.rows)
+    observed = watching.read(simulation, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
+    speeds = observed.distributions.get("impact_speed")
+    warnings = (
+        *about_default_start(oscillator, given),
+        *without_effect(oscillator, given),
+        *doubts(simulation, values, errors, ensemble.rows),
+        *([] if speeds is None else about_quantiles(oscillator, settings.step, speeds, PROBABILITIES)),
+        *about_observables(observed.means, values),
+        *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
+    )
     return Run(
         oscillator=oscillator,
-        settings=settings,
+        settings=simulation.settings,
         values=values,
         errors=errors,
         budgets={},
-        diagnostics=_diagnostics(settings, made, ensemble.rows, adapted, time.perf_counter() - begun),
-        warnings=(
-            *about_default_start(oscillator, given),
-            *without_effect(oscillator, given),
-            *doubts(oscillator, settings, adapted, values, errors, ensemble.rows),
-            *about_slow_impacts(oscillator, settings, values),
-            *(
-                about_quantiles(oscillator, settings.step, observed.distributions["impact_speed"], PROBABILITIES)
-                if distributions
-                else ()
-            ),
-            *(
-                f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
-                for name in observed.means
-                if not math.isfinite(values[name])
-            ),
-            *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
-        ),
+        diagnostics=_diagnostics(simulation, ensemble.rows, time.perf_counter() - begun),
+        warnings=warnings,
         time=settings.recorded_times,
-        record=mirror(oscillator) * ensemble.record,
+        record=ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
         spectrum=observed.spectrum,
@@ -179,18 +165,16 @@ def _run_to(
         max_time=max_time,
         progress=progress,
     )
-    settings, adapted = found.settings, found.adapted
-    diagnostics = _diagnostics(settings, found.made, found.rows, adapted, time.perf_counter() - begun)
-    # the coarse level's step is corrected for, and part of the budget
-    fine = replace(settings, step=min(settings.step, COARSE["default"] / fastest_rate(oscillator)))
+    rows = found.rows
+    diagnostics = _diagnostics(found.simulation, rows, time.perf_counter() - begun)
     warned = [
-        *doubts(oscillator, fine, adapted, found.values, found.errors, found.rows, bounded=True),
+        *doubts(found.simulation, found.values, found.errors, rows, bounded=True),
         *about_impacts_not_asked_for(found, quantities, rtol),
         *([found.shortfall] if found.shortfall else []),
     ]
     return Run(
         oscillator=oscillator,
-        settings=settings,
+        settings=found.settings,
         values=found.values,
         errors=found.errors,
         budgets=found.budgets,
@@ -198,12 +182,12 @@ def _run_to(
             **diagnostics,
             "pairs": found.pairs,
             "path_steps": found.path_steps,
-            "held_up_by": found.estimate.reason,
+            "held_up_by": found.reason,
             "reached": not found.shortfall,
         },
         warnings=tuple(warned),
         time=np.zeros(0),
-        record=np.zeros((0, settings.steps + 1, 2)),
+        record=np.zeros((0, found.settings.steps + 1, 2)),
     )
 
 
@@ -373,31 +357,15 @@ def simulate(
     return found.to_dataset()
 
 
-def measured(
-    oscillator: Oscillator,
-    settings: Settings,
-    made: Tables,
-    rows: npt.NDArray[np.float64],
-    adapted: Adapted | None,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Values and standard errors by name, with what they owe to an adapted start that is not known exactly."""
-    values, errors = estimates(oscillator, settings, made, rows)
-    if adapted is None:
-        return values, errors
-    owed = owed_to_the_start(oscillator, settings, adapted, values)
-    return values, {name: math.hypot(error, owed[name]) for name, error in errors.items()}
-
-
-def _diagnostics(
-    settings: Settings, made: Tables, rows: npt.NDArray[np.float64], adapted: Adapted | None, seconds: float
-) -> dict[str, Any]:
+def _diagnostics(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME
 
+    settings, memory, adapted = simulation.settings, simulation.parts.sum, simulation.adapted
     return {
         "steps": settings.steps,
-        "memory_terms": int(made.sum.rates.size),
-        "memory_error": made.sum.relative_error,
+        "memory_terms": int(memory.rates.size),
+        "memory_error": memory.relative_error,
         "memory_precision": settings.precision,
         "start_residual": None if adapted is None or math.isnan(adapted.residual) else adapted.residual,
         "start_residual_se": None if adapted is None or math.isnan(adapted.residual) else adapted.residual_se,

@@ -15,16 +15,16 @@ impacts hand over next to nothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.simulation.adapted import Adapted, adapt, owed_to_the_start
-from springpot.simulation.compose import Floats, tables
-from springpot.simulation.ensemble import Progress, advance
-from springpot.simulation.scales import energy_time, fastest_rate
+from springpot.simulation.adapted import adapt
+from springpot.simulation.compose import Floats
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, resolve
+from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import even_step, impacts_are_countable, slow_impact_order
-from springpot.simulation.statistics import controlled, linearised, standard_error
+from springpot.simulation.statistics import controlled, standard_error
 from springpot.theory.result import MOMENTS
 
 __all__ = ["Scaled", "stationary"]
@@ -106,7 +106,7 @@ def stationary(
     for each, stream in zip(settings, STREAMS, strict=False):
         share = each.paths * each.steps / whole
         part = None if progress is None else _part_of(progress, done, share)
-        found.append(_run(oscillator, replace(each, initial_position=adapted.position), adapted, stream, part))
+        found.append(_run(simulation_of(oscillator, each, adapted), stream, part))
         done += share
     return _moments(found[0] if len(found) == 1 else _extrapolated(oscillator, *found))
 
@@ -121,7 +121,7 @@ def _steps(oscillator: Oscillator) -> tuple[float, ...]:
         return (ELASTIC_STEP,)
     order = slow_impact_order(oscillator.restitution)
     first, last, even = LOSSY_STEPS if order > CROWDED else LOSSIER_STEPS
-    longest = even * even_step(oscillator) * fastest_rate(oscillator)
+    longest = even * even_step(oscillator) * scales_of(oscillator).fastest_rate
     shorter = max(min(1.0, longest / first), SHORTEST)
     return first * shorter, last * shorter
 
@@ -134,30 +134,26 @@ class _Samples:
     shared: dict[str, float]
 
 
-def _run(
-    oscillator: Oscillator, settings: Settings, adapted: Adapted, stream: int, progress: Progress | None
-) -> _Samples:
-    made = tables(oscillator, settings)
-    rows = advance(oscillator, settings, made, stream=stream, progress=progress).rows
-    found = linearised(oscillator, settings, made, rows)
+def _run(simulation: Simulation, stream: int, progress: Progress | None) -> _Samples:
+    found = simulation.samples(simulation.advance(stream=stream, progress=progress).rows)
     balance = found["energy_residual"][1][:, None]
     for speed, flux in _FLUXES.items():  # rate times speed, to first order in the spread
         (rate, rates), (mean, means) = found["impact_rate"], found[speed]
         found[flux] = rate * mean, rates * mean + rate * (means - mean)
-    owed = owed_to_the_start(oscillator, settings, adapted, {name: value for name, (value, _) in found.items()})
-    return _Samples({name: controlled(samples, balance) for name, (_, samples) in found.items()}, owed)
+    shared = simulation.errors_of_the_start({name: value for name, (value, _) in found.items()})
+    return _Samples({name: controlled(samples, balance) for name, (_, samples) in found.items()}, shared)
 
 
 def _settings(oscillator: Oscillator, step: float, path_times: float, seed: int, threads: int | None) -> Settings:
-    shortest = 1.0 / oscillator.natural_frequency
-    relaxation = max(energy_time(oscillator), SHORTEST_RELAXATION * shortest)
+    scales, shortest = scales_of(oscillator), 1.0 / oscillator.natural_frequency
+    relaxation = max(scales.energy_time, SHORTEST_RELAXATION * shortest)
     begin, length = TRANSIENT * relaxation, max(WINDOW * relaxation, SHORTEST_WINDOW * shortest)
     if not math.isfinite(begin):
         begin = length = shortest  # resolve() says that there is no stationary state
     return resolve(
         oscillator,
         paths=max(FEWEST_PATHS, round(min(path_times * relaxation / length, 4e7))),
-        step=step / fastest_rate(oscillator),
+        step=step / scales.fastest_rate,
         duration=begin + length,
         window=(begin, begin + length),
         start="stationary",

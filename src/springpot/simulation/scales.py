@@ -3,30 +3,65 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from springpot.oscillator import Barrier, Oscillator
 from springpot.theory import averaging
 
-__all__ = ["creep_time", "energy_time", "fastest_rate", "relaxation_time"]
+__all__ = ["Scales", "scales_of"]
 
 
-def fastest_rate(oscillator: Oscillator) -> float:
-    """The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s."""
-    spring = oscillator.springpot
-    return max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order))))
+@dataclass(frozen=True)
+class Scales:
+    """Rates and times of an oscillator.
 
-
-def relaxation_time(oscillator: Oscillator) -> float:
-    """Estimate of the time in which the energy forgets its start, in s; infinite without any loss.
-
-    The longer of `energy_time` and `creep_time`.
+    Attributes
+    ----------
+    fastest_rate : float
+        The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s.
+    energy_time : float
+        1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
+    creep_time : float
+        (C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0: the time of creep
+        back to the equilibrium.  What happens below this frequency takes this long to show.
+    forgetting_time : float
+        Time in which the energy forgets its start, in s, at least two over Omega.
     """
-    return max(energy_time(oscillator), creep_time(oscillator))
+
+    fastest_rate: float
+    energy_time: float
+    creep_time: float
+    forgetting_time: float
+
+    @property
+    def relaxation_time(self) -> float:
+        """Estimate of the time in which the motion forgets its start, in s: energy or creep, whichever takes longer."""
+        return max(self.energy_time, self.creep_time)
 
 
-def energy_time(oscillator: Oscillator) -> float:
-    """1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
+@lru_cache(maxsize=16)
+def scales_of(oscillator: Oscillator) -> Scales:
+    """The rates and times of an oscillator.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> scales = scales_of(Oscillator(natural_frequency=2.0, springpot=Springpot(order=1.0, coefficient=0.1)))
+    >>> scales.fastest_rate, round(scales.energy_time, 6), scales.creep_time
+    (2.0, 10.0, 0.0)
+    """
+    spring, energy = oscillator.springpot, _energy_time(oscillator)
+    return Scales(
+        fastest_rate=max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order)))),
+        energy_time=energy,
+        creep_time=_creep_time(oscillator),
+        forgetting_time=max(energy, 2.0 / oscillator.natural_frequency),
+    )
+
+
+def _energy_time(oscillator: Oscillator) -> float:
+    """As in `Scales`.
 
     The part of beta that is due to lossy impacts counts with the share of cycles wide enough to reach the wall, and the
     time to grow up to a gap is added.
@@ -61,11 +96,7 @@ def _slowing(oscillator: Oscillator) -> float:
     return math.pow(square / stiffness, 0.5 * (1.0 - order)) * (1.0 + 0.5 * order * (1.0 - stiffness / square))
 
 
-def creep_time(oscillator: Oscillator) -> float:
-    """(C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0.
-
-    The time of creep back to the equilibrium: what happens below this frequency takes this long to show.
-    """
+def _creep_time(oscillator: Oscillator) -> float:
     spring = oscillator.springpot
     if oscillator.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
         return 0.0

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.processors import threads_available
-from springpot.simulation.scales import energy_time, fastest_rate, relaxation_time
+from springpot.simulation.scales import Scales, scales_of
 from springpot.theory.result import NoStationaryState
 
 __all__ = [
@@ -31,6 +31,7 @@ MOST_RECORDED = 50_000_000
 LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision memory would show
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
+MEMORY_TOLERANCE = 1e-6
 CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
 
 
@@ -71,7 +72,7 @@ class Settings:
     start : {"rest", "stationary"}
         ``"rest"`` is also the start of a run whose initial state was given.
     initial_position, initial_velocity : float
-        x(0) and x'(0); with an adapted start x(0) is what the pilot runs found.
+        x(0) and x'(0), in m and m/s; x(0) of a stationary start is None until its pilot runs are over.
     derivative : {"caputo", "riemann-liouville"}
         They differ by x(0) t^-alpha / Gamma(1 - alpha).
     memory_tolerance : float
@@ -90,14 +91,14 @@ class Settings:
     window: tuple[float, float]
     seed: int
     threads: int
-    scheme: Scheme
-    start: StartKind
-    initial_position: float
-    initial_velocity: float
-    derivative: Derivative
-    memory_tolerance: float
-    contact_tolerance: float
-    record: int
+    scheme: Scheme = "default"
+    start: StartKind = "stationary"
+    initial_position: float | None = None
+    initial_velocity: float = 0.0
+    derivative: Derivative = "caputo"
+    memory_tolerance: float = MEMORY_TOLERANCE
+    contact_tolerance: float = CONTACT_TOLERANCE
+    record: int = 0
     record_every: int = 1
 
     @property
@@ -130,20 +131,20 @@ class Settings:
         return {**asdict(self), "window": list(self.window)}
 
 
-def default_duration(oscillator: Oscillator, step: float) -> float:
+def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> float:
     """100 / Omega (the paper's length), or longer so that half of it outlasts the transient ten times.
 
     At most 1e4 / Omega and two million steps: a user who wants to wait longer for a slow oscillator says so.
     """
     frequency = oscillator.natural_frequency
-    long_enough = 20.0 * relaxation_time(oscillator)
+    long_enough = 20.0 * scales.relaxation_time
     wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
-def default_step(oscillator: Oscillator, scheme: Scheme) -> float:
+def default_step(scales: Scales, scheme: Scheme) -> float:
     """A hundredth (default scheme) or a thousandth (the paper's) of the shortest time scale."""
-    return (0.01 if scheme == "default" else 0.001) / fastest_rate(oscillator)
+    return (0.01 if scheme == "default" else 0.001) / scales.fastest_rate
 
 
 def resolve(
@@ -160,7 +161,7 @@ def resolve(
     initial_position: float | None = None,
     initial_velocity: float | None = None,
     derivative: Derivative = "caputo",
-    memory_tolerance: float = 1e-6,
+    memory_tolerance: float = MEMORY_TOLERANCE,
     contact_tolerance: float = CONTACT_TOLERANCE,
     record: int = 0,
     record_every: int | None = None,
@@ -180,14 +181,12 @@ def resolve(
         start, _ = default_start(oscillator, initial_position, initial_velocity, derivative)
     _one_of(start, "start", get_args(StartKind))
     paths = _whole(paths, "paths", 1, MOST_PATHS)
-    seed = _whole(seed, "seed", 0, 2**64 - 1)
+    seed = checked_seed(seed)
     threads = checked_threads(threads)
     duration, step, steps = _grid(oscillator, duration, step, scheme)
     window = _window(window, duration, step)
     record, record_every = _record(record, record_every, paths, steps)
     position = _initial_position(oscillator, initial_position, start, derivative)
-    if oscillator.springpot.order == 0.0:
-        derivative = "riemann-liouville"  # D^0 x is x whatever the kind: a spring, that knows no start
     return Settings(
         paths=paths,
         duration=duration,
@@ -199,7 +198,7 @@ def resolve(
         start=start,
         initial_position=position,
         initial_velocity=_initial_velocity(initial_velocity),
-        derivative=derivative,
+        derivative=derivative_at(oscillator.springpot.order, derivative),
         memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
         contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
@@ -243,7 +242,7 @@ def _not_stationary(oscillator: Oscillator) -> str:
     """Why there is no stationary state; empty if there is one."""
     if oscillator.excitation.intensity == 0.0:
         return "without noise the motion dies out"
-    if math.isinf(energy_time(oscillator)):
+    if math.isinf(scales_of(oscillator).energy_time):
         return "order 0 or coefficient 0 with an elastic wall (or none) dissipates nothing; the energy grows as q t / 2"
     return ""
 
@@ -278,15 +277,16 @@ def _grid(
 ) -> tuple[float, float, int]:
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
+    scales = scales_of(oscillator)
     if step is None:
-        step = default_step(oscillator, scheme) if duration is None else min(default_step(oscillator, scheme), duration)
+        step = min(default_step(scales, scheme), math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:
-        duration = default_duration(oscillator, step)
+        duration = default_duration(oscillator, scales, step)
     if step > duration:
         raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
-    fastest = fastest_rate(oscillator)
+    fastest = scales.fastest_rate
     if step * fastest > COARSEST:
         raise ValueError(
             f"step is {step:g} s, too coarse for an oscillator whose fastest rate (the larger of Omega and "
@@ -343,7 +343,9 @@ def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int
     return record, every
 
 
-def _initial_position(oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative) -> float:
+def _initial_position(
+    oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative
+) -> float | None:
     barrier = oscillator.barrier
     if start == "stationary":
         if given is not None:
@@ -351,7 +353,7 @@ def _initial_position(oscillator: Oscillator, given: float | None, start: StartK
         if derivative != "caputo":
             raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
         check_stationary(oscillator, "start='stationary'")
-        return math.nan  # found by the pilot runs
+        return None
     if barrier is None:
         return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
     sign = oscillator.direction
@@ -365,6 +367,22 @@ def _initial_position(oscillator: Oscillator, given: float | None, start: StartK
             f"(side={barrier.side!r})."
         )
     return given
+
+
+def derivative_at(order: float, derivative: Derivative) -> Derivative:
+    """The derivative in force: D^0 x is x whatever the kind, a spring, that knows no start."""
+    return "riemann-liouville" if order == 0.0 else derivative
+
+
+def checked_seed(seed: int) -> int:
+    """A seed, if it is one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a whole number from 0 to 2^64 - 1.
+    """
+    return _whole(seed, "seed", 0, 2**64 - 1)
 
 
 def checked_threads(threads: int | None) -> int:

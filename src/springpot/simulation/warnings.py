@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.adapted import Adapted
 from springpot.simulation.cost import per_cent
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.scales import energy_time, fastest_rate, relaxation_time
-from springpot.simulation.settings import SINGLE_PRECISION, Options, Settings, default_start
+from springpot.simulation.settings import SINGLE_PRECISION, Options, default_start
+from springpot.simulation.simulation import Adapted, Simulation
 from springpot.simulation.slow_impacts import (
     impacts_are_countable,
     missed_impacts,
@@ -32,9 +31,11 @@ if TYPE_CHECKING:
     from springpot.simulation.accuracy import Reached
 
 __all__ = [
-    "about_default_start", "about_impacts_not_asked_for", "about_quantiles", "about_slow_impacts", "doubts",
+    "about_default_start", "about_impacts_not_asked_for", "about_observables", "about_quantiles", "doubts",
     "without_effect",
 ]  # fmt: skip
+
+Floats = npt.NDArray[np.float64]
 
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
 COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
@@ -54,17 +55,14 @@ def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
 
 
 def doubts(
-    oscillator: Oscillator,
-    settings: Settings,
-    adapted: Adapted | None,
-    values: dict[str, float],
-    errors: dict[str, float],
-    rows: npt.NDArray[np.float64],
-    *,
-    bounded: bool = False,
+    simulation: Simulation, values: dict[str, float], errors: dict[str, float], rows: Floats, *, bounded: bool = False
 ) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number; ``bounded`` says that its total error includes the transient."""
-    found = [*_about_settings(oscillator, settings, values, bounded), *_about_start(adapted)]
+    """One sentence for each reason to doubt a number of an ensemble.
+
+    ``bounded`` says that its total error includes step and transient.
+    """
+    oscillator, settings = simulation.oscillator, simulation.settings
+    found = [*_about_settings(simulation, values, bounded), *_about_start(simulation.adapted)]
     if not math.isfinite(values["amplitude_mean_square"]):
         return (*found, "the response is not a finite number: a much finer step may help.")
     energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
@@ -87,6 +85,8 @@ def doubts(
             f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
             f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
         )
+    if not bounded:
+        found.extend(_about_slow_impacts(simulation, values))
     return tuple(found)
 
 
@@ -103,7 +103,7 @@ def _about_start(adapted: Adapted | None) -> list[str]:
     return []
 
 
-def _energy_drift(rows: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _energy_drift(rows: Floats) -> tuple[float, float]:
     """Mean energy gained over the window, and its standard error."""
     gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
     return float(gained.mean()), standard_error(gained)
@@ -123,22 +123,22 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
     ]
 
 
-def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str, float], bounded: bool) -> list[str]:
+def _about_settings(simulation: Simulation, values: dict[str, float], bounded: bool) -> list[str]:
     found = []
-    fastest, limit = fastest_rate(oscillator), COARSE[settings.scheme]
-    if settings.step * fastest > limit * (1.0 + 1e-9):
+    oscillator, settings, scales = simulation.oscillator, simulation.settings, simulation.scales
+    fastest, limit = scales.fastest_rate, COARSE[settings.scheme]
+    if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
         found.append(
             f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
             f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     left = transient_left(oscillator, settings)
     if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
-        relaxation = relaxation_time(oscillator)
         found.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
-            if math.isinf(energy_time(oscillator))
+            if math.isinf(scales.energy_time)
             else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
-            f"is left there; start it after {4.6 * relaxation:.3g} s for stationary values."
+            f"is left there; start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
         )
     size = math.sqrt(max(values["x_mean_square"], 0.0))
     if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
@@ -156,8 +156,9 @@ def _about_settings(oscillator: Oscillator, settings: Settings, values: dict[str
     return found
 
 
-def about_slow_impacts(oscillator: Oscillator, settings: Settings, values: dict[str, float]) -> list[str]:
-    """Of a run at one step: what slow impacts that it misses are likely to be worth."""
+def _about_slow_impacts(simulation: Simulation, values: dict[str, float]) -> list[str]:
+    """Of a run at one step that misses more than MOST_MISSED of the impacts, by their law."""
+    oscillator, settings = simulation.oscillator, simulation.settings
     if oscillator.barrier is None or not impacts_are_countable(oscillator):
         return []
     missed = missed_impacts(oscillator, settings.step, values["impact_speed_mean_square"])
@@ -183,6 +184,15 @@ def about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: floa
     if not off:
         return []
     return [f"not asked for, and known to no better than: {', '.join(off)}; name it in quantities to have it bounded."]
+
+
+def about_observables(names: Iterable[str], values: dict[str, float]) -> list[str]:
+    """Of observables that have no finite value."""
+    return [
+        f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
+        for name in names
+        if not math.isfinite(values[name])
+    ]
 
 
 def without_effect(oscillator: Oscillator, given: Options) -> list[str]:

@@ -10,16 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.compose import Tables, mirror
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.ensemble import Ensemble
 from springpot.simulation.first_passage import Passage, checked, passage_times
 from springpot.simulation.lanes import GROUP
 from springpot.simulation.listening import Observer
 from springpot.simulation.observers import EXTREMES, extremes, mean_of
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.scales import fastest_rate
+from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
+from springpot.simulation.simulation import Ensemble, Simulation
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observable", "Observed", "Watched", "watched"]
@@ -61,29 +60,23 @@ class Watched:
             *(passage.observer for passage in self.passages),
         )  # fmt: skip
 
-    def read(self, oscillator: Oscillator, settings: Settings, made: Tables, found: Ensemble) -> Observed:
+    def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """What the observers have left after a run."""
-        left = iter(found.observed)
+        left, settings = iter(ensemble.observed), simulation.settings
         low, high = settings.window_steps
         means = {name: next(left)[:, 0] / (high - low) for name in self.observables}
         means |= {name: next(left)[:, 0] / ((high - low) * settings.step) for name in self.impact_observables}
         counted: dict[str, Distribution] = {}
         per_path: dict[str, Floats] = {}
         if self.distributions:
-            counted = distributions_in(
-                next(left),
-                length=made.length,
-                speed=made.length / made.time,
-                sign=mirror(oscillator),
-                wall=0.0 if oscillator.barrier is None else oscillator.barrier.position,
-            )
+            counted = distributions_in(simulation, next(left))
             largest = next(left)
             # what was never seen, the speed of no impact, is no number
             per_path = dict(zip(EXTREMES, np.where(np.isfinite(largest), largest, np.nan).T, strict=True))
         spectrum = None
         if self.spectrum:
             spectrum = spectrum_in(self.frequencies, settings, next(left), self.spectrum[0].every)
-        passed = {each.quantity: passage_times(oscillator, settings, each, next(left)) for each in self.passages}
+        passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
         return Observed(means, counted, per_path, spectrum, passed)
 
 
@@ -135,7 +128,7 @@ def watched(
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {distributions!r}.")
-    fastest = fastest_rate(oscillator)
+    fastest = scales_of(oscillator).fastest_rate
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
     return Watched(
         observables={name: mean_of(name, function, "state") for name, function in state.items()},

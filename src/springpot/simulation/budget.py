@@ -1,0 +1,155 @@
+"""From the levels of a run to a tolerance to values, standard errors and budgets of every quantity."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.completed_rate import are_crowded
+from springpot.simulation.compose import Floats
+from springpot.simulation.decision import NORMAL, Known
+from springpot.simulation.forgetting import shares_missing
+from springpot.simulation.levels import Levels
+from springpot.simulation.simulation import Simulation
+from springpot.simulation.slow_impacts import slow_impact_order
+from springpot.simulation.statistics import controlled, standard_error
+from springpot.theory.result import MOMENTS
+
+__all__ = ["CONTROLLED", "Budget", "Estimates", "combine"]
+
+CONTROLLED = MOMENTS
+"""Quantities that have a budget."""
+
+WITH_MEMORY = 1.5  # bound on the fine step's bias over the difference, with a wall and an order below 1
+RESTORED = 0.03  # bound on the error of what is put back of slow impacts, over what is put back
+UNCERTAIN_ORDER = 0.4  # what the bias left behind a lossy wall has, at least, beyond the order of the plain rate
+SINGLE_PRECISION = 1e-4  # largest relative effect of memory in single precision that was ever seen, twice over
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What one estimate may be off by, in its own unit.
+
+    Attributes
+    ----------
+    standard_error : float
+        Of the value, from the spread between independent paths.
+    step_bias, memory_bias, transient : float
+        Bounds on what the step, the memory's approximation and the start leave.
+    """
+
+    standard_error: float
+    step_bias: float
+    memory_bias: float
+    transient: float
+
+    @property
+    def total(self) -> float:
+        """Half-width of the total interval: 95 % of the sampling error plus the three bounds."""
+        return NORMAL * self.standard_error + self.step_bias + self.memory_bias + self.transient
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """What the levels say.
+
+    Attributes
+    ----------
+    values, errors : dict
+        Every estimate, extrapolated to half the coarse step, with the energy balance as its control, and its standard
+        error.
+    budgets : dict
+        A `Budget` for each of CONTROLLED.
+    known : dict
+        What decides on the next round, for each of CONTROLLED.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    known: dict[str, Known]
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Of one estimate: what paths of the coarse level contribute, and pairs to the difference fine less coarse."""
+
+    many: Floats
+    difference: Floats
+
+
+def combine(levels: Levels) -> Estimates:
+    """Values, standard errors and budgets of all quantities."""
+    simulation, samples = levels.coarse.simulation, _samples(levels)
+    oscillator, settings = simulation.oscillator, simulation.settings
+    values, errors, budgets, known = {}, {}, {}, {}
+    memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
+    energy = _left_of_the_energy(simulation)
+    for name, found in samples.items():
+        values[name] = float(found.many.mean() + found.difference.mean())
+        errors[name] = math.hypot(standard_error(found.many), standard_error(found.difference))
+    plain = values.pop("plain_rate", math.nan)
+    errors.pop("plain_rate", None)
+    restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
+    slow = shares_missing(oscillator, settings.window[0], values["x_mean_square"], values["amplitude_mean_square"])
+    start = simulation.errors_of_the_start(values)
+    for name in CONTROLLED:
+        many, difference = samples[name].many, samples[name].difference
+        size, its_error = abs(float(difference.mean())), standard_error(difference)
+        weight = _bias_weight(oscillator, name)
+        other = RESTORED * abs(restored * values[name]) if name.startswith("impact") else 0.0
+        budgets[name] = Budget(
+            standard_error=errors[name],
+            step_bias=weight * size + max(weight, 1.0) * its_error + other,
+            memory_bias=memory * abs(values[name]),
+            transient=(energy + slow[name]) * abs(values[name]) + NORMAL * start[name],
+        )
+        known[name] = Known(
+            name=name,
+            value=values[name],
+            total=budgets[name].total,
+            variance=float(many.var()),
+            difference_variance=float(difference.var()),
+            difference=size,
+            difference_error=its_error,
+            bias_weight=weight,
+            other_bias=other,
+            fixed=budgets[name].memory_bias + budgets[name].transient,
+        )
+    return Estimates(values, errors, budgets, known)
+
+
+def _samples(levels: Levels) -> dict[str, _Samples]:
+    """The samples of every estimate, with what the energy balance explains of their spread taken out."""
+    many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
+    control = "energy_residual"
+    controls = np.stack([coarse[control], fine[control]], axis=1)
+    found = {
+        name: _Samples(controlled(many[name], many[control][:, None]), controlled(fine[name] - coarse[name], controls))
+        for name in many
+    }
+    return found | {control: _Samples(many[control], fine[control] - coarse[control])}
+
+
+def _bias_weight(oscillator: Oscillator, name: str) -> float:
+    """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
+
+    The order is 1 at order alpha = 1 and without a wall.  A wall and a memory together were seen to leave somewhat more
+    than order 1 says.  Where slow impacts have been put back, the order is that of the next term: about half an order
+    more than the plain rate's.
+    """
+    if name.startswith("impact") and are_crowded(oscillator):
+        order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
+        return float(1.0 / (2.0**order - 1.0))
+    if oscillator.barrier is not None and oscillator.springpot.order < 1.0:
+        return WITH_MEMORY
+    return 1.0
+
+
+def _left_of_the_energy(simulation: Simulation) -> float:
+    """Share of the energy's transient in the average over the window."""
+    relaxation, (begin, end) = simulation.scales.energy_time, simulation.settings.window
+    return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

@@ -1,0 +1,177 @@
+"""The three levels of a run to a tolerance: many paths at a step h, and fewer pairs at h and h/2 on the same noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from springpot.oscillator import Oscillator
+from springpot.simulation.completed_rate import are_crowded, counts_of_fast_impacts, with_completed_rate
+from springpot.simulation.compose import Floats
+from springpot.simulation.forgetting import shares_missing
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.lanes import LANES
+from springpot.simulation.scales import scales_of
+from springpot.simulation.settings import MEMORY_TOLERANCE, Settings, derivative_at
+from springpot.simulation.simulation import Adapted, Progress, Simulation, simulation_of
+from springpot.simulation.slow_impacts import even_step
+from springpot.theory import exact
+
+__all__ = ["Level", "Levels", "first_step", "first_targets", "level_settings", "levels_of"]
+
+COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
+LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # times longer, for a loose tolerance, where the energy is remembered so long
+FORGET = 20.0  # the start, at least, before the window begins
+SLOWLY = 0.2  # share of the tolerance that slow displacements may lack when the window begins
+RELAXATIONS = 10.0  # in the window, at least
+FIRST_RELAXATIONS = 2.0  # rtol^2 of the relaxations in the first round's windows
+FIRST_PATHS, FEWEST_PATHS = (512, 2048), 128  # in the first round; the fewest where each is dear
+FIRST_PATH_STEPS = 1e9
+PRECISE = 1e-3  # rtol below which the memory is kept in double precision
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Paths of one step size, in one stream of normals.
+
+    Attributes
+    ----------
+    simulation : Simulation
+    stream : int
+    halved : bool
+        Whether the noise is that of half the step, summed in pairs.
+    rows : ndarray, shape (paths, len(COLUMNS))
+    counted : ndarray, shape (paths, 3)
+        What `counts_of_fast_impacts` has counted; empty where slow impacts do not crowd.
+    """
+
+    simulation: Simulation
+    stream: int
+    halved: bool
+    rows: Floats
+    counted: Floats
+
+    @property
+    def paths(self) -> int:
+        """How many there are."""
+        return len(self.rows)
+
+    def extended(self, paths: int, progress: Progress | None) -> Level:
+        """The same with so many paths, or a few more to fill a block."""
+        more = -(-(paths - self.paths) // LANES) * LANES
+        if more <= 0:
+            return self
+        crowded = are_crowded(self.simulation.oscillator)
+        found = self.simulation.but(paths=more).advance(
+            stream=self.stream,
+            skipped=self.paths,
+            halved=self.halved,
+            observers=(counts_of_fast_impacts(self.simulation),) if crowded else (),
+            progress=progress,
+        )
+        rows, counted = np.concatenate([self.rows, found.rows]), np.concatenate([self.counted, *found.observed])
+        return replace(self, rows=rows, counted=counted)
+
+    def samples(self) -> dict[str, Floats]:
+        """What each path contributes to each estimate."""
+        found = {name: samples for name, (_, samples) in self.simulation.samples(self.rows).items()}
+        return with_completed_rate(self.simulation, found, self.counted) if self.counted.size else found
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """Paths at the coarse step, and pairs of paths at the coarse and the fine step on the same noise."""
+
+    coarse: Level
+    pair_coarse: Level
+    pair_fine: Level
+
+    @property
+    def path_steps(self) -> float:
+        """Steps of all paths together."""
+        levels = (self.coarse, self.pair_coarse, self.pair_fine)
+        return sum(float(level.paths) * level.simulation.settings.steps for level in levels)
+
+    def work(self, paths: int, pairs: int) -> float:
+        """Path-steps that are still to do for so many paths and pairs."""
+        paths, pairs = paths - self.coarse.paths, pairs - self.pair_coarse.paths
+        return float(self.coarse.simulation.settings.steps * (paths + 3.0 * pairs))
+
+    def extended(self, paths: int, pairs: int, progress: Progress | None) -> Levels:
+        """The same with so many paths and pairs."""
+        return Levels(
+            self.coarse.extended(paths, progress),
+            self.pair_coarse.extended(pairs, progress),
+            self.pair_fine.extended(pairs, progress),
+        )
+
+
+def levels_of(oscillator: Oscillator, settings: Settings, adapted: Adapted) -> Levels:
+    """Levels without paths; ``settings`` are those of the coarse one."""
+    coarse = simulation_of(oscillator, settings, adapted)
+    fine = simulation_of(oscillator, replace(settings, step=0.5 * settings.step), adapted)
+    no_rows, no_counts = np.empty((0, len(COLUMNS))), np.empty((0, 3))
+    return Levels(
+        Level(coarse, 0, False, no_rows, no_counts),
+        Level(coarse, 3, True, no_rows, no_counts),
+        Level(fine, 3, False, no_rows, no_counts),
+    )
+
+
+def level_settings(
+    oscillator: Oscillator, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
+) -> Settings:
+    """A window of ten relaxation times, or as long as the time before it, that begins when the start is forgotten."""
+    relaxation = scales_of(oscillator).forgetting_time
+    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(oscillator, rtol, wanted))
+    length = max(RELAXATIONS * relaxation, 0.5 * begin)
+    begin, length = (step * math.ceil(time / step) for time in (begin, length))
+    return Settings(
+        paths=FEWEST_PATHS,
+        duration=begin + length,
+        step=step,
+        window=(begin, begin + length),
+        seed=seed,
+        threads=threads,
+        derivative=derivative_at(oscillator.springpot.order, "caputo"),
+        memory_tolerance=1e-8 if rtol < PRECISE else MEMORY_TOLERANCE,
+    )
+
+
+def first_step(oscillator: Oscillator, rtol: float) -> float:
+    """The longest step worth trying; longer where a loose tolerance meets paths that are dear."""
+    scales = scales_of(oscillator)
+    longest = COARSEST_STEP / scales.fastest_rate
+    if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(oscillator):
+        longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
+    return min(longest, 4.0 * even_step(oscillator))
+
+
+def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
+    """Paths and pairs of the first round: about what the tolerance needs, fewer where each path is dear."""
+    begin, end = simulation.settings.window
+    relaxations = (end - begin) / simulation.scales.forgetting_time
+    fewest, most = FIRST_PATHS
+    few = min(max(FIRST_PATH_STEPS / (2.5 * simulation.settings.steps), FEWEST_PATHS), fewest)
+    paths = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
+    paths = -(-paths // (2 * LANES)) * 2 * LANES
+    return paths, paths // 2
+
+
+def _slow_time(oscillator: Oscillator, rtol: float, wanted: Sequence[str]) -> float:
+    """When what slow displacements lack is a small part of the tolerance, in s, by the variances without a wall."""
+    try:
+        free = exact(replace(oscillator, barrier=None))
+    except ValueError:  # no springpot: the wall alone dissipates
+        return 0.0
+    scales = scales_of(oscillator)
+    time, last = 1.0 / oscillator.natural_frequency, 100.0 * scales.relaxation_time
+    while time < last:
+        shares = shares_missing(oscillator, time, free.x_mean_square, free.amplitude_mean_square)
+        if max(shares[name] for name in wanted) <= SLOWLY * rtol:
+            break
+        time *= 1.1
+    return time

@@ -1,0 +1,275 @@
+"""One simulation: an oscillator with settings, made ready for the kernel once, and blocks of paths on threads."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.crew import work_together
+from springpot.oscillator import Oscillator
+from springpot.simulation.compose import Floats, Parts, compose
+from springpot.simulation.kernel import COLUMNS, block
+from springpot.simulation.lanes import LANES
+from springpot.simulation.listening import BATCHES, HEADER, Observer, Observers
+from springpot.simulation.random import key_words
+from springpot.simulation.scales import Scales, scales_of
+from springpot.simulation.settings import Settings
+from springpot.simulation.slow_impacts import impacts_are_countable
+from springpot.simulation.statistics import ratio, residual, standard_error
+from springpot.units import UNITS
+
+__all__ = ["Adapted", "Ensemble", "Progress", "Simulation", "simulation_of"]
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """A stationary start: x(0) and how well it is known.  `springpot.simulation.adapted.adapt` finds it.
+
+    Attributes
+    ----------
+    position : float
+        x(0), in m.
+    residual : float
+        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it.
+        NaN if pilots long enough to tell would take too long; x(0) is then that of averaging.
+    residual_se : float
+        Its standard error.
+    error : float
+        Standard error of x(0) itself, over the root mean square displacement.
+    pilots : int
+        How many pilot runs were made.
+    """
+
+    position: float
+    residual: float
+    residual_se: float
+    error: float
+    pilots: int
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """What paths have left, in the user's units and on the user's side.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (paths, len(COLUMNS))
+        Sums of each path.
+    record : ndarray, shape (recorded, points, 2)
+        x and v at 0 and after every ``record_every`` steps.
+    observed : tuple of ndarray
+        What each observer left: shape (paths, numbers), or (batches, size) for counts.
+    """
+
+    rows: Floats
+    record: Floats
+    observed: tuple[Floats, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """One oscillator with settings, made ready for the kernel.  Made by `simulation_of`.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    settings : Settings
+        Complete: x(0) is known.
+    scales : Scales
+    parts : Parts
+    adapted : Adapted or None
+        Where x(0) of a stationary start comes from.
+    """
+
+    oscillator: Oscillator
+    settings: Settings
+    scales: Scales
+    parts: Parts
+    adapted: Adapted | None = None
+
+    def but(self, **changes: Any) -> Simulation:
+        """The same with other settings, of those that the parts do not depend on: not step, start or memory."""
+        return replace(self, settings=replace(self.settings, **changes))
+
+    def with_parts(self, **parts: Any) -> Simulation:
+        """The same with other parts of the kernel, by their names in `Parts`."""
+        return replace(self, parts=replace(self.parts, **parts))
+
+    def advance(
+        self,
+        *,
+        stream: int = 0,
+        skipped: int = 0,
+        halved: bool = False,
+        observers: Sequence[Observer] = (),
+        progress: Progress | None = None,
+    ) -> Ensemble:
+        """Run all paths, block by block, on ``settings.threads`` threads.
+
+        The paths are those numbered from ``skipped``, a multiple of LANES.  With ``halved`` the noise is that of a run
+        with half the step, summed in pairs.  The bits of a path depend on the seed, the stream and its number only.  An
+        interrupt (Ctrl-C) ends the threads within a fraction of a second and is passed on.
+        """
+        settings = self.settings
+        blocks = -(-settings.paths // LANES)
+        rows = np.empty((blocks * LANES, len(COLUMNS)))
+        record = np.empty((settings.record, settings.recorded_points, 2))
+        stop = np.zeros(1, np.uint8)
+        k0, k1 = key_words(settings.seed)
+        low, high = settings.window_steps
+        next_block = itertools.count()
+        done = itertools.count(1)
+        parts, units = self.parts, self.parts.units
+        header = [*units.state, units.time, parts.frequency, parts.wall_position, LANES]
+        observed = [_room(observer, blocks) for observer in observers]
+        adding = threading.Lock()
+
+        def work() -> None:
+            arrays = [np.concatenate([header, observer.initial]) for observer in observers]
+            listening = _addresses(observers, arrays)
+            while not stop[0] and (number := next(next_block)) < blocks:
+                first = number * LANES
+                for observer, array in zip(observers, arrays, strict=True):
+                    array[len(HEADER) :] = observer.initial
+                    array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
+                block(
+                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive, parts.start, parts.frequency**2,
+                    skipped + first, settings.steps, low, high, k0, k1, stream, halved, listening,
+                    record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
+                )  # fmt: skip
+                for observer, array, room in zip(observers, arrays, observed, strict=True):
+                    if observer.per_path:
+                        room[first : first + LANES] = array[len(HEADER) :].reshape(-1, LANES).T
+                    else:
+                        with adding:  # whole numbers: their sum does not depend on the order
+                            room[number % BATCHES] += array[len(HEADER) :]
+                finished = next(done)
+                if progress is not None and not stop[0]:
+                    progress(finished / blocks)
+
+        def halt() -> None:
+            stop[0] = 1
+
+        work_together(work, min(settings.threads, blocks), stop=halt)
+        record[:, 0] = parts.start.x, parts.start.v  # the kernel leaves the first to us
+        record *= units.state
+        rows *= units.columns
+        kept = tuple(
+            room[: settings.paths] if observer.per_path else room
+            for observer, room in zip(observers, observed, strict=True)
+        )
+        return Ensemble(rows[: settings.paths], record, kept)
+
+    def samples(self, rows: Floats) -> dict[str, tuple[float, Floats]]:
+        """Each value with what every path contributes to it: samples whose mean it is, to first order in their spread.
+
+        So differences and sums of estimates from the same paths get their standard errors right.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (paths, len(COLUMNS))
+            Of `advance`.
+        """
+        oscillator, (low, high) = self.oscillator, self.settings.window_steps
+        steps, time = high - low, (high - low) * self.settings.step
+        column = dict(zip(COLUMNS, rows.T, strict=True))
+        stiffness = oscillator.natural_frequency**2
+        restitution = 1.0 if oscillator.barrier is None else oscillator.barrier.restitution
+        spent = column["power"] / steps
+        spent = spent + 0.5 * (1.0 - restitution**2) * column["impact_speed_squares"] / time
+        gained = (column["energy_last"] - column["energy_first"]) / time
+        per_path = {
+            "x_mean": column["x"] / steps,
+            "x_mean_square": column["x_square"] / steps,
+            "v_mean_square": column["v_square"] / steps,
+            "amplitude_mean_square": (column["x_square"] + column["v_square"] / stiffness) / steps,
+            "impact_rate": column["impacts"] / time,
+            "springpot_force_mean": column["force"] / steps,
+            "springpot_power": column["power"] / steps,
+            "springpot_virial": column["virial"] / steps,
+            "energy_residual": residual(spent + gained, self.parts.expected_power, column["energy_first"] / time),
+            "x_mean_end": column["x_end"],
+            "x_mean_square_end": column["x_end"] ** 2,
+            "v_mean_square_end": column["v_end"] ** 2,
+            "amplitude_mean_square_end": column["x_end"] ** 2 + column["v_end"] ** 2 / stiffness,
+        }
+        found = {name: (float(samples.mean()), samples) for name, samples in per_path.items()}
+        found["impact_speed_mean"] = ratio(column["impact_speeds"], column["impacts"])
+        found["impact_speed_mean_square"] = ratio(column["impact_speed_squares"], column["impacts"])
+        if oscillator.barrier is not None and not impacts_are_countable(oscillator):
+            undefined = math.nan, np.full(len(rows), np.nan)
+            found |= dict.fromkeys(("impact_rate", "impact_speed_mean", "impact_speed_mean_square"), undefined)
+        return found
+
+    def estimates(self, rows: Floats) -> tuple[dict[str, float], dict[str, float]]:
+        """Values and standard errors, both by name; the errors include that of an adapted start.
+
+        Returns
+        -------
+        values, errors : dict
+            Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN, and so are impact
+            rate and speeds at a restitution that makes infinitely many impacts.
+        """
+        found = self.samples(rows)
+        values = {name: found[name][0] for name in UNITS}
+        start = self.errors_of_the_start(values)
+        return values, {name: math.hypot(standard_error(found[name][1]), start[name]) for name in UNITS}
+
+    def errors_of_the_start(self, values: dict[str, float]) -> dict[str, float]:
+        """Standard error of each value due to the sampling error of an adapted x(0), which is the same for all paths.
+
+        An x(0) that is off by d leaves the force C d t^-alpha / Gamma(1 - alpha), here taken where the window begins.
+        By simulation it moves mean, impact rate and speeds by less than that over Omega^2, relative to the root mean
+        square displacement, and energies by less than half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2
+        for <v^2>).
+        """
+        order, frequency = self.oscillator.springpot.order, self.oscillator.natural_frequency
+        if self.adapted is None or order == 1.0 or not self.adapted.error > 0.0:
+            return dict.fromkeys(values, 0.0)
+        fading = max(frequency * self.settings.window[0], 1.0) ** -order / math.gamma(1.0 - order)
+        share = float(self.adapted.error * self.oscillator.dimensionless_coefficient * fading)
+        energies = {name for name in values if name.startswith(("x_mean_square", "v_", "amplitude", "springpot"))}
+        errors = {name: (0.5 if name in energies else 1.0) * share * abs(value) for name, value in values.items()}
+        size = math.sqrt(values["x_mean_square"])
+        errors |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
+        errors["springpot_force_mean"] = share * frequency**2 * size
+        errors["energy_residual"] = 0.0
+        return errors
+
+
+def simulation_of(oscillator: Oscillator, settings: Settings, adapted: Adapted | None = None) -> Simulation:
+    """Make a simulation ready; ``adapted`` gives x(0) of a stationary start."""
+    if adapted is not None:
+        settings = replace(settings, initial_position=adapted.position)
+    scales = scales_of(oscillator)
+    return Simulation(oscillator, settings, scales, compose(oscillator, settings, scales), adapted)
+
+
+def _room(observer: Observer, blocks: int) -> Floats:
+    """Where the blocks put what an observer has accumulated."""
+    if observer.per_path:
+        return np.empty((blocks * LANES, observer.initial.size // LANES))
+    return np.zeros((min(blocks, BATCHES), observer.initial.size))
+
+
+def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Observers:
+    """The observers as the kernel knows them."""
+
+    def numbers(found: Iterable[int]) -> npt.NDArray[np.int64]:
+        return np.fromiter(found, np.int64)
+
+    return Observers(
+        watch=numbers(0 if o.watch is None else o.watch.address for o in observers),
+        hear=numbers(0 if o.hear is None else o.hear.address for o in observers),
+        place=numbers(array.ctypes.data for array in arrays),
+        every=numbers(o.every for o in observers),
+    )
