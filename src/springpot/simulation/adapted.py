@@ -14,7 +14,8 @@ from dataclasses import replace
 
 from springpot.oscillator import Barrier, Oscillator
 from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import Settings, default_step
+from springpot.simulation.schemes import Splitting
+from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Adapted, Progress, simulation_of
 from springpot.simulation.statistics import controlled, standard_error
 from springpot.theory import averaging
@@ -101,7 +102,7 @@ def _slope(tried: list[tuple[float, float]]) -> float:
 def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
     scales = scales_of(oscillator)
-    step = 8.0 * default_step(scales, "default")
+    step = 8.0 * (Splitting.default_step / scales.fastest_rate)
     cycle = 5.0 / oscillator.natural_frequency
     duration = 10.0 * max(scales.energy_time, min(scales.creep_time, 20.0 * cycle), cycle)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))

@@ -14,25 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.memory import ExponentialSum, direct, exponential_sum
-from springpot.memory.weights import Family
 from springpot.oscillator import Oscillator
+from springpot.simulation import parts
 from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_MODES
-from springpot.simulation.parts import (
-    Euler,
-    NoWall,
-    Rigid,
-    Splitting,
-    Start,
-    White,
-    euler,
-    newest_weights_splitting,
-    splitting,
-)
+from springpot.simulation.parts import NoWall, Rigid, Start, White
 from springpot.simulation.scales import Scales
+from springpot.simulation.schemes import Grunwald, Splitting
 from springpot.simulation.settings import Settings
 
-__all__ = ["Floats", "Parts", "Units", "compose", "family", "recent_weights"]
+__all__ = ["Floats", "Parts", "Units", "compose"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -95,11 +86,11 @@ class Parts:
     expected_power : float
         Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step; in m^2/s^3.
     units : Units
-    sum : ExponentialSum
+    history : ExponentialSum
         The memory before it was given units.
     """
 
-    scheme: Splitting | Euler
+    scheme: parts.Splitting | parts.Euler
     wall: NoWall | Rigid
     load: White
     memory: Memory
@@ -108,17 +99,12 @@ class Parts:
     frequency: float
     expected_power: float
     units: Units
-    sum: ExponentialSum
+    history: ExponentialSum
 
     @property
     def wall_position(self) -> float:
         """Place of the wall in the kernel's units; 0 without one."""
         return self.wall.position if isinstance(self.wall, Rigid) else 0.0
-
-
-def family(settings: Settings) -> Family:
-    """The weights of the past that a scheme uses."""
-    return "grunwald" if settings.scheme == "grunwald" else "average"
 
 
 def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts:
@@ -139,31 +125,24 @@ def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts
     intensity = oscillator.excitation.intensity / length**2 * time**3
     x0, v0 = units.into(position, settings.initial_velocity)
     scale = coefficient * step**-order
-    past = exponential_sum(family(settings), order, settings.steps + 1, settings.memory_tolerance)
-    scheme: Splitting | Euler
-    if settings.scheme == "grunwald":
-        scheme = euler(frequency, step, settings.contact_tolerance / length)
-        older, share = 0.0, 1.0
-    else:
-        scheme = splitting(frequency, order, coefficient, step)
-        older, share = newest_weights_splitting(order)[1], scheme.share
+    scheme = settings.numerical_scheme
+    history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
+    at_this_step = scheme.at(frequency, order, coefficient, step, length)
     drive = _drive(order, scale, x0, settings)
-    # Riemann-Liouville's force at the start is largest at once, and the kick that stands for its first step comes later
-    late = settings.scheme == "default" and drive.size > 0
-    early = -float(drive[0]) * step**2 * 0.5 * order / (2.0 - order) if late else 0.0
+    early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
     barrier = oscillator.barrier
     wall = NoWall(0.0) if barrier is None else Rigid(units.into(barrier.position, 0.0)[0], barrier.restitution)
     return Parts(
-        scheme=scheme,
+        scheme=at_this_step,
         wall=wall,
         load=White(math.sqrt(intensity * step)),
-        memory=_memory(past, scale, recent_weights(order, settings), older, settings.precision),
+        memory=_memory(history, scale, scheme, order, settings.precision),
         start=Start(x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0), early),
         drive=drive,
         frequency=frequency,
-        expected_power=0.5 * oscillator.excitation.intensity * share,
+        expected_power=0.5 * oscillator.excitation.intensity * at_this_step.share,
         units=units,
-        sum=past,
+        history=history,
     )
 
 
@@ -182,28 +161,23 @@ def _units(oscillator: Oscillator, position: float, velocity: float, scales: Sca
     )
 
 
-def recent_weights(order: float, settings: Settings) -> Floats:
-    """Weights of the four newest increments, in units of h^-alpha."""
-    weights = direct(family(settings), order, GROUP)
-    if settings.scheme == "default":
-        weights[:2] += newest_weights_splitting(order)
-    return weights
-
-
-def _memory(past: ExponentialSum, scale: float, recent: Floats, older: float, precision: str) -> Memory:
-    if past.rates.size > MOST_MODES:
-        raise ValueError(f"memory_tolerance asks for {past.rates.size} memory modes; the kernel holds {MOST_MODES}.")
+def _memory(
+    history: ExponentialSum, scale: float, scheme: Splitting | Grunwald, order: float, precision: str
+) -> Memory:
+    if history.rates.size > MOST_MODES:
+        raise ValueError(f"memory_tolerance asks for {history.rates.size} memory modes; the kernel holds {MOST_MODES}.")
     # an even number of modes, for the kernel takes two at a time; the odd one out weighs nothing
-    size = past.rates.size + past.rates.size % 2
+    size = history.rates.size + history.rates.size % 2
     rates, strengths = np.zeros(size), np.zeros(size)
-    rates[: past.rates.size], strengths[: past.rates.size] = past.rates, scale * past.weights
+    rates[: history.rates.size], strengths[: history.rates.size] = history.rates, scale * history.weights
+    recent = scheme.recent_weights(order)
     powers = np.exp(-np.outer(rates, np.arange(1, GROUP + 1)))
     weights_of_modes = strengths[:, None] * powers
     powers[:, -1] = np.expm1(-GROUP * rates)
     return Memory(
         powers.ravel().astype(precision),
         weights_of_modes.ravel().astype(precision),
-        *(np.dtype(precision).type(scale * w) for w in (recent[0], older, *recent[1:])),
+        *(np.dtype(precision).type(scale * w) for w in (recent[0], scheme.extra_weight(order), *recent[1:])),
     )
 
 
@@ -211,5 +185,5 @@ def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDA
     """Riemann-Liouville's x(0) t^-alpha / Gamma(1 - alpha), as the scheme's own weights see it."""
     if settings.derivative == "caputo" or x0 == 0.0:
         return np.zeros(0, settings.precision)
-    weights = direct(family(settings), order, settings.steps + GROUP)
+    weights = direct(settings.numerical_scheme.family, order, settings.steps + GROUP)
     return np.asarray(scale * x0 * weights, settings.precision)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.memory import direct
-from springpot.simulation.compose import Floats, family, recent_weights
+from springpot.simulation.compose import Floats
 from springpot.simulation.lanes import FAST, GROUP, f64
 from springpot.simulation.listening import NOBODY, Ear
 from springpot.simulation.parts import begin, bounce, kick, push
@@ -78,8 +78,9 @@ def oracle_weights(simulation: Simulation) -> Floats:
     """What each increment of the past weighs, newest first, in the kernel's units of force."""
     spring, settings = simulation.oscillator.springpot, simulation.settings
     order, scale = spring.order, spring.coefficient * settings.step**-spring.order * simulation.parts.units.time**2
-    weights = direct(family(settings), order, settings.steps + 1)
-    weights[:GROUP] = recent_weights(order, settings)[: settings.steps + 1]
+    scheme = settings.numerical_scheme
+    weights = direct(scheme.family, order, settings.steps + 1)
+    weights[:GROUP] = scheme.recent_weights(order)[: settings.steps + 1]
     return np.asarray(scale * weights)
 
 

@@ -78,6 +78,11 @@ class Euler(NamedTuple):
     stiffness: float
     contact: float
 
+    @property
+    def share(self) -> float:
+        """Of an impulse: all of it."""
+        return 1.0
+
 
 class White(NamedTuple):
     """White noise and nothing else."""

@@ -361,7 +361,7 @@ def _diagnostics(simulation: Simulation, rows: npt.NDArray[np.float64], seconds:
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME
 
-    settings, memory, adapted = simulation.settings, simulation.parts.sum, simulation.adapted
+    settings, memory, adapted = simulation.settings, simulation.parts.history, simulation.adapted
     return {
         "steps": settings.steps,
         "memory_terms": int(memory.rates.size),

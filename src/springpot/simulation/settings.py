@@ -14,13 +14,13 @@ import numpy.typing as npt
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
+from springpot.simulation.schemes import CONTACT_TOLERANCE, Grunwald, Scheme, Splitting, scheme_of
 from springpot.theory.result import NoStationaryState
 
 __all__ = [
     "Derivative", "Scheme", "Settings", "StartKind", "check_stationary", "default_start", "resolve",
 ]  # fmt: skip
 
-Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 
@@ -32,7 +32,6 @@ LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision me
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
 MEMORY_TOLERANCE = 1e-6
-CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
 
 
 class Options(TypedDict, total=False):
@@ -102,6 +101,11 @@ class Settings:
     record_every: int = 1
 
     @property
+    def numerical_scheme(self) -> Splitting | Grunwald:
+        """The scheme that ``scheme`` names."""
+        return scheme_of(self.scheme, self.contact_tolerance)
+
+    @property
     def steps(self) -> int:
         """Number of steps of the run."""
         return round(self.duration / self.step)
@@ -140,11 +144,6 @@ def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> flo
     long_enough = 20.0 * scales.relaxation_time
     wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
-
-
-def default_step(scales: Scales, scheme: Scheme) -> float:
-    """A hundredth (default scheme) or a thousandth (the paper's) of the shortest time scale."""
-    return (0.01 if scheme == "default" else 0.001) / scales.fastest_rate
 
 
 def resolve(
@@ -279,7 +278,7 @@ def _grid(
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
     scales = scales_of(oscillator)
     if step is None:
-        step = min(default_step(scales, scheme), math.inf if duration is None else duration)
+        step = min(scheme_of(scheme).default_step / scales.fastest_rate, math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:

@@ -38,7 +38,6 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 
 FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
-COARSE = {"default": 0.1, "grunwald": 0.005}  # step * fastest rate beyond which errors of 1 % are to be expected
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
@@ -126,7 +125,7 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
 def _about_settings(simulation: Simulation, values: dict[str, float], bounded: bool) -> list[str]:
     found = []
     oscillator, settings, scales = simulation.oscillator, simulation.settings, simulation.scales
-    fastest, limit = scales.fastest_rate, COARSE[settings.scheme]
+    fastest, limit = scales.fastest_rate, settings.numerical_scheme.coarsest_step
     if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
         found.append(
             f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
