@@ -11,10 +11,11 @@ from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.closure.quadrature import panel_rule
-from springpot.theory.methods.envelope.balance import Problem, balance
+from springpot.theory.methods.envelope.balance import balance
 from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
 from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
+from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 from tests.sizes import validation
 

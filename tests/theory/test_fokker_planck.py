@@ -14,7 +14,8 @@ from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.exact import exact
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, moments, solve
 from springpot.theory.methods.fokker_planck.method import fokker_planck
-from springpot.theory.methods.fokker_planck.transition import Problem, QuadraticForm
+from springpot.theory.methods.fokker_planck.transition import QuadraticForm
+from springpot.theory.problem import Problem, canonical
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 from tests.sizes import validation
 
@@ -24,7 +25,7 @@ def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Os
 
 
 def problem_of(asked: Oscillator) -> Problem:
-    return Problem(asked.dimensionless_coefficient, asked.dimensionless_position, asked.restitution)
+    return canonical(asked)[0]
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
+from springpot.theory.problem import checked
 from springpot.theory.registry import MAPPED, METHODS
 from springpot.theory.result import Result
 
@@ -110,8 +111,7 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     >>> trust(Oscillator(), "averaging").mapped
     True
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    checked(oscillator)
     if method not in MAPPED:
         raise ValueError(f"method must be one of {', '.join(MAPPED)}, not {method!r}.")
     unknown = Trust(dict.fromkeys(JUDGED, math.inf), mapped=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from springpot.oscillator import Oscillator
+from springpot.theory.problem import checked
 from springpot.theory.registry import METHODS
 from springpot.theory.reliability import recommended, warning, why_none_is_recommended
 from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
@@ -39,8 +40,7 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
     ([1.0], [])
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    checked(oscillator)
     answers: dict[str, Result] = {}
     statements: dict[str, str] = {}
     for name in METHODS:

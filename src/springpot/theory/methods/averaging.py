@@ -13,6 +13,7 @@ from scipy import optimize, special
 
 from springpot.oscillator import Oscillator, finite_number
 from springpot.theory.distributions import finite_array, hoyt, normal, numbers_only, rayleigh, real_array
+from springpot.theory.problem import checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Averaging", "averaging", "harmonic_sum"]
@@ -395,8 +396,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
     >>> round(averaging(oscillator, form="printed").amplitude_mean_square, 3)
     3.519
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    checked(oscillator)
     if not isinstance(form, str) or form not in _METHODS:
         raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
     _check_covered(oscillator, form)
@@ -472,10 +472,8 @@ def _impact_decay(oscillator: Oscillator, frequency: float) -> float:
 
 def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moments | str:
     omega, q = oscillator.natural_frequency, oscillator.excitation.intensity
-    if not oscillator.dissipates:
-        cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
-        fate = "<A^2> grows as q t / Omega^2" if q > 0.0 else "the amplitude stays what it was at the start"
-        return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
+    if statement := endless(oscillator):
+        return statement
     v_mean_square = q / (4.0 * beta) if beta > 0.0 else math.inf
     mu = 2.0 * v_mean_square / frequency / frequency
     if not math.isfinite(mu):

@@ -13,6 +13,7 @@ from scipy import special
 from springpot.oscillator import Oscillator
 from springpot.theory.distributions import hoyt, normal, numbers_only, rayleigh, real_array
 from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
+from springpot.theory.problem import at_rest, canonical, checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Exact", "exact"]
@@ -365,8 +366,7 @@ def exact(oscillator: Oscillator) -> Exact:
     >>> round(exact(Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    checked(oscillator)
     _check_covered(oscillator)
     return Exact(
         method="exact",
@@ -388,47 +388,39 @@ def _check_covered(oscillator: Oscillator) -> None:
 
 
 def _stationary(oscillator: Oscillator) -> Moments | str:
-    alpha, c = oscillator.springpot.order, oscillator.dimensionless_coefficient
-    length, speed = oscillator.length_scale, oscillator.speed_scale
-    if not oscillator.dissipates:
-        cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
-        fate = "the energy grows as q t / 2" if length > 0.0 else "the energy stays what it was at the start"
-        return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
-    if length == 0.0:
-        return _rest(oscillator)
+    problem, units = canonical(oscillator)
+    c = problem.coefficient
+    if statement := endless(oscillator):
+        return statement
+    if units.length == 0.0:
+        return at_rest(oscillator)
     if c == 0.0:
         return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
     with np.errstate(over="ignore"):
-        x_mean_square, v_mean_square = mean_squares(alpha, c)
+        x_mean_square, v_mean_square = mean_squares(problem.order, c)
     x_mean, rate = 0.0, 0.0
     if oscillator.barrier is not None:
         spread = math.sqrt(v_mean_square)
-        k = oscillator.dimensionless_position / spread
+        k = problem.position / spread
         hazard = _hazard(k)
-        x_mean = oscillator.direction * spread * hazard
+        x_mean = spread * hazard
         x_mean_square = v_mean_square * (1.0 + k * hazard)
         rate = hazard / math.sqrt(2.0 * math.pi)
     strikes = rate > 0.0
-    moments = Moments(
-        amplitude_mean_square=(x_mean_square + v_mean_square) * length**2,
-        x_mean=x_mean * length,
-        x_mean_square=x_mean_square * length**2,
-        v_mean_square=v_mean_square * speed**2,
-        impact_rate=rate * oscillator.natural_frequency,
-        impact_speed_mean=math.sqrt(math.pi / 2.0 * v_mean_square) * speed if strikes else math.nan,
-        impact_speed_mean_square=2.0 * v_mean_square * speed**2 if strikes else math.nan,
+    moments = units.moments(
+        Moments(
+            amplitude_mean_square=x_mean_square + v_mean_square,
+            x_mean=x_mean,
+            x_mean_square=x_mean_square,
+            v_mean_square=v_mean_square,
+            impact_rate=rate,
+            impact_speed_mean=math.sqrt(math.pi / 2.0 * v_mean_square) if strikes else math.nan,
+            impact_speed_mean_square=2.0 * v_mean_square if strikes else math.nan,
+        )
     )
     if not math.isfinite(moments.amplitude_mean_square):
         return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small."
     return moments
-
-
-def _rest(oscillator: Oscillator) -> Moments:
-    """Without noise: at the wall under a preload, at 0 otherwise."""
-    place = 0.0
-    if oscillator.barrier is not None and oscillator.dimensionless_position > 0.0:
-        place = oscillator.barrier.position
-    return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)
 
 
 def _hazard(k: float) -> float:

@@ -44,6 +44,7 @@ from springpot.theory.methods.closure.steps import (
     solve_with_wall,
     solve_without_wall,
 )
+from springpot.theory.problem import at_rest, canonical, endless
 from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered, Result
 
 __all__ = ["Closure", "NoConvergence", "closure"]
@@ -356,30 +357,28 @@ def closure(oscillator: Oscillator) -> Closure:
     >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
     [0.5, 0.5, 1.0]
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    _check_covered(oscillator)
+    problem, units = canonical(oscillator)
+    alpha = problem.order if problem.coefficient > 0.0 else 1.0  # no springpot counts as a dashpot of strength 0
+    _check_covered(oscillator, alpha)
     iterations, residual, solved = 0, 0.0, None
-    if not oscillator.dissipates:
-        stationary: Moments | str = _endless(oscillator)
+    stationary: Moments | str
+    if statement := endless(oscillator):
+        stationary = statement
     elif oscillator.excitation.intensity == 0.0:
-        stationary = Moments(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+        stationary = at_rest(oscillator)
     elif oscillator.barrier is None:
-        loop = solve_without_wall(_order(oscillator), oscillator.dimensionless_coefficient)
-        solved = _Solved(
-            loop, None, math.sqrt(loop.y2) * oscillator.length_scale, math.sqrt(loop.v2) * oscillator.speed_scale
-        )
+        loop = solve_without_wall(alpha, problem.coefficient)
+        solved = _Solved(loop, None, math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed)
         stationary = Moments(
-            solved.y_scale**2 + (solved.v_scale * oscillator.time_scale) ** 2,
+            solved.y_scale**2 + (solved.v_scale * units.time) ** 2,
             0.0, solved.y_scale**2, solved.v_scale**2, 0.0, math.nan, math.nan,
         )  # fmt: skip
     else:
         loop, plane, iterations, residual = solve_with_wall(
-            _order(oscillator), oscillator.dimensionless_coefficient, oscillator.restitution,
-            oscillator.dimensionless_position,
-        )  # fmt: skip
-        solved = _Solved(loop, plane, plane.sigma_y * oscillator.length_scale, plane.sigma_v * oscillator.speed_scale)
-        stationary = _moments(oscillator, plane)
+            alpha, problem.coefficient, problem.restitution, problem.position
+        )
+        solved = _Solved(loop, plane, plane.sigma_y * units.length, plane.sigma_v * units.speed)
+        stationary = units.moments(_moments(plane, problem.position))
     return Closure(
         method="closure",
         oscillator=oscillator,
@@ -392,23 +391,20 @@ def closure(oscillator: Oscillator) -> Closure:
     )
 
 
-def _moments(oscillator: Oscillator, plane: Plane) -> Moments:
-    length, speed = oscillator.length_scale, oscillator.speed_scale
-    b = oscillator.dimensionless_position
-    mean = b + plane.y_moment(1)
+def _moments(plane: Plane, b: float) -> Moments:
     mean_square = plane.y_moment(2) + 2.0 * b * plane.y_moment(1) + b * b
     return Moments(
-        amplitude_mean_square=(mean_square + plane.v_mean_square) * length**2,
-        x_mean=oscillator.direction * mean * length,
-        x_mean_square=mean_square * length**2,
-        v_mean_square=plane.v_mean_square * speed**2,
-        impact_rate=plane.impact_rate * oscillator.natural_frequency,
-        impact_speed_mean=plane.impact_speed_moment(1) * speed,
-        impact_speed_mean_square=plane.impact_speed_moment(2) * speed**2,
+        amplitude_mean_square=mean_square + plane.v_mean_square,
+        x_mean=b + plane.y_moment(1),
+        x_mean_square=mean_square,
+        v_mean_square=plane.v_mean_square,
+        impact_rate=plane.impact_rate,
+        impact_speed_mean=plane.impact_speed_moment(1),
+        impact_speed_mean_square=plane.impact_speed_moment(2),
     )
 
 
-def _check_covered(oscillator: Oscillator) -> None:
+def _check_covered(oscillator: Oscillator, alpha: float) -> None:
     wall, c, b = oscillator.barrier, oscillator.dimensionless_coefficient, oscillator.dimensionless_position
     if c > _STRONG * ROUNDED:
         raise NotCovered(f"The memory closure covers c = C Omega^(alpha-2) up to {_STRONG:g}, not {c:.3g}.")
@@ -428,7 +424,6 @@ def _check_covered(oscillator: Oscillator) -> None:
         raise NotCovered(f"The memory closure covers a restitution of at least {_LOSSY:g}, not {wall.restitution:g}.")
     if not oscillator.dissipates:
         return
-    alpha = _order(oscillator)
     if alpha == 0.0:
         raise NotCovered("The memory closure covers alpha > 0: at alpha = 0 the springpot is a spring without memory.")
     loss = light_loss(alpha, c, wall.restitution)
@@ -437,17 +432,6 @@ def _check_covered(oscillator: Oscillator) -> None:
             f"The memory closure with a wall covers losses of at least {least_loss(c):.2g} Omega per unit of energy "
             f"and time, not {loss:.2g}: averaging is accurate there."
         )
-
-
-def _order(oscillator: Oscillator) -> float:
-    """alpha; of a springpot that is not there, 1."""
-    return oscillator.springpot.order if oscillator.springpot.coefficient > 0.0 else 1.0
-
-
-def _endless(oscillator: Oscillator) -> str:
-    cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
-    fate = "the energy grows as q t / 2" if oscillator.excitation.intensity > 0.0 else "the energy stays what it was"
-    return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
 
 
 def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
+from springpot.theory.problem import Problem
 
-__all__ = ["Balance", "Cells", "Closure", "Labels", "Problem", "Stretch", "balance", "missing_sinc"]
+__all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "missing_sinc"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,34 +36,6 @@ _STRIKING_PANELS = 9
 _SHORT = 2.0  # with which broadening dies out in short flights: of 1, 2 and 4 the best at r = 0.5 and 0.8, b = 1
 _FASTEST, _FARTHEST = 1e150, 1e60  # velocity and displacement at which their powers are still numbers
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
-
-
-@dataclass(frozen=True)
-class Problem:
-    """The dimensionless oscillator.
-
-    Parameters
-    ----------
-    order, coefficient : float
-        alpha and c.
-    position, restitution : float
-        b (-inf without a wall) and r.
-    """
-
-    order: float
-    coefficient: float
-    position: float
-    restitution: float
-
-    @property
-    def in_phase(self) -> float:
-        """cos(alpha pi/2), exactly 0 for a dashpot."""
-        return 0.0 if self.order == 1.0 else math.cos(self.order * math.pi / 2.0)
-
-    @property
-    def out_of_phase(self) -> float:
-        """sin(alpha pi/2)."""
-        return math.sin(self.order * math.pi / 2.0)
 
 
 @dataclass(frozen=True)
@@ -323,6 +296,7 @@ def balance(problem: Problem) -> Balance:
 
     Examples
     --------
+    >>> from springpot.theory.problem import Problem
     >>> found = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
     >>> round(found.average(found.v_square), 6)
     1.0

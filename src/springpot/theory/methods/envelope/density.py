@@ -298,7 +298,8 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
 
     Examples
     --------
-    >>> from springpot.theory.methods.envelope.balance import Problem, balance
+    >>> from springpot.theory.methods.envelope.balance import balance
+    >>> from springpot.theory.problem import Problem
     >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x()
     >>> float(half_normal.density(np.array(1.0)).round(4))  # sqrt(2 / pi) e^(-1/2)
     0.4839

@@ -64,7 +64,8 @@ def impacts(balance: Balance) -> Impacts | None:
 
     Examples
     --------
-    >>> from springpot.theory.methods.envelope.balance import Problem, balance
+    >>> from springpot.theory.methods.envelope.balance import balance
+    >>> from springpot.theory.problem import Problem
     >>> found = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
     >>> round(found.rate * math.pi, 4), round(found.speed_mean_square, 3)
     (1.0, 2.0)

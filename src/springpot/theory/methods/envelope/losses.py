@@ -39,9 +39,10 @@ from scipy.interpolate import RegularGridInterpolator
 
 from springpot.oscillator import Barrier, Oscillator, Springpot
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.methods.envelope.balance import Balance, Problem, Stretch, balance
+from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.fokker_planck.method import fokker_planck
+from springpot.theory.problem import Problem
 from springpot.theory.result import NotCovered
 
 __all__ = ["changed", "tabulate"]

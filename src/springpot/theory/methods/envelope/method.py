@@ -42,9 +42,8 @@ b = 1.8, where it is within 1 % without them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,12 +51,13 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.methods.envelope.balance import Balance, Cells, Problem, balance
+from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
+from springpot.theory.problem import Problem, Units, at_rest, canonical, endless
 from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
 
 __all__ = ["Envelope", "envelope"]
@@ -76,17 +76,6 @@ _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r: below it the cycles ar
 
 
 @dataclass(frozen=True)
-class _Scales:
-    """Units of the balance: its frequency is that of the spring, and of the springpot where that is one too."""
-
-    time: float
-    length: float
-    speed: float
-    kappa: float  # (balance's frequency / Omega)^2: A^2 = x^2 + kappa v^2
-    side: float
-
-
-@dataclass(frozen=True)
 class Envelope(Result):
     """The energy diffusion, and all that follows from it.
 
@@ -101,19 +90,19 @@ class Envelope(Result):
     """
 
     balance: Balance | None = field(repr=False)
-    _scales: _Scales = field(repr=False)
+    _units: Units = field(repr=False)
     _impacts: Impacts | None = field(repr=False)
 
     @property
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
         found = self._settled()
-        return found.average(found.frequency) / self._scales.time
+        return found.average(found.frequency) / self._units.time
 
     @property
     def relaxation_rates(self) -> FloatArray:
         """Rates at which the density of the energy relaxes, in 1/s, the slowest first."""
-        return np.asarray(self._cells.diffusion.modes[0][1:] / self._scales.time)
+        return np.asarray(self._cells.diffusion.modes[0][1:] / self._units.time)
 
     def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<A^2> at a time from rest, in m^2.
@@ -150,9 +139,9 @@ class Envelope(Result):
         if self._still():
             return np.full(t.shape, self.amplitude_mean_square)
         cells = self._cells
-        square = cells.x_square + self._scales.kappa * cells.v_square
-        probability = cells.diffusion.from_rest(t.ravel() / self._scales.time)
-        return (probability @ square).reshape(t.shape) * self._scales.length**2
+        square = cells.x_square + self._kappa * cells.v_square
+        probability = cells.diffusion.from_rest(t.ravel() / self._units.time)
+        return (probability @ square).reshape(t.shape) * self._units.length**2
 
     @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
@@ -179,7 +168,7 @@ class Envelope(Result):
         array([0.   , 0.798])
         """
         table, x = self._x_table, real_array(displacement, "displacement")
-        return table.density(self._scales.side * x / self._scales.length) / self._scales.length
+        return table.density(self._units.side * x / self._units.length) / self._units.length
 
     @numbers_only
     def v_density(self, velocity: ArrayLike) -> FloatArray:
@@ -193,8 +182,8 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(3))
         0.399
         """
-        v = self._scales.side * real_array(velocity, "velocity") / self._scales.speed
-        return self._v_table.density(v) / self._scales.speed
+        v = self._units.side * real_array(velocity, "velocity") / self._units.speed
+        return self._v_table.density(v) / self._units.speed
 
     @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
@@ -208,7 +197,7 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).joint_density(0.5, 0.5).round(4))
         0.2479
         """
-        s = self._scales
+        s = self._units
         x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
         return self._portrait.joint(s.side * x / s.length, s.side * v / s.speed) / (s.length * s.speed)
 
@@ -238,9 +227,9 @@ class Envelope(Result):
         >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).amplitude_density(1.0).round(2))
         0.61
         """
-        a = real_array(amplitude, "amplitude") / self._scales.length
+        a = real_array(amplitude, "amplitude") / self._units.length
         table = self._energy_table if time is None else self._energy_at(time)
-        return np.clip(a, 0.0, table.end) * table.density(a) / self._scales.length
+        return np.clip(a, 0.0, table.end) * table.density(a) / self._units.length
 
     @numbers_only
     def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
@@ -257,8 +246,8 @@ class Envelope(Result):
         omega = self.oscillator.natural_frequency
         h = real_array(energy, "energy")
         table = self._energy_table if time is None else self._energy_at(time)
-        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / (omega * self._scales.length)  # H = (Omega A)^2 / 2
-        return np.where(h < 0.0, 0.0, table.density(a) / (omega * self._scales.length) ** 2)
+        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / (omega * self._units.length)  # H = (Omega A)^2 / 2
+        return np.where(h < 0.0, 0.0, table.density(a) / (omega * self._units.length) ** 2)
 
     @numbers_only
     def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
@@ -284,8 +273,8 @@ class Envelope(Result):
         0.61
         """
         self._settled()
-        u = real_array(speed, "speed") / self._scales.speed
-        return self._speed_table.density(u) / self._scales.speed
+        u = real_array(speed, "speed") / self._units.speed
+        return self._speed_table.density(u) / self._units.speed
 
     def first_passage(
         self, *, amplitude: float | None = None, energy: float | None = None, x: float | None = None
@@ -347,12 +336,12 @@ class Envelope(Result):
         else:
             level = finite_number(amplitude, "amplitude", low=0.0, open_low=True)
         cells = self._cells
-        largest = _largest_amplitude(cells, self._scales.kappa)
-        wanted = level / self._scales.length
+        largest = _largest_amplitude(cells, self._kappa)
+        wanted = level / self._units.length
         if not largest[0] < wanted < largest[-1]:
             raise ValueError(
-                f"the level must lie between {largest[0] * self._scales.length:g} m (rest) and "
-                f"{largest[-1] * self._scales.length:g} m (which is never reached), not at {level:g} m."
+                f"the level must lie between {largest[0] * self._units.length:g} m (rest) and "
+                f"{largest[-1] * self._units.length:g} m (which is never reached), not at {level:g} m."
             )
         return self._passage(float(np.interp(wanted**2, largest**2, cells.diffusion.action)))
 
@@ -368,7 +357,7 @@ class Envelope(Result):
                 "with first_passage={'x': level}."
             )
         cells = self._cells
-        wanted = (self.oscillator.direction or math.copysign(1.0, level)) * level / self._scales.length
+        wanted = (self.oscillator.direction or math.copysign(1.0, level)) * level / self._units.length
         # energy gains variance at the rate <v^2>, of which the largest x gets 1 / (w^2 A) squared
         spread = np.sqrt(cells.v_square * 2.0 * cells.phase / cells.frequency) / (cells.frequency**2 * cells.amplitude)
         reached = np.maximum.accumulate(cells.centre + cells.amplitude - _LOOKED_AT * spread)
@@ -378,7 +367,7 @@ class Envelope(Result):
 
     def _passage(self, action: float) -> FirstPassage:
         """The first passage of a level of the action, in s."""
-        passage, unit = self._cells.diffusion.first_passage(action), self._scales.time
+        passage, unit = self._cells.diffusion.first_passage(action), self._units.time
         return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
     def to_dict(self) -> dict[str, object]:
@@ -386,6 +375,10 @@ class Envelope(Result):
         common = super().to_dict()
         tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
         return {**common, "frequency": None if self.balance is None else self.frequency, **tail}
+
+    @property
+    def _kappa(self) -> float:
+        return _kappa(self.oscillator)
 
     @cached_property
     def _portrait(self) -> Portrait:
@@ -401,7 +394,7 @@ class Envelope(Result):
 
     @cached_property
     def _energy_table(self) -> Tabulated:
-        return self._portrait.energy(self._scales.kappa)
+        return self._portrait.energy(self._kappa)
 
     @cached_property
     def _speed_table(self) -> Tabulated:
@@ -412,12 +405,12 @@ class Envelope(Result):
     def _energy_at(self, time: float) -> Tabulated:
         t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
         found, cells = self._settled(), self._cells
-        ratio = cells.diffusion.from_rest(np.array([t / self._scales.time]))[0] / cells.diffusion.mass
+        ratio = cells.diffusion.from_rest(np.array([t / self._units.time]))[0] / cells.diffusion.mass
 
         def at(label: FloatArray) -> FloatArray:
             return np.asarray(np.interp(label, cells.label, ratio))
 
-        return portrait(found, at).energy(self._scales.kappa)
+        return portrait(found, at).energy(self._kappa)
 
     @cached_property
     def _cells(self) -> Cells:
@@ -461,20 +454,23 @@ def envelope(oscillator: Oscillator) -> Envelope:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    scales = _scales(oscillator)
-    without = _no_stationary_state(oscillator)
+    problem, units = canonical(oscillator, order_0_is_spring=True)
+    without = endless(oscillator) or _endless_in_floating_point(oscillator)
     found, struck = None, None
     stationary: Moments | str
     if without is not None:
         stationary = without
     elif oscillator.excitation.intensity == 0.0:
-        stationary = _at_rest(oscillator)
+        stationary = at_rest(oscillator)
     else:
-        found = _solve(oscillator, scales)
+        _check_covered(problem)
+        found = _settled(problem)
         found, struck = changed(found, impacts(found))
-        stationary = _moments(found, struck, scales)
+        # the rate by a division: as rate times frequency its last digit would be another
+        stationary = replace(
+            units.moments(_moments(found, struck, _kappa(oscillator))),
+            impact_rate=_rate(found, struck) / units.time,
+        )
     return Envelope(
         method="envelope",
         oscillator=oscillator,
@@ -482,54 +478,42 @@ def envelope(oscillator: Oscillator) -> Envelope:
         assumptions=_assumptions(oscillator),
         warnings=_warnings(oscillator, found),
         balance=found,
-        _scales=scales,
+        _units=units,
         _impacts=struck,
     )
 
 
-def _scales(oscillator: Oscillator) -> _Scales:
-    spring = 1.0 + (oscillator.dimensionless_coefficient if oscillator.springpot.order == 0.0 else 0.0)
-    omega = oscillator.natural_frequency * math.sqrt(spring)
-    q = oscillator.excitation.intensity
-    side: Literal[-1, 1] = -1 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1
-    return _Scales(1.0 / omega, math.sqrt(q / omega) / omega, math.sqrt(q / omega), spring, float(side))
+def _kappa(oscillator: Oscillator) -> float:
+    """(frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2, dimensionless."""
+    return 1.0 + (oscillator.dimensionless_coefficient if oscillator.springpot.order == 0.0 else 0.0)
 
 
-def _solve(oscillator: Oscillator, scales: _Scales) -> Balance:
-    wall, element = oscillator.barrier, oscillator.springpot
-    position = -math.inf if wall is None else scales.side * wall.position / scales.length
-    order, c = element.order, oscillator.dimensionless_coefficient
-    if position > _DEEPEST_PRELOAD * ROUNDED:
+def _check_covered(problem: Problem) -> None:
+    if problem.position > _DEEPEST_PRELOAD * ROUNDED:
         raise NotCovered(
-            f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {position:.3g}."
+            f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {problem.position:.3g}."
         )
-    if 0.0 < order < 1.0 and c > _STRONGEST * ROUNDED:
-        raise NotCovered(f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, not {c:.3g}.")
-    problem = Problem(
-        order=order if order > 0.0 else 1.0,
-        coefficient=c if order > 0.0 else 0.0,
-        position=position,
-        restitution=1.0 if wall is None else wall.restitution,
-    )
+    if problem.order < 1.0 and problem.coefficient > _STRONGEST * ROUNDED:
+        raise NotCovered(
+            f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, "
+            f"not {problem.coefficient:.3g}."
+        )
+
+
+def _settled(problem: Problem) -> Balance:
     try:
         return balance(problem)
     except ValueError as unsettled:
         raise NotCovered(
-            f"The envelope does not settle at c = C Omega^(alpha-2) = {c:.3g} with a wall at {position:.3g} "
-            "sqrt(q / Omega^3): the cycles of interest cannot be reached, or what they say of the mean does not agree "
-            "with it."
+            f"The envelope does not settle at c = C Omega^(alpha-2) = {problem.coefficient:.3g} with a wall at "
+            f"{problem.position:.3g} sqrt(q / Omega^3): the cycles of interest cannot be reached, or what they say of "
+            "the mean does not agree with it."
         ) from unsettled
 
 
-def _no_stationary_state(oscillator: Oscillator) -> str | None:
+def _endless_in_floating_point(oscillator: Oscillator) -> str | None:
     wall, element = oscillator.barrier, oscillator.springpot
-    active = element.coefficient > 0.0 and element.order > 0.0
-    if not active and (wall is None or wall.restitution == 1.0):
-        cause = "C is 0" if element.coefficient == 0.0 else "alpha is 0, where the springpot is a spring"
-        noisy = oscillator.excitation.intensity > 0.0
-        fate = "<v^2> grows in proportion to time" if noisy else "the amplitude stays what it was at the start"
-        return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
-    loss = oscillator.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0) if active else 0.0
+    loss = oscillator.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0)
     if wall is not None:
         loss += 1.0 - wall.restitution
     if loss < _SMALLEST_LOSS:
@@ -537,26 +521,23 @@ def _no_stationary_state(oscillator: Oscillator) -> str | None:
     return None
 
 
-def _at_rest(oscillator: Oscillator) -> Moments:
-    """Without noise the mass comes to rest in its spring's equilibrium, or against the wall."""
-    wall = oscillator.barrier
-    side = -1.0 if wall is not None and wall.side == "below" else 1.0
-    place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
-    return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)
+def _rate(found: Balance, struck: Impacts | None) -> float:
+    """Of impacts; NaN where slow ones are infinitely many."""
+    if struck is not None:
+        return struck.rate
+    return math.nan if found.problem.restitution <= COLLAPSE_BELOW and found.average(found.rate) > 0.0 else 0.0
 
 
-def _moments(found: Balance, struck: Impacts | None, scales: _Scales) -> Moments:
+def _moments(found: Balance, struck: Impacts | None, kappa: float) -> Moments:
     x_square, v_square = found.average(found.x_square), found.average(found.v_square)
-    mean = found.average(found.mean) if math.isfinite(found.problem.position) else 0.0
-    collapsing = found.problem.restitution <= COLLAPSE_BELOW and found.average(found.rate) > 0.0
     return Moments(
-        amplitude_mean_square=(x_square + scales.kappa * v_square) * scales.length**2,
-        x_mean=scales.side * mean * scales.length + 0.0,
-        x_mean_square=x_square * scales.length**2,
-        v_mean_square=v_square * scales.speed**2,
-        impact_rate=struck.rate / scales.time if struck is not None else (math.nan if collapsing else 0.0),
-        impact_speed_mean=struck.speed_mean * scales.speed if struck is not None else math.nan,
-        impact_speed_mean_square=struck.speed_mean_square * scales.speed**2 if struck is not None else math.nan,
+        amplitude_mean_square=x_square + kappa * v_square,
+        x_mean=found.average(found.mean) if math.isfinite(found.problem.position) else 0.0,
+        x_mean_square=x_square,
+        v_mean_square=v_square,
+        impact_rate=_rate(found, struck),
+        impact_speed_mean=struck.speed_mean if struck is not None else math.nan,
+        impact_speed_mean_square=struck.speed_mean_square if struck is not None else math.nan,
     )
 
 

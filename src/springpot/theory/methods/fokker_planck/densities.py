@@ -15,8 +15,16 @@ from scipy import special
 from springpot.theory.distributions import normal
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.fokker_planck.equation import Impacts, response, speed_unit
-from springpot.theory.methods.fokker_planck.transition import Flow, Problem, QuadraticForm, v_form, x_form
+from springpot.theory.methods.fokker_planck.transition import (
+    Flow,
+    QuadraticForm,
+    free_spread,
+    nothing_beyond,
+    v_form,
+    x_form,
+)
 from springpot.theory.numerics.tabulated import Tabulated
+from springpot.theory.problem import Problem
 
 __all__ = ["Densities"]
 
@@ -55,7 +63,7 @@ class Densities:
 
     def x(self, displacement: FloatArray) -> FloatArray:
         """Density of x."""
-        return self._x_law.density(displacement - self.problem.wall)
+        return self._x_law.density(displacement - self.problem.position)
 
     def v(self, velocity: FloatArray) -> FloatArray:
         """Density of v."""
@@ -64,8 +72,8 @@ class Densities:
     def joint(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         """Density of (x, v), for arrays of one shape."""
         problem, v = self.problem, velocity
-        gap = displacement - problem.wall
-        inside = (gap >= 0.0) & (gap <= problem.farthest) & (np.abs(v) <= problem.farthest)
+        gap = displacement - problem.position
+        inside = (gap >= 0.0) & (gap <= nothing_beyond(problem)) & (np.abs(v) <= nothing_beyond(problem))
         density = np.zeros(gap.shape)
         for distance in np.unique(gap[inside]):
             row = inside & (gap == distance)
@@ -104,7 +112,9 @@ class Densities:
     @cached_property
     def _nearest(self) -> float:
         """Distance down to which laws of v are computed: a path from the wall takes a time known to sqrt(s / v^3)."""
-        return max(_NEAREST * speed_unit(self.problem), (_SHARP / _PANELS) ** 2 * (4.0 * self.problem.spread) ** 3)
+        return max(
+            _NEAREST * speed_unit(self.problem), (_SHARP / _PANELS) ** 2 * (4.0 * free_spread(self.problem)) ** 3
+        )
 
     @cached_property
     def _nearest_law(self) -> Tabulated:
@@ -113,13 +123,13 @@ class Densities:
     def _slice(self, gap: float, v: FloatArray) -> FloatArray:
         """Dimensionless joint density at one distance from the wall."""
         problem = self.problem
-        swift = min(float(np.max(np.abs(v))), 4.0 * problem.spread)
+        swift = min(float(np.max(np.abs(v))), 4.0 * free_spread(problem))
 
         def form(problem: Problem, time: FloatArray) -> QuadraticForm:
             return QuadraticForm.at(problem, time, gap)
 
-        x = np.asarray(problem.wall + gap)
-        free = normal(x, problem.spread**2) * normal(v, problem.spread**2)
+        x = np.asarray(problem.position + gap)
+        free = normal(x, free_spread(problem) ** 2) * normal(v, free_spread(problem) ** 2)
         panels = max(4, math.ceil(_SHARP * math.sqrt(swift**3 / gap)))
         return np.maximum(free + response(problem, self.impacts, form, v, self._first(gap), 4, panels), 0.0)
 
@@ -129,9 +139,9 @@ class Densities:
 
     def _at_wall(self, v: FloatArray) -> FloatArray:
         """Dimensionless joint density at the wall: what arrives at u leaves at r u."""
-        struck = np.where(v < 0.0, -v, v / self.problem.r)
+        struck = np.where(v < 0.0, -v, v / self.problem.restitution)
         flux = self.flux(struck) * (self.impacts.moment(0) / self.impacts.mass)
-        return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self.problem.r**2))
+        return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self.problem.restitution**2))
 
     def flux(self, u: FloatArray) -> FloatArray:
         """Impacts per unit time and speed, dimensionless."""
@@ -145,7 +155,7 @@ class Densities:
     @cached_property
     def _v_edges(self) -> FloatArray:
         """Panels of the velocity."""
-        farthest = min(self.problem.farthest, 1.5 * float(self.impacts.speed[-1]) + abs(self.problem.wall))
+        farthest = min(nothing_beyond(self.problem), 1.5 * float(self.impacts.speed[-1]) + abs(self.problem.position))
         edges = self.v_root * _PLACES
         edges = np.append(edges[edges < 0.9 * farthest], farthest)
         return np.concatenate([-edges[:0:-1], edges])
@@ -159,7 +169,7 @@ class Densities:
 
         def density(v: FloatArray) -> FloatArray:
             later = response(problem, self.impacts, v_form, v, math.log(first), 8, 4)
-            return normal(v, problem.spread**2) + self._just_after(v, first) + later
+            return normal(v, free_spread(problem) ** 2) + self._just_after(v, first) + later
 
         return _tabulated(density, self._v_edges)
 
@@ -173,12 +183,12 @@ class Densities:
         slow = 14.0 * np.exp(-(_FALL[:-1, None] + half * (_GAUSS[0] + 1.0)).ravel())
         measure = (half * _GAUSS[1]).ravel() * slow
         total = np.zeros(v.size)
-        r = self.problem.r
+        r = self.problem.restitution
         for log, share in zip(5.0 * (_GAUSS[0] - 1.0), 5.0 * _GAUSS[1], strict=True):  # ln t, from e^-10 of the end
             time = end * math.exp(log)
-            flow = Flow.at(self.problem.c, np.array([time]))
+            flow = Flow.at(self.problem.coefficient, np.array([time]))
             spread, kept = math.sqrt(float(flow.v_v[0])), float(flow.kick_rate[0])
-            place = v + self.problem.wall * float(flow.kick[0])
+            place = v + self.problem.position * float(flow.kick[0])
             near = np.abs(place) < 7.0 * spread
             left = (place[~near, None] + spread * nodes) / kept
             found = np.zeros(v.size)
@@ -194,16 +204,16 @@ class Densities:
     def _x_law(self) -> _NearWall:
         problem = self.problem
         nearest = _NEAREST_X * speed_unit(problem)
-        typical = self.x_root + abs(problem.wall)
+        typical = self.x_root + abs(problem.position)
         edges = np.append(nearest * np.array([1.0, 4.0, 20.0, 100.0]), typical * _PLACES)
-        farthest = min(problem.farthest, 1.5 * float(self.impacts.speed[-1]) + 2.0 * abs(problem.wall))
+        farthest = min(nothing_beyond(problem), 1.5 * float(self.impacts.speed[-1]) + 2.0 * abs(problem.position))
         edges = np.append(np.unique(edges[(edges >= nearest) & (edges < 0.9 * farthest)]), farthest)
 
         def density(gap: FloatArray) -> FloatArray:
-            free = normal(problem.wall + gap, problem.spread**2)
-            return free + response(problem, self.impacts, x_form, problem.wall + gap, self._first(nearest), 16, 2)
+            free = normal(problem.position + gap, free_spread(problem) ** 2)
+            return free + response(problem, self.impacts, x_form, problem.position + gap, self._first(nearest), 16, 2)
 
-        return _NearWall.make(_tabulated(density, edges), nearest, slow_impact_power(problem.r))
+        return _NearWall.make(_tabulated(density, edges), nearest, slow_impact_power(problem.restitution))
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from scipy import interpolate, special
 
 from springpot.theory.mckean import slow_impact_power
-from springpot.theory.methods.fokker_planck.transition import Problem, QuadraticForm, interpolation
+from springpot.theory.methods.fokker_planck.transition import QuadraticForm, free_spread, interpolation
+from springpot.theory.problem import Problem
 from springpot.theory.result import Moments
 
 __all__ = ["COARSE", "FINE", "Grid", "Impacts", "difference", "moments", "response", "solve", "speed_unit"]
@@ -86,13 +87,13 @@ class Impacts:
 
 def solve(problem: Problem, grid: Grid) -> Impacts:
     """Nystrom's method with the trapezoid rule in y, speed = unit * log(1 + e^y)."""
-    r, unit, h = problem.r, speed_unit(problem), grid.spacing
+    r, unit, h = problem.restitution, speed_unit(problem), grid.spacing
     fastest = _fastest(problem, grid)
     low = -math.log(1e10) / slow_impact_power(r)
     y = np.arange(low, fastest / unit + h, h)
     u = unit * np.logaddexp(0.0, y)
     measure = h * unit * special.expit(y) / u  # du / u
-    source = u * u * np.exp(-(problem.wall**2 + u * u) * problem.c) * problem.c / math.pi
+    source = u * u * np.exp(-(problem.position**2 + u * u) * problem.coefficient) * problem.coefficient / math.pi
     kernel = _kernel(problem, grid, u)
     weight = np.linalg.solve(np.eye(u.size) - measure[:, None] * kernel, measure * source)
     peak = int(np.argmax(weight))
@@ -103,13 +104,13 @@ def solve(problem: Problem, grid: Grid) -> Impacts:
 
 def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
     """u^2 int_0^inf [P_t(b, -u | b, r u') - P_t(b, -u | b, -u')] dt, a row for each u, a column for each u'."""
-    r, unit = problem.r, speed_unit(problem)
+    r, unit = problem.restitution, speed_unit(problem)
     first = min(int(np.searchsorted(u, _SMALLEST * unit)), u.size - 1)
     some = u[first:]
     total = np.zeros((some.size, 2 * some.size))
     depart = np.concatenate([r * some, -some])
     start = math.log((_SMALL * unit) ** 2 / 60.0)
-    turn = math.log(min(0.3, 0.3 / problem.c))
+    turn = math.log(min(0.3, 0.3 / problem.coefficient))
     for time, weight in _panels(problem, grid, start, turn, 1):
         form = QuadraticForm.at(problem, time)
         arrive_grid, depart_grid = -some, depart
@@ -132,9 +133,9 @@ def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
 
 def moments(problem: Problem, impacts: Impacts) -> Moments:
     rate, first, second = (max(impacts.moment(power), 1e-300) for power in range(3))
-    x_mean = (1.0 + problem.r) * first
-    v_mean_square = (0.5 - (1.0 - problem.r**2) / 2.0 * second) / problem.c
-    x_mean_square = v_mean_square + problem.wall * x_mean
+    x_mean = (1.0 + problem.restitution) * first
+    v_mean_square = (0.5 - (1.0 - problem.restitution**2) / 2.0 * second) / problem.coefficient
+    x_mean_square = v_mean_square + problem.position * x_mean
     return Moments(
         amplitude_mean_square=x_mean_square + v_mean_square,
         x_mean=x_mean,
@@ -156,21 +157,21 @@ def difference(fine: Moments, coarse: Moments) -> tuple[float, float]:
 
 def speed_unit(problem: Problem) -> float:
     """Speed below which the grid is logarithmic and above which it is uniform."""
-    unit = min(1.0, problem.spread)
-    if problem.wall > 0.0 and problem.r < 1.0:
+    unit = min(1.0, free_spread(problem))
+    if problem.position > 0.0 and problem.restitution < 1.0:
         # a preload b bounces b / 2u times per unit time, and the noise makes up for losses of (1 - r^2) u^2 / 2
-        unit = min(unit, 2.0 / ((1.0 - problem.r**2) * problem.wall))
+        unit = min(unit, 2.0 / ((1.0 - problem.restitution**2) * problem.position))
     return unit
 
 
 def _fastest(problem: Problem, grid: Grid) -> float:
     """Speed of impact beyond which there is nothing: the free spread bounds it, and so do the losses."""
-    free = grid.reach * problem.spread
-    if problem.r == 1.0:
+    free = grid.reach * free_spread(problem)
+    if problem.restitution == 1.0:
         return free
     # an impact keeps r; half a period adds at most pi/2 of variance, to a free swing that has to reach the wall
-    added = grid.reach * math.sqrt(1.6 / (1.0 - problem.r**2))
-    gap = max(0.0, -problem.wall)
+    added = grid.reach * math.sqrt(1.6 / (1.0 - problem.restitution**2))
+    gap = max(0.0, -problem.position)
     return min(free, math.sqrt(added * (added + 2.0 * gap)))
 
 
@@ -181,7 +182,7 @@ def _panels(
 
     The early panels, between the logarithms ``start`` and ``turn``, have length 1 / ``refine`` in ln t.
     """
-    c = problem.c
+    c = problem.coefficient
     x, w = np.polynomial.legendre.leggauss(grid.nodes)
     edges = np.exp(np.linspace(start, turn, math.ceil((turn - start) * refine) + 1))
     slowest = c / 2.0 if c < 2.0 else 1.0 / (c / 2.0 + math.sqrt((c / 2.0 - 1.0) * (c / 2.0 + 1.0)))
@@ -218,10 +219,10 @@ def response(
     Soon after an impact the mass is still near its straight path, and the grid must be dense enough to see it:
     ``speeds`` times as dense as that of the impacts, with ``panels`` of times to a factor e.
     """
-    unit, r = speed_unit(problem), problem.r
+    unit, r = speed_unit(problem), problem.restitution
     fine = np.arange(max(-9.0, impacts.position[0]), impacts.position[-1], impacts.spacing / speeds)
     speed, flux = unit * np.logaddexp(0.0, fine), np.exp(impacts.log_weight(fine)) / speeds
-    turn = math.log(min(2.0, 2.0 / problem.c))
+    turn = math.log(min(2.0, 2.0 / problem.coefficient))
     total = np.zeros(arrive.size)
     early = True
     for time, weight in _panels(problem, FINE, min(first, turn - 1.0), turn, panels):

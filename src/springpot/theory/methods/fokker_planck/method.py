@@ -13,7 +13,7 @@ from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Densities
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
-from springpot.theory.methods.fokker_planck.transition import Problem
+from springpot.theory.problem import at_rest, canonical, endless
 from springpot.theory.result import Moments, NotCovered, Result
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
@@ -193,16 +193,12 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4
     (1.4917, 0.3346, True)
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    statement = _check_covered(oscillator)
-    if isinstance(statement, str):
+    problem, units = canonical(oscillator)
+    _check_covered(oscillator)
+    if statement := endless(oscillator):
         return _result(oscillator, statement)
-    if oscillator.length_scale == 0.0:
-        wall = oscillator.barrier
-        place = wall.position if wall is not None and oscillator.dimensionless_position > 0.0 else 0.0
-        return _result(oscillator, Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan))
-    problem = Problem(oscillator.dimensionless_coefficient, oscillator.dimensionless_position, oscillator.restitution)
+    if units.length == 0.0:
+        return _result(oscillator, at_rest(oscillator))
     impacts = solve(problem, FINE)
     fine, coarse = moments(problem, impacts), moments(problem, solve(problem, COARSE))
     error, rate_error = difference(fine, coarse)
@@ -210,18 +206,9 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
         raise NotCovered(
             f"{_REACH} where its equation keeps its digits, which it does not here: two grids differ by {error:.1g}."
         )
-    length, speed = oscillator.length_scale, oscillator.speed_scale
-    side = -1.0 if oscillator.barrier is not None and oscillator.barrier.side == "below" else 1.0
-    stationary = Moments(
-        amplitude_mean_square=fine.amplitude_mean_square * length**2,
-        x_mean=side * fine.x_mean * length,
-        x_mean_square=fine.x_mean_square * length**2,
-        v_mean_square=fine.v_mean_square * speed**2,
-        impact_rate=fine.impact_rate * oscillator.natural_frequency,
-        impact_speed_mean=fine.impact_speed_mean * speed,
-        impact_speed_mean_square=fine.impact_speed_mean_square * speed**2,
-    )
-    x_root, v_root = math.sqrt(stationary.x_mean_square) / length, math.sqrt(stationary.v_mean_square) / speed
+    stationary = units.moments(fine)
+    x_root = math.sqrt(stationary.x_mean_square) / units.length
+    v_root = math.sqrt(stationary.v_mean_square) / units.speed
     return _result(oscillator, stationary, error, rate_error, Densities(problem, impacts, x_root, v_root))
 
 
@@ -250,18 +237,14 @@ def _warnings(error: float, rate_error: float) -> tuple[str, ...]:
     return (f"Two grids differ by {error:.1g} of a moment and {rate_error:.1g} of the impact rate.",)
 
 
-def _check_covered(oscillator: Oscillator) -> str | None:
-    """The sentence of an oscillator without a stationary state, None for one to be solved; the others are refused."""
+def _check_covered(oscillator: Oscillator) -> None:
     wall, alpha, c = oscillator.barrier, oscillator.springpot.order, oscillator.dimensionless_coefficient
     if wall is None:
         raise NotCovered(f"{_REACH}, not an oscillator without a wall.")
     if alpha != 1.0:
         raise NotCovered(f"{_REACH}, not order {alpha:g}.")
-    if c == 0.0 and wall.restitution == 1.0:
-        return (
-            "There is no stationary state: nothing dissipates energy (C is 0, the wall is elastic), so the energy "
-            "grows as q t / 2."
-        )
+    if not oscillator.dissipates:
+        return
     if wall.restitution < _LOWEST:
         raise NotCovered(f"{_REACH} (in practice {_LOWEST:g}), not restitution {wall.restitution:g}.")
     if not _LIGHTEST <= c <= _STRONGEST:
@@ -271,4 +254,3 @@ def _check_covered(oscillator: Oscillator) -> str | None:
         raise NotCovered(
             f"{_REACH} at {_FAR_BEHIND:g} to {_DEEPEST:g} standard deviations sqrt(q / 2 C Omega^2), not at {k:.3g}."
         )
-    return None

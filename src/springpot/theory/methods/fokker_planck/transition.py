@@ -1,4 +1,4 @@
-"""The oscillator without a wall, driven by white noise: how (x, v) and each of them spreads after leaving the wall."""
+"""The oscillator with a dashpot, without its wall, driven by white noise: how x and v spread after leaving the wall."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from springpot.theory.linear import dashpot_mean_squares
+from springpot.theory.problem import Problem
 
-__all__ = ["Flow", "Problem", "QuadraticForm", "interpolation", "v_form", "x_form"]
+__all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,23 +20,14 @@ _GAUSS = np.polynomial.legendre.leggauss(16)
 _EXPONENTIALS = 2_000_000  # evaluated at once
 
 
-@dataclass(frozen=True)
-class Problem:
-    """Dimensionless damping, wall and restitution."""
+def free_spread(problem: Problem) -> float:
+    """Standard deviation of x and of v without the wall."""
+    return math.sqrt(0.5 / problem.coefficient)
 
-    c: float
-    wall: float
-    r: float
 
-    @property
-    def spread(self) -> float:
-        """Standard deviation of x and of v without the wall."""
-        return math.sqrt(0.5 / self.c)
-
-    @property
-    def farthest(self) -> float:
-        """Where every density is below rounding."""
-        return 8.5 * self.spread + abs(self.wall)
+def nothing_beyond(problem: Problem) -> float:
+    """Displacement and speed at which every density is below rounding."""
+    return 8.5 * free_spread(problem) + abs(problem.position)
 
 
 @dataclass(frozen=True)
@@ -48,9 +40,9 @@ class QuadraticForm:
     @classmethod
     def at(cls, problem: Problem, time: FloatArray, gap: float = 0.0) -> QuadraticForm:
         """Of P_t(b + gap, v | b, v')."""
-        flow = Flow.at(problem.c, time)
-        dx = _row(0.0 * time, -flow.kick, gap + problem.wall * flow.slip)
-        dv = _row(1.0 + 0.0 * time, -flow.kick_rate, problem.wall * flow.kick)
+        flow = Flow.at(problem.coefficient, time)
+        dx = _row(0.0 * time, -flow.kick, gap + problem.position * flow.slip)
+        dv = _row(1.0 + 0.0 * time, -flow.kick_rate, problem.position * flow.kick)
         mixed = _product(dx, dv, flow.x_v)
         form = _product(dx, dx, flow.v_v) + _product(dv, dv, flow.x_x) - mixed - mixed.transpose(0, 2, 1)
         height = 1.0 / (2.0 * math.pi * np.sqrt(flow.determinant))
@@ -90,14 +82,14 @@ class QuadraticForm:
 
 def x_form(problem: Problem, time: FloatArray) -> QuadraticForm:
     """Density of x at a time after leaving the wall, behind it included."""
-    flow = Flow.at(problem.c, time)
-    return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick, problem.wall * (flow.slip - 1.0)), flow.x_x)
+    flow = Flow.at(problem.coefficient, time)
+    return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick, problem.position * (flow.slip - 1.0)), flow.x_x)
 
 
 def v_form(problem: Problem, time: FloatArray) -> QuadraticForm:
     """Density of v at a time after leaving the wall."""
-    flow = Flow.at(problem.c, time)
-    return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick_rate, problem.wall * flow.kick), flow.v_v)
+    flow = Flow.at(problem.coefficient, time)
+    return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick_rate, problem.position * flow.kick), flow.v_v)
 
 
 def _row(arrival: FloatArray, departure: FloatArray, constant: FloatArray) -> FloatArray:

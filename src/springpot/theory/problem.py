@@ -1,0 +1,170 @@
+"""The dimensionless problem, made once, and the way back to units; what every method has to say before it computes.
+
+Dimensionless, time counts in 1/Omega and length in sqrt(q/Omega^3), so that the natural frequency and the noise are 1,
+and the mass moves above its wall.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from springpot.oscillator import Oscillator
+from springpot.theory.result import Moments
+
+__all__ = ["Problem", "Units", "at_rest", "canonical", "checked", "endless"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The dimensionless oscillator.
+
+    Parameters
+    ----------
+    order, coefficient : float
+        alpha and c = C Omega^(alpha-2).
+    position, restitution : float
+        b (positive for a preload, -inf without a wall) and r (1 without a wall).
+    """
+
+    order: float
+    coefficient: float
+    position: float
+    restitution: float
+
+    @property
+    def in_phase(self) -> float:
+        """cos(alpha pi/2), exactly 0 for a dashpot."""
+        return 0.0 if self.order == 1.0 else math.cos(self.order * math.pi / 2.0)
+
+    @property
+    def out_of_phase(self) -> float:
+        """sin(alpha pi/2)."""
+        return math.sin(self.order * math.pi / 2.0)
+
+
+@dataclass(frozen=True)
+class Units:
+    """The way back from dimensionless numbers.
+
+    Parameters
+    ----------
+    frequency : float
+        In rad/s.
+    length, speed : float
+        In m and m/s; 0 without noise.
+    side : float
+        -1 where the mass moves below its wall, otherwise 1.
+    """
+
+    frequency: float
+    length: float
+    speed: float
+    side: float
+
+    @property
+    def time(self) -> float:
+        """In s."""
+        return 1.0 / self.frequency
+
+    def moments(self, found: Moments) -> Moments:
+        """Moments in units, and on the mass's own side of the wall.
+
+        Examples
+        --------
+        >>> from springpot.oscillator import Barrier
+        >>> _, units = canonical(Oscillator(natural_frequency=2.0, barrier=Barrier(side="below")))
+        >>> units.moments(Moments(2.0, 1.0, 1.0, 1.0, 0.5, 1.0, 2.0)).impact_rate
+        1.0
+        """
+        length, speed = self.length, self.speed
+        return Moments(
+            amplitude_mean_square=found.amplitude_mean_square * length**2,
+            x_mean=self.side * found.x_mean * length + 0.0,
+            x_mean_square=found.x_mean_square * length**2,
+            v_mean_square=found.v_mean_square * speed**2,
+            impact_rate=found.impact_rate * self.frequency,
+            impact_speed_mean=found.impact_speed_mean * speed,
+            impact_speed_mean_square=found.impact_speed_mean_square * speed**2,
+        )
+
+
+def checked(oscillator: Oscillator) -> Oscillator:
+    """What was asked, if it is an oscillator.
+
+    Raises
+    ------
+    TypeError
+        If it is something else.
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    return oscillator
+
+
+def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
+    """The dimensionless problem and its units.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    order_0_is_spring : bool
+        Whether a springpot of order 0 belongs to the spring: the frequency of the units is then sqrt(Omega^2 + C), and
+        the problem that of a springpot which is not there (order 1, c = 0).
+
+    Raises
+    ------
+    TypeError
+        If it is not an Oscillator.
+
+    Examples
+    --------
+    >>> problem, units = canonical(Oscillator(natural_frequency=4.0))
+    >>> problem.coefficient, units.length
+    (0.125, 0.125)
+    """
+    element, wall, q = checked(oscillator).springpot, oscillator.barrier, oscillator.excitation.intensity
+    order, c, omega = element.order, oscillator.dimensionless_coefficient, oscillator.natural_frequency
+    if order == 0.0 and order_0_is_spring:
+        order, c, omega = 1.0, 0.0, omega * math.sqrt(1.0 + c)
+    speed = math.sqrt(q / omega)
+    units = Units(omega, speed / omega, speed, oscillator.direction or 1.0)
+    if wall is None:
+        return Problem(order, c, -math.inf, 1.0), units
+    position = units.side * wall.position
+    if units.length > 0.0:
+        position = position / units.length
+    elif position:
+        position = math.copysign(math.inf, position)
+    return Problem(order, c, position, wall.restitution), units
+
+
+def endless(oscillator: Oscillator) -> str | None:
+    """The sentence that says why there is no stationary state; None where springpot or wall dissipate energy.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Springpot
+    >>> endless(Oscillator(springpot=Springpot(0.5, 0.0)))
+    'There is no stationary state: nothing dissipates energy (C is 0), so the energy grows as q t / 2.'
+    """
+    if oscillator.dissipates:
+        return None
+    cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
+    noisy = oscillator.excitation.intensity > 0.0
+    fate = "the energy grows as q t / 2" if noisy else "the energy stays what it was at the start"
+    return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
+
+
+def at_rest(oscillator: Oscillator) -> Moments:
+    """Moments without noise: the mass rests against the wall under a preload, at 0 otherwise.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Barrier, WhiteNoise
+    >>> at_rest(Oscillator(barrier=Barrier(0.5), excitation=WhiteNoise(0.0))).x_mean
+    0.5
+    """
+    wall, side = oscillator.barrier, oscillator.direction
+    place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
+    return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)
