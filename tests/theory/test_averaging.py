@@ -161,7 +161,7 @@ def test_unknown_form():
         averaging(oscillator(), form="exact")
 
 
-@pytest.mark.parametrize(("alpha", "coefficient", "cause"), [(0.0, 1.0, "alpha is 0"), (0.5, 0.0, "C is 0")])
+@pytest.mark.parametrize(("alpha", "coefficient", "cause"), [(0.0, 1.0, "order 0 is a spring"), (0.5, 0.0, "C is 0")])
 @pytest.mark.parametrize("form", ["corrected", "printed"])
 def test_no_stationary_state(alpha, coefficient, cause, form):
     result = averaging(oscillator(alpha, coefficient, omega=2.0, q=3.0), form=form)
@@ -433,7 +433,7 @@ def test_shifted_form_warns_and_refuses():
     assert "without a wall" in shifted(barrier=None).warnings[0]
     with pytest.raises(NotCovered, match="position 0 or no wall"):
         shifted(barrier=Barrier(0.5))
-    with pytest.raises(NoStationaryState, match="alpha is 0"):
+    with pytest.raises(NoStationaryState, match="order 0 is a spring"):
         _ = shifted(0.0).x_mean
     assert shifted(0.0).frequency ** 2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)
 
