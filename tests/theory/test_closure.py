@@ -238,7 +238,7 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
         return 1 / math.pi / abs(1 - w * w + c * (1j * w) ** alpha) ** 2
 
     result = closure(free(alpha, c))
-    loop = result._solution.loop
+    loop = result._law.loop
     peak = loop.grid.resonance
     edges = np.unique(np.concatenate([peak * np.geomspace(1e-9, 1e9, 91), peak + peak / 2 * np.r_[
         -np.geomspace(1e-9, 1, 60), 0, np.geomspace(1e-9, 1, 60)]]))  # fmt: skip
@@ -336,7 +336,7 @@ def test_spectrum_and_correlation_belong_together(asked):
     result = closure(asked)
     omega = asked.natural_frequency
     variance = result.x_mean_square - result.x_mean**2
-    loop = result._solution.loop
+    loop = result._law.loop
     scale = loop.grid.resonance * omega
     width = loop.grid.decay * omega
     edges = np.unique(np.concatenate([
@@ -368,7 +368,7 @@ def test_correlation_of_a_dashpot():
     rho = np.exp(-0.2 * lag) * (np.cos(wd * lag) + 0.2 / wd * np.sin(wd * lag))
     folded = 2 / math.pi * (np.sqrt(1 - rho**2) + rho * np.arcsin(np.clip(rho, -1, 1)))
     assert result.correlation(lag) == pytest.approx(1.25 * folded, rel=3e-6)
-    loop = result._solution.loop
+    loop = result._law.loop
     assert unfolded_correlation(loop, lag) == pytest.approx(rho, abs=2e-6)
     assert folded_spectrum(loop, np.array([0.0]))[0] > 0.0
 

@@ -199,7 +199,7 @@ def test_against_monte_carlo(order, c, r, b, square, mean, rate, within):
 def test_joint_density_has_mass_one_in_energy_and_angle(order, c, b, r):
     """Label and phase of the cycles as coordinates of the plane; with a Jacobian by differences, not by the formula."""
     result = envelope(make(order, c, b, r))
-    picture = result._portrait
+    picture = result._law.portrait
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = np.diff(picture.edges)[:, None] / 2.0
     label = (picture.edges[:-1, None] + half * (nodes + 1.0)).ravel()

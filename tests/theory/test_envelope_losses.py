@@ -130,7 +130,7 @@ def test_an_amplitude_is_reached_as_often_as_its_law_says() -> None:
     level = 3.0 * np.sqrt(found.amplitude_mean_square)
     a = np.linspace(level, 5.0 * level, 20_001)
     above = integrate.trapezoid(found.amplitude_density(a), a)
-    cells = found._cells
+    cells = found._law.cells
     largest = _largest_amplitude(cells, 1.0)
     assert cells.diffusion.mass[largest > level].sum() > above > 1e-5
 

@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from springpot.oscillator import Oscillator
 from springpot.theory.result import Moments
 
@@ -55,17 +58,24 @@ class Units:
         In m and m/s; 0 without noise.
     side : float
         -1 where the mass moves below its wall, otherwise 1.
+    origin : float
+        Place in m from which displacements are counted.
     """
 
     frequency: float
     length: float
     speed: float
     side: float
+    origin: float = 0.0
 
     @property
     def time(self) -> float:
         """In s."""
         return 1.0 / self.frequency
+
+    def place(self, displacement: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Dimensionless displacements from the origin, away from the wall."""
+        return np.asarray(self.side * (displacement - self.origin) / self.length)
 
     def moments(self, found: Moments) -> Moments:
         """Moments in units, and on the mass's own side of the wall.

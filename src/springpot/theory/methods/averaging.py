@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from springpot.oscillator import Oscillator, finite_number
-from springpot.theory.distributions import finite_array, hoyt, normal, numbers_only, rayleigh, real_array
-from springpot.theory.problem import checked, endless
-from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
+from springpot.theory.densities import DensitiesOfAmplitude
+from springpot.theory.distributions import finite_array, hoyt, normal, rayleigh, real_array
+from springpot.theory.problem import Units, checked, endless
+from springpot.theory.result import Moments, NoStationaryState, NotCovered
 
 __all__ = ["Averaging", "averaging", "harmonic_sum"]
 
@@ -66,7 +67,7 @@ def harmonic_sum(alpha: float) -> float:
 
 
 @dataclass(frozen=True)
-class Averaging(Result):
+class Averaging(DensitiesOfAmplitude):
     """The averaged oscillator: an amplitude that diffuses and decays, and all that follows from it.
 
     With a^2 = x^2 + v^2 / w^2 the amplitude obeys the Ito equation
@@ -159,95 +160,6 @@ class Averaging(Result):
         # exprel(z) = (e^z - 1) / z is 1 at z = 0, where the mean square grows in proportion to time.
         return np.asarray(start * np.exp(exponent) + 2.0 * self.diffusion * t * special.exprel(exponent))
 
-    @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m: Rayleigh's, or Hoyt's at a shifted frequency.
-
-        Parameters
-        ----------
-        amplitude : array_like
-            A in m.
-        time : float, optional
-            One time from rest in s; without it, the stationary density.
-
-        Raises
-        ------
-        NoStationaryState
-            If the stationary density is asked for and there is none.
-        TypeError
-            If an argument is not a number, or ``time`` is more than one.
-        ValueError
-            If the amplitude is zero for sure (at time 0, or without noise): it has no density then.
-
-        Examples
-        --------
-        >>> result = averaging(Oscillator())
-        >>> float(result.amplitude_density(1.0).round(4))
-        0.5635
-        """
-        mu, a = self._spread(time), real_array(amplitude, "amplitude")
-        if self.frequency == self.oscillator.natural_frequency:
-            return rayleigh(a, mu)
-        return hoyt(a, mu / 2.0, mu / 2.0 * (self.frequency / self.oscillator.natural_frequency) ** 2)
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of x, in 1/m: half of a normal on the mass's side of the wall, a whole one without a wall.
-
-        Parameters and errors are those of `amplitude_density`, with x in m.
-
-        Examples
-        --------
-        >>> result = averaging(Oscillator())
-        >>> float(result.x_density(-0.1)), float(result.x_density(0.0).round(4))
-        (0.0, 0.7446)
-        """
-        x = real_array(displacement, "displacement")
-        side = self.oscillator.direction
-        fold = np.where(side * x >= 0.0, 2.0, 0.0) if side else 1.0
-        return np.asarray(fold * normal(x, self._spread(time) / 2.0))
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of the velocity (normal), in s/m.
-
-        Parameters and errors are those of `amplitude_density`, with v in m/s.
-
-        Examples
-        --------
-        >>> float(averaging(Oscillator()).v_density(0.0).round(4))
-        0.3723
-        """
-        return normal(real_array(velocity, "velocity"), self._spread(time) * self.frequency**2 / 2.0)
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of (x, v), in s/m^2: with a uniform phase x and v are independent; the arguments are broadcast.
-
-        Parameters and errors are those of `amplitude_density`, with x in m and v in m/s.
-
-        Examples
-        --------
-        >>> float(averaging(Oscillator()).joint_density(0.0, 0.0).round(4))
-        0.2772
-        """
-        return np.asarray(self.x_density(displacement, time) * self.v_density(velocity, time))
-
-    @numbers_only
-    def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2 = (Omega A)^2 / 2, in s^2/m^2.
-
-        Parameters and errors are those of `amplitude_density`, with H in m^2/s^2.
-
-        Examples
-        --------
-        >>> float(averaging(Oscillator()).energy_density(1.0).round(4))
-        0.3645
-        """
-        omega, h = self.oscillator.natural_frequency, real_array(energy, "energy")
-        a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega
-        return np.where(h >= 0.0, self.amplitude_density(a, time) / (omega * omega * a), 0.0)
-
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
@@ -321,26 +233,6 @@ class Averaging(Result):
             total += _lines(w, 2.0 * harmonic * self.frequency, 2.0 * power * self.decay_rate, weight)
         return np.asarray(2.0 / math.pi * variance * total)
 
-    @numbers_only
-    def impact_speed_density(self, speed: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of the speed just before an impact (Rayleigh: it is w a), in s/m.
-
-        Parameters and errors are those of `amplitude_density`, with the speed in m/s.
-
-        Raises
-        ------
-        NotCovered
-            If the oscillator has no wall.
-
-        Examples
-        --------
-        >>> float(averaging(Oscillator()).impact_speed_density(1.0).round(4))
-        0.5635
-        """
-        if self.oscillator.barrier is None:
-            raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
-        return rayleigh(real_array(speed, "speed"), self._spread(time) * self.frequency**2)
-
     def to_dict(self) -> dict[str, object]:
         """The common dictionary of `Result.to_dict`, ``decay_rate`` in 1/s and a shifted ``frequency`` in rad/s."""
         common = super().to_dict()
@@ -350,13 +242,56 @@ class Averaging(Result):
             own["frequency"] = self.frequency
         return {**common, **own, **tail}
 
-    def _spread(self, time: float | None) -> float:
+    def _at(self, time: float | None) -> _Law:
         if time is not None and real_array(time, "time").ndim:
             raise TypeError(f"time must be one number, not {time!r}.")
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
             raise ValueError("there is no density: the amplitude is zero for sure (at rest, or without noise).")
-        return mu
+        return _Law(mu, self.frequency, self.oscillator.direction)
+
+    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+        mu, w, omega = self._at(time).mu, self.frequency, self.oscillator.natural_frequency
+        return rayleigh(a, mu) if w == omega else hoyt(a, mu / 2.0, mu / 2.0 * (w / omega) ** 2)
+
+
+@dataclass(frozen=True)
+class _Law:
+    """Densities of x = a cos p and v = w a sin p with a uniform phase p and a Rayleigh amplitude a, in m and m/s.
+
+    Parameters
+    ----------
+    mu, frequency : float
+        <a^2> in m^2, and w in rad/s.
+    side : float
+        1 above a wall, -1 below it, 0 without.
+    """
+
+    mu: float
+    frequency: float
+    side: float
+
+    @property
+    def units(self) -> Units:
+        """m and m/s: the paper's formulas are in them."""
+        return Units(1.0, 1.0, 1.0, self.side or 1.0)
+
+    def x(self, x: FloatArray) -> FloatArray:
+        """Half of a normal on the mass's side of the wall, a whole one without a wall."""
+        fold = np.where(x >= 0.0, 2.0, 0.0) if self.side else 1.0
+        return np.asarray(fold * normal(x, self.mu / 2.0))
+
+    def v(self, v: FloatArray) -> FloatArray:
+        """Normal."""
+        return normal(v, self.mu * self.frequency**2 / 2.0)
+
+    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """With a uniform phase x and v are independent."""
+        return np.asarray(self.x(x) * self.v(v))
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Rayleigh: it is w a."""
+        return rayleigh(speed, self.mu * self.frequency**2)
 
 
 def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shifted"] = "corrected") -> Averaging:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import hoyt, normal, numbers_only, rayleigh, real_array
+from springpot.theory.densities import DensitiesOfAmplitude
+from springpot.theory.distributions import hoyt, normal, rayleigh, real_array
 from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
-from springpot.theory.problem import at_rest, canonical, checked, endless
-from springpot.theory.result import Moments, NoStationaryState, NotCovered, Result
+from springpot.theory.problem import Units, at_rest, canonical, checked, endless
+from springpot.theory.result import Moments, NoStationaryState, NotCovered
 
 __all__ = ["Exact", "exact"]
 
@@ -29,7 +30,7 @@ _REACH = (
 
 
 @dataclass(frozen=True)
-class Exact(Result):
+class Exact(DensitiesOfAmplitude):
     """The exact stationary state, and where it is known the way there from rest.
 
     Without a wall x and v are independent and normal.  With a dashpot and an elastic wall they are the same two
@@ -106,123 +107,6 @@ class Exact(Result):
         """
         x, v = self._transient(time)
         return (x + v) * self.oscillator.length_scale**2
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
-        """Density of x, in 1/m: normal, cut off at the wall.
-
-        Parameters
-        ----------
-        displacement : array_like
-            x in m.
-
-        Raises
-        ------
-        NoStationaryState
-            If there is no stationary state.
-        TypeError
-            If an argument is not a number.
-        ValueError
-            If there is no noise: the mass rests, and has no density.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> result = exact(Oscillator(springpot=Springpot(1.0, 0.5)))
-        >>> result.x_density([-0.1, 0.0]).round(4)
-        array([0.    , 0.7979])
-        """
-        x_spread, _, length, _ = self._spreads()
-        x = self._own_side(displacement, "displacement") / length
-        wall = self.oscillator.dimensionless_position
-        density = _cut_normal(x, x_spread, wall) if self.oscillator.barrier is not None else normal(x, x_spread**2)
-        return density / length
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike) -> FloatArray:
-        """Density of the velocity (normal), in s/m.
-
-        Parameters and errors are those of `x_density`, with v in m/s.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(4))
-        0.3989
-        """
-        _, v_spread, _, speed = self._spreads()
-        return normal(real_array(velocity, "velocity") / speed, v_spread**2) / speed
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
-        """Density of (x, v), in s/m^2: x and v are independent; the arguments are broadcast.
-
-        Parameters and errors are those of `x_density`, with x in m and v in m/s.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).joint_density(0.0, 0.0).round(4))
-        0.3183
-        """
-        return np.asarray(self.x_density(displacement) * self.v_density(velocity))
-
-    @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
-        """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
-
-        Parameters and errors are those of `x_density`, with A in m.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).amplitude_density(1.0).round(4))
-        0.6065
-        """
-        x_spread, v_spread, length, _ = self._spreads()
-        a = real_array(amplitude, "amplitude") / length
-        if self.oscillator.barrier is None:
-            return hoyt(a, x_spread**2, v_spread**2) / length
-        return _cut_rayleigh(a, x_spread, self.oscillator.dimensionless_position) / length
-
-    @numbers_only
-    def energy_density(self, energy: ArrayLike) -> FloatArray:
-        """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
-
-        Parameters and errors are those of `x_density`, with H in m^2/s^2.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).energy_density(1.0).round(4))
-        0.3679
-        """
-        omega = self.oscillator.natural_frequency
-        h = real_array(energy, "energy")
-        a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega  # H = (Omega A)^2 / 2
-        return np.where(h >= 0.0, self.amplitude_density(a) / (omega * omega * a), 0.0)
-
-    @numbers_only
-    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
-        """Density of the speed just before an impact (Rayleigh), in s/m.
-
-        Parameters and errors are those of `x_density`, with the speed in m/s.
-
-        Raises
-        ------
-        NotCovered
-            If the oscillator has no wall.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).impact_speed_density(1.0).round(4))
-        0.6065
-        """
-        if self.oscillator.barrier is None:
-            raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
-        _, v_spread, _, scale = self._spreads()
-        return rayleigh(real_array(speed, "speed") / scale, 2.0 * v_spread**2) / scale
 
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
@@ -309,20 +193,45 @@ class Exact(Result):
             return x / frequency**3, v / frequency
         return _relaxation(alpha, c).mean_squares(t)
 
-    def _own_side(self, value: ArrayLike, name: str) -> FloatArray:
-        """The argument, mirrored where the mass moves below the wall."""
-        array = real_array(value, name)
-        return -array if self.oscillator.direction < 0.0 else array
+    def _joint(self, x: FloatArray, v: FloatArray, time: float | None) -> FloatArray:
+        return np.asarray(self._x(x, time) * self._v(v, time))  # x and v are independent
 
-    def _spreads(self) -> tuple[float, float, float, float]:
-        """Dimensionless standard deviations of the two normals, and the units of length and speed."""
-        moments = self.moments
-        length, speed = self.oscillator.length_scale, self.oscillator.speed_scale
-        if length == 0.0:
-            raise ValueError("there is no density: without noise the mass rests.")
-        v_spread = math.sqrt(moments.v_mean_square) / speed
-        wall = self.oscillator.barrier is not None
-        return (v_spread if wall else math.sqrt(moments.x_mean_square) / length), v_spread, length, speed
+    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+        law = self._at(time)
+        assert isinstance(law, _Normals)
+        return np.asarray(law.amplitude(a / law.units.length) / law.units.length)
+
+
+@dataclass(frozen=True)
+class _Normals:
+    """Densities of two independent normals, the first cut off at the wall (NaN for none); dimensionless."""
+
+    units: Units
+    x_spread: float
+    v_spread: float
+    wall: float
+
+    def x(self, x: FloatArray) -> FloatArray:
+        """Density of the displacement."""
+        return normal(x, self.x_spread**2) if math.isnan(self.wall) else _cut_normal(x, self.x_spread, self.wall)
+
+    def v(self, v: FloatArray) -> FloatArray:
+        """Density of the velocity."""
+        return normal(v, self.v_spread**2)
+
+    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Density of both."""
+        return np.asarray(self.x(x) * self.v(v))
+
+    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+        """Density of sqrt(x^2 + v^2)."""
+        if math.isnan(self.wall):
+            return hoyt(amplitude, self.x_spread**2, self.v_spread**2)
+        return _cut_rayleigh(amplitude, self.x_spread, self.wall)
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Density of the speed just before an impact."""
+        return rayleigh(speed, 2.0 * self.v_spread**2)
 
 
 def exact(oscillator: Oscillator) -> Exact:
@@ -368,12 +277,14 @@ def exact(oscillator: Oscillator) -> Exact:
     """
     checked(oscillator)
     _check_covered(oscillator)
+    stationary = _stationary(oscillator)
     return Exact(
         method="exact",
         oscillator=oscillator,
-        stationary=_stationary(oscillator),
+        stationary=stationary,
         assumptions=("None: this solves the equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
+        _law=None if isinstance(stationary, str) else _law(oscillator, stationary),
     )
 
 
@@ -421,6 +332,16 @@ def _stationary(oscillator: Oscillator) -> Moments | str:
     if not math.isfinite(moments.amplitude_mean_square):
         return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small."
     return moments
+
+
+def _law(oscillator: Oscillator, moments: Moments) -> _Normals | None:
+    problem, units = canonical(oscillator)
+    if units.length == 0.0:
+        return None
+    v_spread = math.sqrt(moments.v_mean_square) / units.speed
+    if oscillator.barrier is None:
+        return _Normals(units, math.sqrt(moments.x_mean_square) / units.length, v_spread, math.nan)
+    return _Normals(units, v_spread, v_spread, problem.position)
 
 
 def _hazard(k: float) -> float:

@@ -26,13 +26,14 @@ What was tried and what it gained (against Monte Carlo from an adapted start, c 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import finite_array, normal, numbers_only, real_array
+from springpot.theory.densities import DensitiesOfAmplitude
+from springpot.theory.distributions import finite_array, normal
 from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
 from springpot.theory.methods.closure.memory import Loop
 from springpot.theory.methods.closure.plane import Plane
@@ -44,8 +45,8 @@ from springpot.theory.methods.closure.steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.problem import at_rest, canonical, endless
-from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered, Result
+from springpot.theory.problem import Units, at_rest, canonical, endless
+from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered
 
 __all__ = ["Closure", "NoConvergence", "closure"]
 
@@ -62,7 +63,7 @@ _FAR = 40.0  # standard deviations at which every density is exactly 0 in double
 
 
 @dataclass(frozen=True)
-class Closure(Result):
+class Closure(DensitiesOfAmplitude):
     """The closed oscillator: stationary moments, densities, correlation and spectrum.
 
     Parameters
@@ -75,131 +76,14 @@ class Closure(Result):
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
+
+    With a wall every density is a Gaussian times a polynomial of degree 9: its integral is 1 to rounding, but behind a
+    lossy wall and in the tails it may fall below 0, which ``warnings`` says where it is by more than 0.2 % of the
+    maximum.
     """
 
     iterations: int
     residual: float
-    _solution: _Solved | None = field(default=None, repr=False, compare=False)
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
-        """Stationary density of x, in 1/m.
-
-        Parameters
-        ----------
-        displacement : array_like
-            x in m.
-
-        Raises
-        ------
-        NoStationaryState
-            If there is no stationary state.
-        TypeError
-            If the argument is not a number or an array of them.
-        ValueError
-            Without noise: x has no density then.
-
-        Notes
-        -----
-        With a wall it is a Gaussian times a polynomial of degree 9, and so are the other densities: their integrals are
-        1 to rounding, but behind a lossy wall and in the tails they may fall below 0, which ``warnings`` says where it
-        is by more than 0.2 % of the maximum.
-
-        Examples
-        --------
-        >>> result = closure(Oscillator())
-        >>> float(result.x_density(-0.1)), float(result.x_density(1.0).round(3))
-        (0.0, 0.509)
-        """
-        solved = self._solved()
-        y = self._from_wall(displacement) / solved.y_scale
-        if solved.plane is None:
-            return normal(y, 1.0) / solved.y_scale
-        return np.asarray(np.where(y < 0.0, 0.0, solved.plane.y_density(np.clip(y, 0.0, _FAR))) / solved.y_scale)
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike) -> FloatArray:
-        """Stationary density of the velocity, in s/m; with a wall that takes energy it is not symmetric.
-
-        Parameters and errors are those of `x_density`, with the velocity in m/s.
-
-        Examples
-        --------
-        >>> float(closure(Oscillator()).v_density(0.0).round(3))
-        0.363
-        """
-        solved = self._solved()
-        v = np.clip(self._away(velocity) / solved.v_scale, -_FAR, _FAR)
-        density = normal(v, 1.0) if solved.plane is None else solved.plane.v_density(v)
-        return np.asarray(density / solved.v_scale)
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
-        """Stationary density of (x, v), in s/m^2; the arguments are broadcast.
-
-        Parameters and errors are those of `x_density`, with the velocity in m/s.
-
-        Examples
-        --------
-        >>> float(closure(Oscillator()).joint_density(1.0, 0.0).round(3))
-        0.184
-        """
-        solved = self._solved()
-        return solved.joint(self._from_wall(displacement) / solved.y_scale, self._away(velocity) / solved.v_scale)
-
-    @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
-        """Stationary density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
-
-        Parameters and errors are those of `x_density`, with A in m.
-
-        Examples
-        --------
-        >>> float(closure(Oscillator()).amplitude_density(1.0).round(3))
-        0.591
-        """
-        a = real_array(amplitude, "amplitude")
-        within = np.clip(a, 0.0, self._solved().reach(self.oscillator.natural_frequency))
-        return np.asarray(self.oscillator.natural_frequency * within * self._around(a))
-
-    @numbers_only
-    def energy_density(self, energy: ArrayLike) -> FloatArray:
-        """Stationary density of the energy per unit mass, Omega^2 A^2 / 2, in s^2/m^2.
-
-        Parameters and errors are those of `x_density`, with the energy in m^2/s^2.
-
-        Examples
-        --------
-        >>> float(closure(Oscillator()).energy_density(0.5).round(3))
-        0.591
-        """
-        e = real_array(energy, "energy")
-        omega = self.oscillator.natural_frequency
-        around = self._around(np.sqrt(2.0 * np.maximum(e, 0.0)) / omega)
-        return np.asarray(np.where(e < 0.0, 0.0, around) / omega)
-
-    @numbers_only
-    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
-        """Density of the speed just before an impact, in s/m.
-
-        Parameters and errors are those of `x_density`, with the speed in m/s.
-
-        Raises
-        ------
-        NotCovered
-            If the oscillator has no wall.
-
-        Examples
-        --------
-        >>> float(closure(Oscillator()).impact_speed_density(1.0).round(3))
-        0.591
-        """
-        solved = self._solved()
-        if solved.plane is None:
-            raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
-        u = real_array(speed, "speed") / solved.v_scale
-        return np.asarray(solved.plane.impact_speed_density(np.clip(u, 0.0, _FAR)) / solved.v_scale)
-
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
@@ -273,20 +157,20 @@ class Closure(Result):
         return self.x_mean_square - self.x_mean**2
 
     def _solved(self) -> _Solved:
-        moments = self.moments  # raises where there is no stationary state
-        if self._solution is None or moments.v_mean_square == 0.0:
-            raise ValueError("there is no density: x and v are zero for sure (without noise).")
-        return self._solution
+        law = self._at(None)
+        assert isinstance(law, _Solved)
+        return law
 
-    def _from_wall(self, displacement: ArrayLike) -> FloatArray:
-        """Distance from the wall into the open side; without a wall, x."""
-        x = real_array(displacement, "displacement")
-        wall = self.oscillator.barrier
-        return x if wall is None else self.oscillator.direction * (x - wall.position)
+    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+        self._at(time)
+        within = np.clip(a, 0.0, self._solved().reach(self.oscillator.natural_frequency))
+        return np.asarray(self.oscillator.natural_frequency * within * self._around(a))
 
-    def _away(self, velocity: ArrayLike) -> FloatArray:
-        """Velocity away from the wall."""
-        return np.asarray((self.oscillator.direction or 1.0) * real_array(velocity, "velocity"))
+    def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
+        self._at(time)
+        omega = self.oscillator.natural_frequency
+        around = self._around(np.sqrt(2.0 * np.maximum(h, 0.0)) / omega)
+        return np.asarray(np.where(h < 0.0, 0.0, around) / omega)
 
     def _around(self, amplitude: FloatArray) -> FloatArray:
         """Integral of the joint density over the phase on the circle of one amplitude, in s/m^2."""
@@ -300,32 +184,46 @@ class Closure(Result):
         phase = half[..., None] * node
         y = a[..., None] * np.cos(phase) - (0.0 if wall is None else gap)
         v = self.oscillator.natural_frequency * a[..., None] * np.sin(phase)
-        y = y / solved.y_scale if wall is None else np.maximum(y, 0.0) / solved.y_scale
-        value = half * (solved.joint(y, v / solved.v_scale) @ weight)
+        length, speed = solved.units.length, solved.units.speed
+        y = y / length if wall is None else np.maximum(y, 0.0) / length
+        value = half * ((solved.joint(y, v / speed) / (length * speed)) @ weight)
         return np.asarray(np.where(np.asarray(amplitude) < 0.0, 0.0, value))
 
 
 @dataclass(frozen=True)
 class _Solved:
-    """What the iteration leaves behind, and its scales: sigma_y in m, sigma_v in m/s."""
+    """What the iteration leaves behind, and its densities in units of sigma_y and sigma_v, from the wall on."""
 
     loop: Loop
     plane: Plane | None
-    y_scale: float
-    v_scale: float
+    units: Units
 
     def reach(self, frequency: float) -> float:
         """An amplitude in m that is never reached."""
-        return 2.0 * _FAR * (self.y_scale + self.v_scale / frequency)
+        return 2.0 * _FAR * (self.units.length + self.units.speed / frequency)
 
-    def joint(self, y: FloatArray, v: FloatArray) -> FloatArray:
-        """Density of (x, v) in s/m^2 at Y and V."""
+    def x(self, x: FloatArray) -> FloatArray:
+        """Density of the distance from the wall."""
+        if self.plane is None:
+            return normal(x, 1.0)
+        return np.asarray(np.where(x < 0.0, 0.0, self.plane.y_density(np.clip(x, 0.0, _FAR))))
+
+    def v(self, v: FloatArray) -> FloatArray:
+        """Density of the velocity away from the wall."""
+        v = np.clip(v, -_FAR, _FAR)
+        return normal(v, 1.0) if self.plane is None else self.plane.v_density(v)
+
+    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Density of both."""
         v = np.clip(v, -_FAR, _FAR)
         if self.plane is None:
-            density = normal(y, 1.0) * normal(v, 1.0)
-        else:
-            density = np.where(y < 0.0, 0.0, self.plane.joint(np.clip(y, 0.0, _FAR), v))
-        return np.asarray(density / (self.y_scale * self.v_scale))
+            return normal(x, 1.0) * normal(v, 1.0)
+        return np.where(x < 0.0, 0.0, self.plane.joint(np.clip(x, 0.0, _FAR), v))
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Density of the speed just before an impact."""
+        assert self.plane is not None
+        return self.plane.impact_speed_density(np.clip(speed, 0.0, _FAR))
 
 
 def closure(oscillator: Oscillator) -> Closure:
@@ -368,16 +266,20 @@ def closure(oscillator: Oscillator) -> Closure:
         stationary = at_rest(oscillator)
     elif oscillator.barrier is None:
         loop = solve_without_wall(alpha, problem.coefficient)
-        solved = _Solved(loop, None, math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed)
+        x_root, v_root = math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed
+        solved = _Solved(loop, None, replace(units, length=x_root, speed=v_root))
         stationary = Moments(
-            solved.y_scale**2 + (solved.v_scale * units.time) ** 2,
-            0.0, solved.y_scale**2, solved.v_scale**2, 0.0, math.nan, math.nan,
-        )  # fmt: skip
+            x_root**2 + (v_root * units.time) ** 2, 0.0, x_root**2, v_root**2, 0.0, math.nan, math.nan
+        )
     else:
         loop, plane, iterations, residual = solve_with_wall(
             alpha, problem.coefficient, problem.restitution, problem.position
         )
-        solved = _Solved(loop, plane, plane.sigma_y * units.length, plane.sigma_v * units.speed)
+        own = replace(
+            units, length=plane.sigma_y * units.length, speed=plane.sigma_v * units.speed,
+            origin=oscillator.barrier.position,
+        )  # fmt: skip
+        solved = _Solved(loop, plane, own)
         stationary = units.moments(_moments(plane, problem.position))
     return Closure(
         method="closure",
@@ -387,7 +289,7 @@ def closure(oscillator: Oscillator) -> Closure:
         warnings=(*_warnings(oscillator), *_about_negative_densities(solved)),
         iterations=iterations,
         residual=residual,
-        _solution=solved,
+        _law=solved,
     )
 
 

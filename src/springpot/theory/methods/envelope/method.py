@@ -49,7 +49,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.oscillator import LARGEST, Oscillator, finite_number
-from springpot.theory.distributions import numbers_only, real_array
+from springpot.theory.densities import DensitiesOfAmplitude
+from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
@@ -58,7 +59,7 @@ from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, canonical, endless
-from springpot.theory.result import ROUNDED, Moments, NoStationaryState, NotCovered, Result
+from springpot.theory.result import ROUNDED, Moments, NotCovered
 
 __all__ = ["Envelope", "envelope"]
 
@@ -76,7 +77,7 @@ _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r: below it the cycles ar
 
 
 @dataclass(frozen=True)
-class Envelope(Result):
+class Envelope(DensitiesOfAmplitude):
     """The energy diffusion, and all that follows from it.
 
     Parameters
@@ -87,22 +88,24 @@ class Envelope(Result):
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
+
+    The mean of the density of impact speeds is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, b from -1 to 1
+    and r from 0.5.  Where cycles of different size cross it is made of those that do not, and its mean was up to 18 %
+    off (c = 3, b = -1, r = 0.5): there the moments are the better answer.
     """
 
     balance: Balance | None = field(repr=False)
-    _units: Units = field(repr=False)
-    _impacts: Impacts | None = field(repr=False)
 
     @property
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
-        found = self._settled()
-        return found.average(found.frequency) / self._units.time
+        found = self._solved().balance
+        return found.average(found.frequency) / self._solved().units.time
 
     @property
     def relaxation_rates(self) -> FloatArray:
         """Rates at which the density of the energy relaxes, in 1/s, the slowest first."""
-        return np.asarray(self._cells.diffusion.modes[0][1:] / self._units.time)
+        return np.asarray(self._solved().cells.diffusion.modes[0][1:] / self._solved().units.time)
 
     def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<A^2> at a time from rest, in m^2.
@@ -136,145 +139,12 @@ class Envelope(Result):
         t = real_array(time, "time")
         if not np.all(t >= 0.0):
             raise ValueError("time must be at least 0 s.")
-        if self._still():
+        if self._law is None and not isinstance(self.stationary, str):
             return np.full(t.shape, self.amplitude_mean_square)
-        cells = self._cells
-        square = cells.x_square + self._kappa * cells.v_square
-        probability = cells.diffusion.from_rest(t.ravel() / self._units.time)
-        return (probability @ square).reshape(t.shape) * self._units.length**2
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
-        """Density of x, in 1/m.
-
-        Parameters
-        ----------
-        displacement : array_like
-            x in m.
-
-        Raises
-        ------
-        NoStationaryState
-            If there is no stationary state.
-        TypeError
-            If an argument is not a number.
-        ValueError
-            If there is no noise: the mass rests, and has no density.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> envelope(Oscillator(springpot=Springpot(1.0, 0.5))).x_density([-0.1, 0.0]).round(3)
-        array([0.   , 0.798])
-        """
-        table, x = self._x_table, real_array(displacement, "displacement")
-        return table.density(self._units.side * x / self._units.length) / self._units.length
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike) -> FloatArray:
-        """Density of the velocity, in s/m.
-
-        Parameters and errors are those of `x_density`, with v in m/s.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).v_density(0.0).round(3))
-        0.399
-        """
-        v = self._units.side * real_array(velocity, "velocity") / self._units.speed
-        return self._v_table.density(v) / self._units.speed
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
-        """Density of (x, v), in s/m^2; the arguments are broadcast.
-
-        Parameters and errors are those of `x_density`, with x in m and v in m/s.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).joint_density(0.5, 0.5).round(4))
-        0.2479
-        """
-        s = self._units
-        x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
-        return self._portrait.joint(s.side * x / s.length, s.side * v / s.speed) / (s.length * s.speed)
-
-    @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
-
-        Parameters
-        ----------
-        amplitude : array_like
-            A in m.
-        time : float, optional
-            One time from rest in s; without it, the stationary density.
-
-        Raises
-        ------
-        NoStationaryState
-            If there is no stationary state.
-        TypeError
-            If an argument is not a number.
-        ValueError
-            If there is no noise, or the time is not positive: the amplitude has no density then.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).amplitude_density(1.0).round(2))
-        0.61
-        """
-        a = real_array(amplitude, "amplitude") / self._units.length
-        table = self._energy_table if time is None else self._energy_at(time)
-        return np.clip(a, 0.0, table.end) * table.density(a) / self._units.length
-
-    @numbers_only
-    def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2, in s^2/m^2.
-
-        Parameters and errors are those of `amplitude_density`, with H in m^2/s^2.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).energy_density(1.0).round(3))
-        0.368
-        """
-        omega = self.oscillator.natural_frequency
-        h = real_array(energy, "energy")
-        table = self._energy_table if time is None else self._energy_at(time)
-        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / (omega * self._units.length)  # H = (Omega A)^2 / 2
-        return np.where(h < 0.0, 0.0, table.density(a) / (omega * self._units.length) ** 2)
-
-    @numbers_only
-    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
-        """Density of the speed just before an impact, in s/m.
-
-        Parameters and errors are those of `x_density`, with the speed in m/s.
-
-        Raises
-        ------
-        NotCovered
-            If nothing is struck, or slow impacts are infinitely many.
-
-        Notes
-        -----
-        Its mean is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, b from -1 to 1 and r from 0.5.  Where
-        cycles of different size cross it is made of those that do not, and its mean was up to 18 % off (c = 3, b = -1,
-        r = 0.5): there the moments are the better answer.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Springpot
-        >>> float(envelope(Oscillator(springpot=Springpot(1.0, 0.5))).impact_speed_density(1.0).round(2))
-        0.61
-        """
-        self._settled()
-        u = real_array(speed, "speed") / self._units.speed
-        return self._speed_table.density(u) / self._units.speed
+        cells = self._solved().cells
+        square = cells.x_square + self._solved().kappa * cells.v_square
+        probability = cells.diffusion.from_rest(t.ravel() / self._solved().units.time)
+        return (probability @ square).reshape(t.shape) * self._solved().units.length**2
 
     def first_passage(
         self, *, amplitude: float | None = None, energy: float | None = None, x: float | None = None
@@ -335,13 +205,13 @@ class Envelope(Result):
             level /= self.oscillator.natural_frequency
         else:
             level = finite_number(amplitude, "amplitude", low=0.0, open_low=True)
-        cells = self._cells
-        largest = _largest_amplitude(cells, self._kappa)
-        wanted = level / self._units.length
+        cells = self._solved().cells
+        largest = _largest_amplitude(cells, self._solved().kappa)
+        wanted = level / self._solved().units.length
         if not largest[0] < wanted < largest[-1]:
             raise ValueError(
-                f"the level must lie between {largest[0] * self._units.length:g} m (rest) and "
-                f"{largest[-1] * self._units.length:g} m (which is never reached), not at {level:g} m."
+                f"the level must lie between {largest[0] * self._solved().units.length:g} m (rest) and "
+                f"{largest[-1] * self._solved().units.length:g} m (which is never reached), not at {level:g} m."
             )
         return self._passage(float(np.interp(wanted**2, largest**2, cells.diffusion.action)))
 
@@ -356,8 +226,8 @@ class Envelope(Result):
                 f"first_passage of x is covered for c up to {_LIGHTEST:g} with an elastic wall or none: simulate it "
                 "with first_passage={'x': level}."
             )
-        cells = self._cells
-        wanted = (self.oscillator.direction or math.copysign(1.0, level)) * level / self._units.length
+        cells = self._solved().cells
+        wanted = (self.oscillator.direction or math.copysign(1.0, level)) * level / self._solved().units.length
         # energy gains variance at the rate <v^2>, of which the largest x gets 1 / (w^2 A) squared
         spread = np.sqrt(cells.v_square * 2.0 * cells.phase / cells.frequency) / (cells.frequency**2 * cells.amplitude)
         reached = np.maximum.accumulate(cells.centre + cells.amplitude - _LOOKED_AT * spread)
@@ -367,7 +237,7 @@ class Envelope(Result):
 
     def _passage(self, action: float) -> FirstPassage:
         """The first passage of a level of the action, in s."""
-        passage, unit = self._cells.diffusion.first_passage(action), self._units.time
+        passage, unit = self._solved().cells.diffusion.first_passage(action), self._solved().units.time
         return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
     def to_dict(self) -> dict[str, object]:
@@ -376,55 +246,90 @@ class Envelope(Result):
         tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
         return {**common, "frequency": None if self.balance is None else self.frequency, **tail}
 
-    @property
-    def _kappa(self) -> float:
-        return _kappa(self.oscillator)
+    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+        table, length = self._energy_table(time), self._solved().units.length
+        return np.clip(a / length, 0.0, table.end) * table.density(a / length) / length
+
+    def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
+        length = self.oscillator.natural_frequency * self._solved().units.length
+        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / length  # H = (Omega A)^2 / 2
+        return np.where(h < 0.0, 0.0, self._energy_table(time).density(a) / length**2)
+
+    def _energy_table(self, time: float | None) -> Tabulated:
+        law = self._solved()
+        if time is None:
+            return law.energy_table
+        t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
+        return law.energy_at(t / self._solved().units.time)
+
+    def _solved(self) -> _Law:
+        law = self._at(None)
+        assert isinstance(law, _Law)
+        return law
+
+
+@dataclass(frozen=True)
+class _Law:
+    """What follows from a settled balance, tabulated when it is first asked for; dimensionless."""
+
+    units: Units
+    balance: Balance
+    impacts: Impacts | None
+    kappa: float
 
     @cached_property
-    def _portrait(self) -> Portrait:
-        return portrait(self._settled())
+    def cells(self) -> Cells:
+        """The diffusion in time."""
+        return self.balance.cells()
+
+    @cached_property
+    def portrait(self) -> Portrait:
+        """The cycles in the plane of x and v."""
+        return portrait(self.balance)
+
+    @cached_property
+    def energy_table(self) -> Tabulated:
+        """The energy, as a function of the amplitude."""
+        return self.portrait.energy(self.kappa)
+
+    def energy_at(self, time: float) -> Tabulated:
+        """The same at a time from rest."""
+        ratio = self.cells.diffusion.from_rest(np.array([time]))[0] / self.cells.diffusion.mass
+
+        def at(label: FloatArray) -> FloatArray:
+            return np.asarray(np.interp(label, self.cells.label, ratio))
+
+        return portrait(self.balance, at).energy(self.kappa)
+
+    def x(self, x: FloatArray) -> FloatArray:
+        """Density of the displacement."""
+        return self._x_table.density(x)
+
+    def v(self, v: FloatArray) -> FloatArray:
+        """Density of the velocity."""
+        return self._v_table.density(v)
+
+    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Density of both."""
+        return self.portrait.joint(x, v)
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Density of the speed just before an impact."""
+        return self._speed_table.density(speed)
 
     @cached_property
     def _x_table(self) -> Tabulated:
-        return self._portrait.x()
+        return self.portrait.x()
 
     @cached_property
     def _v_table(self) -> Tabulated:
-        return self._portrait.v()
-
-    @cached_property
-    def _energy_table(self) -> Tabulated:
-        return self._portrait.energy(self._kappa)
+        return self.portrait.v()
 
     @cached_property
     def _speed_table(self) -> Tabulated:
-        if self._impacts is None:
+        if self.impacts is None:
             raise NotCovered("There is no density of impact speeds: nothing is struck, or infinitely often at speed 0.")
-        return Tabulated.make(self._impacts.speeds, self._impacts.density)
-
-    def _energy_at(self, time: float) -> Tabulated:
-        t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
-        found, cells = self._settled(), self._cells
-        ratio = cells.diffusion.from_rest(np.array([t / self._units.time]))[0] / cells.diffusion.mass
-
-        def at(label: FloatArray) -> FloatArray:
-            return np.asarray(np.interp(label, cells.label, ratio))
-
-        return portrait(found, at).energy(self._kappa)
-
-    @cached_property
-    def _cells(self) -> Cells:
-        return self._settled().cells()
-
-    def _still(self) -> bool:
-        return self.balance is None and not isinstance(self.stationary, str)
-
-    def _settled(self) -> Balance:
-        if isinstance(self.stationary, str):
-            raise NoStationaryState(self.stationary)
-        if self.balance is None:
-            raise ValueError("there is no density: without noise the mass rests.")
-        return self.balance
+        return Tabulated.make(self.impacts.speeds, self.impacts.density)
 
 
 def envelope(oscillator: Oscillator) -> Envelope:
@@ -478,8 +383,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
         assumptions=_assumptions(oscillator),
         warnings=_warnings(oscillator, found),
         balance=found,
-        _units=units,
-        _impacts=struck,
+        _law=None if found is None else _Law(units, found, struck, _kappa(oscillator)),
     )
 
 

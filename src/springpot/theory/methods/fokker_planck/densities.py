@@ -24,9 +24,9 @@ from springpot.theory.methods.fokker_planck.transition import (
     x_form,
 )
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem
+from springpot.theory.problem import Problem, Units
 
-__all__ = ["Densities"]
+__all__ = ["Laws"]
 
 FloatArray = NDArray[np.float64]
 
@@ -44,20 +44,22 @@ _GAUSS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True)
-class Densities:
-    """Of the displacement, the velocity, both, and the speed of impacts.
+class Laws:
+    """The densities of the displacement, the velocity, both, and the speed of impacts.
 
     Parameters
     ----------
     problem : Problem
     impacts : Impacts
         The solution of the equation.
+    units : Units
     x_root, v_root : float
         Root mean squares of x and v.
     """
 
     problem: Problem
     impacts: Impacts
+    units: Units
     x_root: float
     v_root: float
 
@@ -83,6 +85,10 @@ class Densities:
                 law = self._law_of_v(float(distance))
                 density[row] = law.density(v[row]) * self._x_law.density(np.asarray(distance))
         return density
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Density of the speed of impacts."""
+        return np.asarray(self.flux(speed) / self.impacts.mass)
 
     def _law_of_v(self, gap: float) -> Tabulated:
         """Density of v, given a distance from the wall."""

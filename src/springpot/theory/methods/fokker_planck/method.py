@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from springpot.oscillator import Oscillator
-from springpot.theory.distributions import numbers_only, real_array
+from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.methods.fokker_planck.densities import Densities
+from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
 from springpot.theory.problem import at_rest, canonical, endless
-from springpot.theory.result import Moments, NotCovered, Result
+from springpot.theory.result import Moments, NotCovered
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
 
@@ -33,7 +33,7 @@ _REFUSED = 1e-2  # estimated error at which an answer is none
 
 
 @dataclass(frozen=True)
-class FokkerPlanck(Result):
+class FokkerPlanck(Densities):
     """The stationary density of (x, v) with impacts that lose energy.
 
     Parameters
@@ -48,102 +48,32 @@ class FokkerPlanck(Result):
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
+
+    The first call of a density tabulates it, which takes a few tenths of a second; between the knots it is interpolated
+    to 1e-7 of its maximum.  Within 0.001 sqrt(q / Omega^3) of the wall, where slow impacts may raise a sharp maximum
+    (infinite for r at most 0.5), the density of x is continued by the power law of that maximum.  The joint density
+    takes 0.1 to 0.6 s for each different displacement: its law of v is tabulated, so that its integral over v is the
+    density of x.  Very near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) the slow speeds follow the
+    law of that distance, scaled as (distance)^(1/3).  It is good to 1e-3 of its maximum there, 1e-4 elsewhere.
+
+    Examples
+    --------
+    >>> from springpot.oscillator import Barrier, Springpot
+    >>> found = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
+    >>> found.x_density([-0.1, 1.0]).round(3), found.v_density([-0.5, 0.0, 0.5]).round(3)
+    (array([0.   , 0.451]), array([0.281, 0.325, 0.321]))
+    >>> found.impact_speed_density([0.0, 1.0]).round(3), found.joint_density(0.5, [-1.0, 1.0]).round(3)
+    (array([0.   , 0.432]), array([0.127, 0.157]))
     """
 
     error_estimate: float
     impact_rate_error: float
-    _densities: Densities | None = field(default=None, repr=False, compare=False)
 
-    @numbers_only
-    def impact_speed_density(self, speed: ArrayLike) -> FloatArray:
-        """Density of the speed just before an impact, in s/m.
-
-        Parameters
-        ----------
-        speed : array_like
-            In m/s.
-
-        Raises
-        ------
-        NoStationaryState
-            If there is no stationary state.
-        TypeError
-            If an argument is not a number.
-        ValueError
-            If there is no noise: the mass rests, and has no density.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Barrier, Springpot
-        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
-        >>> fokker_planck(lossy).impact_speed_density([0.0, 1.0]).round(3)
-        array([0.   , 0.432])
-        """
-        solved, scale = self._solved(), self.oscillator.speed_scale
-        u = real_array(speed, "speed") / scale
-        return np.asarray(solved.flux(u) / (solved.impacts.mass * scale))
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
-        """Density of x, in 1/m.
-
-        Parameters and errors are those of `impact_speed_density`, with x in m.  Within 0.001 sqrt(q / Omega^3) of the
-        wall, where slow impacts may raise a sharp maximum (infinite for r at most 0.5), it is continued by the power
-        law of that maximum.  The first call tabulates it, which takes a few tenths of a second.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Barrier, Springpot
-        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
-        >>> fokker_planck(lossy).x_density([-0.1, 1.0]).round(3)
-        array([0.   , 0.451])
-        """
-        solved, length = self._solved(), self.oscillator.length_scale
-        return np.asarray(solved.x(self._mirrored(displacement, "displacement") / length) / length)
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike) -> FloatArray:
-        """Density of the velocity, in s/m.
-
-        Parameters and errors are those of `impact_speed_density`, with v in m/s.  The first call tabulates it, which
-        takes a few tenths of a second; between the knots it is interpolated to 1e-7 of its maximum.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Barrier, Springpot
-        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
-        >>> fokker_planck(lossy).v_density([-0.5, 0.0, 0.5]).round(3)
-        array([0.281, 0.325, 0.321])
-        """
-        solved, scale = self._solved(), self.oscillator.speed_scale
-        return np.asarray(solved.v(self._mirrored(velocity, "velocity") / scale) / scale)
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
-        """Density of (x, v), in s/m^2; the arguments are broadcast.
-
-        Parameters and errors are those of `impact_speed_density`, with x in m and v in m/s.  It takes 0.1 to 0.6 s for
-        each different displacement: its law of v is tabulated, so that its integral over v is the density of x.  Very
-        near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) the slow speeds follow the law of that
-        distance, scaled as (distance)^(1/3).  Good to 1e-3 of its maximum near the wall, 1e-4 elsewhere.
-
-        Examples
-        --------
-        >>> from springpot.oscillator import Barrier, Springpot
-        >>> lossy = Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8))
-        >>> fokker_planck(lossy).joint_density(0.5, [-1.0, 1.0]).round(3)
-        array([0.127, 0.157])
-        """
-        solved, length, speed = self._solved(), self.oscillator.length_scale, self.oscillator.speed_scale
-        x, v = np.broadcast_arrays(
-            self._mirrored(displacement, "displacement") / length, self._mirrored(velocity, "velocity") / speed
-        )
-        return solved.joint(x, v) / (length * speed)
-
-    def _mirrored(self, value: ArrayLike, name: str) -> FloatArray:
-        """The argument, mirrored where the mass moves below the wall."""
-        array, wall = real_array(value, name), self.oscillator.barrier
-        return -array if wall is not None and wall.side == "below" else array
+    def _impact_speed(self, u: FloatArray, time: float | None) -> FloatArray:
+        law = self._at(time)
+        assert isinstance(law, Laws)
+        # one division, not two: the last digit of before
+        return np.asarray(law.flux(u / law.units.speed) / (law.impacts.mass * law.units.speed))
 
     def to_dict(self) -> dict[str, object]:
         """The common dictionary of `Result.to_dict`, and both error estimates."""
@@ -151,12 +81,6 @@ class FokkerPlanck(Result):
         tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
         errors = {"error_estimate": self.error_estimate, "impact_rate_error": self.impact_rate_error}
         return {**common, **errors, **tail}
-
-    def _solved(self) -> Densities:
-        _ = self.moments  # raises where there is no stationary state
-        if self._densities is None:
-            raise ValueError("there is no density: without noise the mass rests.")
-        return self._densities
 
 
 def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
@@ -209,7 +133,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     stationary = units.moments(fine)
     x_root = math.sqrt(stationary.x_mean_square) / units.length
     v_root = math.sqrt(stationary.v_mean_square) / units.speed
-    return _result(oscillator, stationary, error, rate_error, Densities(problem, impacts, x_root, v_root))
+    return _result(oscillator, stationary, error, rate_error, Laws(problem, impacts, units, x_root, v_root))
 
 
 def _result(
@@ -217,7 +141,7 @@ def _result(
     stationary: Moments | str,
     error: float = 0.0,
     rate_error: float = 0.0,
-    densities: Densities | None = None,
+    law: Laws | None = None,
 ) -> FokkerPlanck:
     return FokkerPlanck(
         method="fokker_planck",
@@ -227,7 +151,7 @@ def _result(
         warnings=_warnings(error, rate_error),
         error_estimate=error,
         impact_rate_error=rate_error,
-        _densities=densities,
+        _law=law,
     )
 
 
