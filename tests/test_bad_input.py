@@ -12,6 +12,7 @@ import pytest
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli
 from springpot.simulation import run
+from tests.sizes import validation
 
 PARTS: dict[str, Any] = {
     "order": lambda value: Springpot(order=value, coefficient=1.0),
@@ -270,7 +271,12 @@ def test_bad_usage_says_what_would_be_right(words: str, sentence: str, capsys: p
 
 
 @pytest.mark.parametrize(
-    "words", ["simulate --paths 0", "simulate --step 2 --duration 10 --json", "simulate --window 8 2 --duration 10"]
+    "words",
+    [
+        "simulate --paths 0",
+        validation("simulate --step 2 --duration 10 --json"),
+        validation("simulate --window 8 2 --duration 10"),
+    ],
 )
 def test_a_real_process_refuses(words: str) -> None:
     command = [sys.executable, "-m", "springpot", *words.split()]

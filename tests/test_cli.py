@@ -25,6 +25,7 @@ from springpot.processors import control_group_quota
 from springpot.simulation.settings import resolve
 from springpot.units import UNITS
 from tests.signals import in_a_terminal
+from tests.sizes import validation
 
 COMMAND = [sys.executable, "-m", "springpot"]
 
@@ -134,7 +135,7 @@ def test_theory_json_has_one_object_per_method(capsys: pytest.CaptureFixture[str
     assert answer["averaging"]["decay_rate"] > 0
 
 
-@pytest.mark.parametrize("flags", [["--order", "0"], ["--position", "1"], ["--coefficient", "0"]])
+@pytest.mark.parametrize("flags", [["--order", "0"], validation(["--position", "1"]), ["--coefficient", "0"]])
 def test_theory_states_where_it_has_no_answer(flags: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["theory", *flags, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -520,7 +521,12 @@ def test_the_control_groups_quota(files: dict[str, str], expected: float, tmp_pa
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [(["--version"], 0), (["nonsense"], 2), (["theory", "--order", "2"], 2), (["simulate", "--paths", "x"], 2)],
+    [
+        (["--version"], 0),
+        validation(["nonsense"], 2),
+        (["theory", "--order", "2"], 2),
+        validation(["simulate", "--paths", "x"], 2),
+    ],
 )
 def test_exit_codes_of_a_real_process(words: list[str], code: int) -> None:
     done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, timeout=60)
@@ -534,7 +540,7 @@ def test_exit_codes_of_a_real_process(words: list[str], code: int) -> None:
 def test_a_reader_that_goes_away_is_no_news() -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    words = ["theory", "--order", "1", "--coefficient", "0.01"]
+    words = ["study", "schema"]
     done = subprocess.run([*COMMAND, *words], stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
     os.close(writing)
     assert done.returncode == 1
@@ -543,7 +549,7 @@ def test_a_reader_that_goes_away_is_no_news() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_full_disk_is_one_sentence() -> None:
-    words = ["theory", "--order", "1", "--coefficient", "0.01", "--json"]
+    words = ["study", "schema"]
     with open("/dev/full", "w") as full:
         done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 1
@@ -590,7 +596,7 @@ def test_an_interrupted_run_ends_with_130() -> None:
             [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
         )
     try:
-        time.sleep(4.0)
+        time.sleep(2.0)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     finally:

@@ -86,6 +86,28 @@ def first_files_of_the_page(command: Path, folder: Path) -> tuple[str, str]:
             serving.kill()
 
 
+def test_the_package_in_the_wheel_answers_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+    """Theory, the validity map and the atlas, from the files of the wheel alone."""
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    code = (
+        "import sys; from springpot import __file__ as here, cli\n"
+        "assert cli.main(['theory', '--restitution', '0.8']) == cli.main(['atlas']) == cli.main(['--version']) == 0\n"
+        "print(here)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=empty, env={**os.environ, "PYTHONPATH": str(tmp_path / "installed")},
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "recommended here" in done.stdout
+    assert done.stdout.splitlines()[-1] == str(tmp_path / "installed" / "springpot" / "__init__.py")
+    assert list(empty.iterdir()) == []
+
+
+@pytest.mark.validation
 def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
     """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
     locked = tmp_path / "locked.txt"

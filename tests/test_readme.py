@@ -89,6 +89,15 @@ def test_the_first_screen() -> None:
     assert TEXT[: places[5]].count("\n") < 60
 
 
+def test_the_study_is_made_of_commands_that_exist() -> None:
+    (block,) = blocks("shell")
+    for line in block.splitlines():
+        program, *words = line.split()
+        assert program == "springpot"
+        cli.app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+@pytest.mark.validation
 def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
     (block,) = blocks("shell")
     lines = block.splitlines()

@@ -18,7 +18,7 @@ from springpot.theory.methods.closure.quadrature import half_normal_rule, oscill
 from springpot.theory.methods.closure.steps import solve_with_wall
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 
 
 def oscillator(alpha=0.5, c=1.0, r=1.0, b=0.0, omega=1.0, q=1.0, side="above") -> Oscillator:
@@ -142,7 +142,9 @@ def test_dashpot_with_a_wall_off_equilibrium(b, c, tolerance):
     assert result.impact_rate == pytest.approx(h / math.sqrt(2 * math.pi), rel=3 * tolerance)
 
 
-@pytest.mark.parametrize(("alpha", "c"), [*itertools.product([0.1, 0.3, 0.5, 0.7, 0.9, 1.0], [0.01, 0.1, 1.0, 3.0])])
+@pytest.mark.parametrize(
+    ("alpha", "c"), thinned(itertools.product([0.1, 0.3, 0.5, 0.7, 0.9, 1.0], [0.01, 0.1, 1.0, 3.0]), 5)
+)
 def test_first_step_has_converged_in_grid_and_window(alpha, c):
     """More nodes on every panel and twice the window of the near lags."""
     coarse, fine = first_step(alpha, c, 0), first_step(alpha, c, 1)
@@ -150,9 +152,9 @@ def test_first_step_has_converged_in_grid_and_window(alpha, c):
     assert coarse.v2 == pytest.approx(fine.v2, rel=5e-6)
 
 
-@pytest.mark.parametrize(("alpha", "c", "r", "b"), [
+@pytest.mark.parametrize(("alpha", "c", "r", "b"), thinned([
     (0.1, 0.01, 1, 0), (0.1, 1, 1, 0), (0.5, 0.1, 1, 0), (0.5, 3, 1, 0), (0.9, 1, 1, 0), (0.3, 0.3, 0.9, 0.5),
-])  # fmt: skip
+], 4))  # fmt: skip
 def test_both_steps_have_converged_in_grid_and_window(alpha, c, r, b):
     _, coarse, *_ = solve_with_wall(alpha, c, r, b)
     _, fine, *_ = solve_with_wall(alpha, c, r, b, detail=1)
@@ -162,7 +164,8 @@ def test_both_steps_have_converged_in_grid_and_window(alpha, c, r, b):
 
 
 @pytest.mark.parametrize(("alpha", "c", "r", "tolerance"), [
-    (0.1, 1, 1, 5e-4), (0.5, 1, 1, 5e-4), (0.5, 3, 1, 2e-3), (0.5, 0.1, 0.9, 2e-3), (0.3, 1, 0.7, 4e-3),
+    validation(0.1, 1, 1, 5e-4), validation(0.5, 1, 1, 5e-4), validation(0.5, 3, 1, 2e-3), (0.5, 0.1, 0.9, 2e-3),
+    validation(0.3, 1, 0.7, 4e-3),
 ])  # fmt: skip
 def test_the_plane_has_converged_in_degree(alpha, c, r, tolerance):
     _, coarse, *_ = solve_with_wall(alpha, c, r, 0.0)
@@ -208,7 +211,7 @@ MONTE_CARLO = [
 ]
 
 
-@pytest.mark.parametrize(("case", "measured", "allowed"), MONTE_CARLO)
+@pytest.mark.parametrize(("case", "measured", "allowed"), thinned(MONTE_CARLO, 3))
 def test_against_monte_carlo(case, measured, allowed):
     result = closure(oscillator(*case))
     names = ("amplitude_mean_square", "x_mean", "impact_rate", "impact_speed_mean_square")
@@ -216,9 +219,9 @@ def test_against_monte_carlo(case, measured, allowed):
         assert getattr(result, name) == pytest.approx(value, rel=tolerance), name
 
 
-@pytest.mark.parametrize(("alpha", "c", "r", "b"), [
+@pytest.mark.parametrize(("alpha", "c", "r", "b"), thinned([
     (0.5, 1, 1, 0), (0.1, 0.3, 0.9, 0), (0.7, 0.1, 0.5, 0), (0.3, 1, 0.8, 0.5), (0.6, 0.3, 1, -0.5), (1, 0.2, 0.7, 0.2),
-])  # fmt: skip
+], 3))  # fmt: skip
 def test_mean_force_balance(alpha, c, r, b):
     """Omega^2 <x> is the push of the wall, for D^alpha x has mean 0."""
     result = closure(oscillator(alpha, c, r, b))
@@ -253,8 +256,9 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
 
 
 @pytest.mark.parametrize("asked", [
-    oscillator(0.5, 1), oscillator(0.2, 0.05, 0.6, 0.8), oscillator(0.8, 0.5, 0.9, -0.15, omega=3.0, q=2.0),
-    oscillator(0.5, 0.3, 0.7, -0.3, side="below"), free(0.4, 0.2, omega=0.5),
+    validation(oscillator(0.5, 1)), oscillator(0.2, 0.05, 0.6, 0.8), free(0.4, 0.2, omega=0.5),
+    validation(oscillator(0.8, 0.5, 0.9, -0.15, omega=3.0, q=2.0)),
+    validation(oscillator(0.5, 0.3, 0.7, -0.3, side="below")),
 ])  # fmt: skip
 def test_densities_have_mass_one_and_the_moments(asked):
     result = closure(asked)
@@ -330,8 +334,10 @@ def test_arguments_of_densities():
         result.spectrum([math.nan])
 
 
-@pytest.mark.parametrize("asked", [oscillator(0.5, 1), oscillator(0.3, 0.05), oscillator(0.6, 0.4, 0.8, omega=2, q=3),
-                                   free(0.5, 0.3, omega=2.0)])  # fmt: skip
+@pytest.mark.parametrize("asked", [
+    validation(oscillator(0.5, 1)), validation(oscillator(0.3, 0.05)), oscillator(0.6, 0.4, 0.8, omega=2, q=3),
+    free(0.5, 0.3, omega=2.0),
+])  # fmt: skip
 def test_spectrum_and_correlation_belong_together(asked):
     result = closure(asked)
     omega = asked.natural_frequency

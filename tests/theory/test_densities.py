@@ -41,7 +41,7 @@ NAMES = ("x_density", "v_density", "amplitude_density", "energy_density", "impac
 
 
 EVERY_DAY = {
-    "averaging", "averaging shifted", "averaging printed", "exact gap", "exact without a wall", "envelope gap",
+    "averaging", "averaging shifted", "averaging printed", "exact gap", "exact without a wall",
     "envelope without a wall", "closure losses", "closure without a wall", "fokker_planck",
 }  # fmt: skip
 

@@ -72,7 +72,7 @@ def test_dashpot_with_an_elastic_wall_is_exact(b, c):
     assert result.impact_speed_mean_square == pytest.approx(2.0 * spread**2, rel=1e-4)
 
 
-@pytest.mark.parametrize("b", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("b", [-1.0, validation(0.0), validation(1.0)])
 def test_densities_of_the_dashpot_are_exact(b):
     result = envelope(make(1.0, 0.5, b))
     x = np.linspace(b, b + 4.0, 81)
@@ -279,7 +279,9 @@ def test_mirror_image():
     assert below.x_density(-1.0) == above.x_density(1.0)
 
 
-@pytest.mark.parametrize(("omega", "q"), [(3.0, 1.0), (1.0, 7.0), (0.2, 1e-6), (50.0, 1e8)])
+@pytest.mark.parametrize(
+    ("omega", "q"), [validation(3.0, 1.0), validation(1.0, 7.0), (0.2, 1e-6), validation(50.0, 1e8)]
+)
 def test_units_scale_exactly(omega, q):
     length, speed = math.sqrt(q / omega**3), math.sqrt(q / omega)
     plain = envelope(make(0.3, 0.4, -0.5, 0.9))
@@ -458,7 +460,7 @@ def test_first_passage_against_simulation(level):
         assert passage.survival(np.quantile(known, quantile)) == pytest.approx(1.0 - quantile, abs=0.05)
 
 
-SLOW = [(0.1, 0.003), (0.5, 0.1422), (0.9, 0.5)]
+SLOW = [(0.1, 0.003), (0.5, 0.1422)]
 
 
 @pytest.mark.parametrize(
@@ -491,7 +493,7 @@ def test_slow_rates_survive_fast_cells(order, c):
 @pytest.mark.parametrize(
     ("order", "c", "restitution"),
     [
-        (0.1, 0.01, 0.8), validation(0.1, 0.01, 1.0), validation(0.3, 1.0, 1.0), validation(0.3, 1.0, 0.8),
+        validation(0.1, 0.01, 0.8), validation(0.1, 0.01, 1.0), validation(0.3, 1.0, 1.0), validation(0.3, 1.0, 0.8),
         validation(0.5, 0.1, 1.0), validation(0.5, 0.1, 0.8), (0.9, 0.5, 1.0), validation(0.9, 0.5, 0.8),
         validation(0.9, 2.0, 1.0), validation(0.9, 2.0, 0.8),
     ],

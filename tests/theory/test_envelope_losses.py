@@ -85,21 +85,12 @@ def test_more_time_is_spent_on_the_way_out_which_is_slower() -> None:
         assert found.joint_density(way, way * 0.5) != found.joint_density(way, -way * 0.5)
 
 
-@pytest.mark.parametrize(
-    ("c", "b", "r", "points"),
-    [
-        (0.3, -0.5, 0.5, (29, 31)),
-        validation(0.3, -0.5, 0.5, (57, 71)),
-        validation(0.1, 1.0, 0.5, (57, 71)),
-        validation(0.1, 0.0, 0.8, (57, 71)),
-    ],
-)
-def test_the_joint_density_is_near_that_of_the_fokker_planck_equation(
-    c: float, b: float, r: float, points: tuple[int, int]
-) -> None:
+@pytest.mark.validation
+@pytest.mark.parametrize(("c", "b", "r"), [(0.3, -0.5, 0.5), (0.1, 1.0, 0.5), (0.1, 0.0, 0.8)])
+def test_the_joint_density_is_near_that_of_the_fokker_planck_equation(c: float, b: float, r: float) -> None:
     """And displacement and velocity are not correlated, as in every stationary state."""
     found, exact = envelope(make(1.0, c, b, r)), fokker_planck(make(1.0, c, b, r))
-    x, v = b + np.linspace(0.0, 1.0, points[0])[1:] ** 1.5 * 8.0, np.linspace(-7.0, 7.0, points[1])
+    x, v = b + np.linspace(0.0, 1.0, 57)[1:] ** 1.5 * 8.0, np.linspace(-7.0, 7.0, 71)
     joint = [one.joint_density(x[:, None], v) for one in (found, exact)]
     between = integrate.trapezoid(integrate.trapezoid(np.abs(joint[0] - joint[1]), v), x)
     assert between < (0.07 if r == 0.8 else 0.18)
@@ -141,6 +132,7 @@ def test_an_elastic_wall_changes_nothing() -> None:
         assert getattr(nearly, name) == pytest.approx(getattr(elastic, name), rel=1e-6)
 
 
+@pytest.mark.validation
 def test_the_tables_are_made_by_their_own_recipe() -> None:
     below, above = _tables()
     rows = np.array(_rows((0.2, 0.7)))
