@@ -1,5 +1,7 @@
 """The weights of the past and their exponential sums, against arithmetic in extended precision."""
 
+import itertools
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from springpot.memory import ExponentialSum, direct, exponential_sum, power_law_
 from springpot.memory.exponential_sum import _cells, mclean
 from springpot.memory.minimax import fewest_terms, lag_grid
 from springpot.memory.weights import at_lags
+from tests.sizes import thinned
 
 FAMILIES = ("grunwald", "average")
 TARGETS = ("grunwald", "average", "power")
@@ -47,7 +50,7 @@ def test_weights_are_right_to_twelve_digits(target: str, order: float) -> None:
 @pytest.mark.parametrize("order", ORDERS)
 def test_direct_weights_are_those_at_the_lags(family: str, order: float) -> None:
     weights = direct(family, order, 100_001)
-    assert weights[1:] == pytest.approx(at_lags(family, order, np.arange(1.0, 100_001.0)), rel=1e-13, abs=0.0)
+    np.testing.assert_allclose(weights[1:], at_lags(family, order, np.arange(1.0, 100_001.0)), rtol=1e-13, atol=0.0)
     assert weights[0] == pytest.approx(float(exact(family, order, 0.0)), rel=1e-14)
 
 
@@ -143,8 +146,9 @@ def test_the_error_alternates_so_no_shorter_sum_will_do(target: str) -> None:
     assert sizes.min() > 0.99 * sizes.max()
 
 
-@pytest.mark.parametrize("steps", [1, 2, 3, 7, 100_000_000])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-7, 1e-13])
+@pytest.mark.parametrize(
+    ("steps", "tolerance"), thinned(itertools.product([1, 2, 3, 7, 100_000_000], [1e-2, 1e-7, 1e-13]), 2)
+)
 def test_every_length_and_tolerance_has_a_positive_sum(steps: int, tolerance: float) -> None:
     for family in FAMILIES:
         for order in (1e-9, 0.5, 1 - 1e-9):

@@ -26,9 +26,10 @@ BASE: dict[str, Any] = {
     **RUNS,
     "axes": {"order": [0.5, 1.0], "restitution": [1.0, 0.8]},
     "zipped": {"case": {"coefficient": [0.3, 2.0], "position": [0.0, 0.1]}},
-    "monte_carlo": {"paths": 16, "duration": 5.0, "step": 0.02},
+    "monte_carlo": {"paths": 16, "duration": 5.0, "step": 0.02, "start": "rest"},
 }
 STUDY = given(BASE)
+ADAPTED = given({**BASE, "monte_carlo": {**BASE["monte_carlo"], "start": "stationary"}})
 WIDER = given(BASE, axes={"order": [0.5, 0.75, 1.0], "restitution": [1.0, 0.8]})
 
 
@@ -110,6 +111,13 @@ def test_the_same_bytes_again(whole: Path, tmp_path: Path) -> None:
     assert content(tmp_path / "study.zarr") == content(whole)
     run_study(STUDY, whole)
     assert content(tmp_path / "study.zarr") == content(whole)
+
+
+@pytest.mark.validation
+def test_the_same_bytes_again_from_adapted_starts(tmp_path: Path) -> None:
+    for threads in (1, 2):
+        assert run_study(ADAPTED, tmp_path / f"{threads}.zarr", threads=threads).labelled
+    assert content(tmp_path / "1.zarr") == content(tmp_path / "2.zarr")
 
 
 def test_a_study_that_grows_has_none_until_it_is_finished(copy: Path) -> None:
