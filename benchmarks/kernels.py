@@ -16,7 +16,7 @@ from springpot.memory import direct, exponential_sum
 from springpot.simulation import compose
 from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
-from springpot.simulation.listening import NOBODY, Ear
+from springpot.simulation.observers import NO_OBSERVERS, Accumulators
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
@@ -108,7 +108,7 @@ def _sweep_only(scheme, wall, load, memory, start, observers, groups):
     now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
     seen = Seen(_four(0.0), _four(0.0))
     found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    ear = Ear(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
+    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
     counts = (1.0, 1.0, 1.0, 1.0, 1.0)
     for i in range(2 * GROUP * LANES):
         d[i] = zero
@@ -119,7 +119,7 @@ def _sweep_only(scheme, wall, load, memory, start, observers, groups):
         now.x[lane], now.v[lane], now.e[lane] = start.x, start.v, 0.0
     least = 1.0
     for n in range(groups):
-        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, counts, ear, found, True)
+        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, counts, accumulators, found, True)
         for lane in range(LANES):
             least = min(least, clear[lane] + found.x[lane] + found.power[lane] + found.virial[lane])
         for i in range(GROUP * LANES):
@@ -175,7 +175,7 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
     def run(count: int = steps) -> None:
         block(
             kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.drive, kernel.start, parts.stiffness,
-            0, count, count // 2, count, k0, k1, 0, False, NOBODY, record, 1, stop, rows,
+            0, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
         )  # fmt: skip
 
     run(GROUP)
@@ -189,7 +189,7 @@ def _division(parts: Parts) -> dict[str, float]:
     drivers: dict[str, Callable[[int], Any]] = {
         "normals": lambda count: _normals_only(count, k0, k1),
         "sweep": lambda count: _sweep_only(
-            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.start, NOBODY, count
+            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.start, NO_OBSERVERS, count
         ),
         "memory": lambda count: _memory_only(kernel.memory, count),
     }

@@ -46,19 +46,19 @@ def _clearance_slot(scheme, wall, x0, xm, x):  # type: ignore[no-untyped-def]
 
 
 @answers(begin, Splitting, Slot)
-def _begin_slot(scheme, wall, start, ear, lane, weight):  # type: ignore[no-untyped-def]
+def _begin_slot(scheme, wall, start, accumulators, lane, weight):  # type: ignore[no-untyped-def]
     return start.x, start.v
 
 
 @answers(bounce, Splitting, Slot)
-def _bounce_slot(scheme, wall, x, v, ear, lane, before, after):  # type: ignore[no-untyped-def]
+def _bounce_slot(scheme, wall, x, v, accumulators, lane, before, after):  # type: ignore[no-untyped-def]
     """Half a step at a time above the wall on the side of the motion: it is too short to reach the other one."""
     phase = 0.5 * scheme.frequency * scheme.step
     side = 1.0 if v <= 0.0 else -1.0
-    xm, vm = fly(-wall.half, 1.0, scheme.frequency, side * x, side * v, phase, ear, lane, before)
+    xm, vm = fly(-wall.half, 1.0, scheme.frequency, side * x, side * v, phase, accumulators, lane, before)
     xm, vm = side * xm, side * vm
     side = 1.0 if vm <= 0.0 else -1.0
-    xn, vn = fly(-wall.half, 1.0, scheme.frequency, side * xm, side * vm, phase, ear, lane, after)
+    xn, vn = fly(-wall.half, 1.0, scheme.frequency, side * xm, side * vm, phase, accumulators, lane, after)
     return xm, vm, side * xn, side * vn
 
 

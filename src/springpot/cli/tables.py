@@ -109,7 +109,7 @@ def _first_passages(answer: Mapping[str, Any]) -> list[str]:
 def _print_quantiles(answer: Mapping[str, Any]) -> None:
     """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
     from springpot.simulation.distributions import SKETCHED
-    from springpot.simulation.observers import EXTREMES
+    from springpot.simulation.observables import EXTREMES
 
     units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
     units |= dict.fromkeys(_first_passages(answer), "s")

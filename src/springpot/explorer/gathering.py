@@ -15,7 +15,7 @@ from springpot.simulation.distributions import Distribution, distributions_in, s
 from springpot.simulation.forgetting import is_stationary
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import FAST, GROUP, LANES
-from springpot.simulation.listening import HEADER, WATCH, Observer
+from springpot.simulation.observers import HEADER, ON_STEPS, Observer
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Simulation
@@ -48,7 +48,7 @@ def _growth_part() -> Any:
     first = len(HEADER)
     length, frequency, lanes = HEADER.index("length"), HEADER.index("frequency"), HEADER.index("lanes")
 
-    def watch(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
+    def on_steps(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
         for j in range(GROUP):
             if low <= n + j < high:
                 total = 0.0
@@ -57,7 +57,7 @@ def _growth_part() -> Any:
                     total += x[j * LANES + lane] ** 2 + reach * reach
                 array[first + (n + j) * BINS // high] += array[length] ** 2 * total
 
-    return cfunc(WATCH, **FAST)(watch)
+    return cfunc(ON_STEPS, **FAST)(on_steps)
 
 
 class Gathering:

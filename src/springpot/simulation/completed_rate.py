@@ -22,7 +22,7 @@ from numba import cfunc
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.lanes import FAST, LANES
-from springpot.simulation.listening import HEADER, HEAR, Observer
+from springpot.simulation.observers import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.theory.mckean import slow_impact_power
@@ -55,7 +55,7 @@ def counts_of_fast_impacts(simulation: Simulation) -> Observer:
 
 @cache
 def _counter() -> Any:
-    @cfunc(HEAR, **FAST)
+    @cfunc(ON_IMPACTS, **FAST)
     def count_fast(count, speed, lane, array):  # type: ignore[no-untyped-def]
         limit = array[_FIRST + lane]
         if speed > limit:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from numba import cfunc, njit
 
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, bits_of, f32, i32
-from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
+from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.simulation import Simulation
 
 __all__ = ["SKETCHED", "Distribution", "distributions_in", "sample_quantiles", "sketches"]
@@ -53,8 +53,8 @@ def sketches(group_in_time_scales: float) -> Observer:
         little new.
     """
     every = max(1, int(SAMPLING / group_in_time_scales))
-    watch, hear = _sketch_parts()
-    return Observer(watch, hear, np.zeros(6 * _BINS), per_path=False, every=every)
+    on_steps, on_impacts = _sketch_parts()
+    return Observer(on_steps, on_impacts, np.zeros(6 * _BINS), per_path=False, every=every)
 
 
 @njit(**INLINE)
@@ -66,8 +66,8 @@ def _bin(value):
 
 @cache
 def _sketch_parts() -> tuple[Any, Any]:
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
         j = max(low - n, 0)
         if n + j < min(high, n + GROUP):
             for lane in range(int(array[_LANES])):
@@ -78,12 +78,12 @@ def _sketch_parts() -> tuple[Any, Any]:
                 reach = speed / array[_FREQUENCY]
                 array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
 
-    @cfunc(HEAR, **FAST)
-    def hear(count, speed, lane, array):
+    @cfunc(ON_IMPACTS, **FAST)
+    def on_impacts(count, speed, lane, array):
         if lane < array[_LANES]:
             array[_SPEED + _bin(speed)] += count
 
-    return watch, hear
+    return on_steps, on_impacts
 
 
 @dataclass(frozen=True, eq=False)

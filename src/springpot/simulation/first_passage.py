@@ -32,8 +32,8 @@ from numba.core.errors import NumbaError
 
 from springpot.oscillator import LARGEST, Oscillator, finite_number
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
-from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
-from springpot.simulation.observers import cause_of, taken_names
+from springpot.simulation.observables import cause_of, taken_names
+from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Simulation
@@ -284,12 +284,12 @@ def _inside(before, after, slope_before, slope_after, h):
 
 
 def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
-    """``watch`` and ``hear`` for a quantity that has passed where ``value`` is not negative."""
+    """``on_steps`` and ``on_impacts`` for a quantity that has passed where ``value`` is not negative."""
     smooth = slope is not None
     slope = _x_slope if slope is None else slope
 
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
         h = array[_TIME] * step
         last = min(high - n, GROUP) - 1
         for j in range(GROUP):
@@ -334,8 +334,8 @@ def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
                 array[_PASSED + lane] = at
                 array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
 
-    @cfunc(HEAR, **FAST)
-    def hear(count, speed, lane, array):
+    @cfunc(ON_IMPACTS, **FAST)
+    def on_impacts(count, speed, lane, array):
         array[_STRUCK + lane] = max(array[_STRUCK + lane], speed)
 
-    return watch, hear
+    return on_steps, on_impacts

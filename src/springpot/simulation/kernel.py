@@ -25,7 +25,7 @@ from springpot.simulation.lanes import (
     f64,
     stack_array,
 )
-from springpot.simulation.listening import Ear, watch
+from springpot.simulation.observers import Accumulators, show_steps
 from springpot.simulation.parts import begin, bounce, clearance, drift, kick, push
 from springpot.simulation.random import draw
 
@@ -84,7 +84,7 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, ear, lane, walled, watched):
+def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, accumulators, lane, walled, watched):
     """One step of one lane; the increment goes to ``d``, what observers look at to place ``at`` of ``seen``.
 
     Returns the state, the clearance and what the step adds to the sums (nothing if ``counts[0]`` is 0).
@@ -92,7 +92,7 @@ def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, ear, lan
     pushed, e = push(load, n, x, v, e, f64(g[at]))
     kicked, pull = kick(scheme, x, v, f64(past), pushed)
     if walled:
-        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, kicked, ear, lane, counts[0], counts[1])
+        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, kicked, accumulators, lane, counts[0], counts[1])
     else:
         x_seen, v_seen, x_next, v_next = drift(scheme, x, kicked)
     d[2 * LANES + at] = x_next - x
@@ -108,7 +108,7 @@ def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, ear, lan
 
 
 @njit(**INLINE)
-def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, ear, lane, walled, watched):
+def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, accumulators, lane, walled, watched):
     """Four steps of one lane: -> x, v, e, least clearance, what they add to the sums.
 
     The newest increments count with their exact weights; sums of the past are of the type in which memory is kept.
@@ -117,24 +117,24 @@ def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, ear, lan
     at = lane
     past = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
     x, v, e, c0, s0 = _step(
-        scheme, wall, load, n, x, v, e, past, g, at, d, seen, (c[0], c[1]), ear, lane, walled, watched
+        scheme, wall, load, n, x, v, e, past, g, at, d, seen, (c[0], c[1]), accumulators, lane, walled, watched
     )
     at = LANES + lane
     past = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
     x, v, e, c1, s1 = _step(
-        scheme, wall, load, n + 1, x, v, e, past, g, at, d, seen, (c[1], c[2]), ear, lane, walled, watched
+        scheme, wall, load, n + 1, x, v, e, past, g, at, d, seen, (c[1], c[2]), accumulators, lane, walled, watched
     )
     at = 2 * LANES + lane
     past = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
     past += m.recent2 * d[LANES + lane] + p[2]
     x, v, e, c2, s2 = _step(
-        scheme, wall, load, n + 2, x, v, e, past, g, at, d, seen, (c[2], c[3]), ear, lane, walled, watched
+        scheme, wall, load, n + 2, x, v, e, past, g, at, d, seen, (c[2], c[3]), accumulators, lane, walled, watched
     )
     at = 3 * LANES + lane
     past = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
     past += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
     x, v, e, c3, s3 = _step(
-        scheme, wall, load, n + 3, x, v, e, past, g, at, d, seen, (c[3], c[4]), ear, lane, walled, watched
+        scheme, wall, load, n + 3, x, v, e, past, g, at, d, seen, (c[3], c[4]), accumulators, lane, walled, watched
     )
     sums = (
         s0[0] + s1[0] + s2[0] + s3[0], s0[1] + s1[1] + s2[1] + s3[1], s0[2] + s1[2] + s2[2] + s3[2],
@@ -144,7 +144,7 @@ def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, ear, lan
 
 
 @njit(**INLINE)
-def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, watched):
+def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, watched):
     """Four steps of every lane as if there were no wall: vector code."""
     for lane in range(LANES):
         saved.x[lane], saved.v[lane], saved.e[lane] = now.x[lane], now.v[lane], now.e[lane]
@@ -163,7 +163,7 @@ def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c
             d,
             seen,
             c,
-            ear,
+            accumulators,
             lane,
             False,
             watched,
@@ -259,15 +259,16 @@ def block(
     seen = Seen(_four(0.0), _four(0.0))
     found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    ear = Ear(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
+    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):
         z[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
     for lane in range(LANES):
-        ear.impacts[lane] = ear.speeds[lane] = ear.squares[lane] = ear.collapses[lane] = 0.0
-        now.x[lane], now.v[lane] = begin(scheme, wall, start, ear, lane, _counts(0, low, high))
+        accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
+        accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
+        now.x[lane], now.v[lane] = begin(scheme, wall, start, accumulators, lane, _counts(0, low, high))
         now.e[lane] = 0.0
         d[lane], d[LANES + lane] = zero, now.x[lane] - start.x
         sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
@@ -286,9 +287,9 @@ def block(
         )  # fmt: skip
         watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
         if watched:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, True)
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, True)
         else:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, ear, found, False)
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, False)
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])
@@ -297,7 +298,7 @@ def block(
                 if clear[lane] <= 0.0:
                     now.x[lane], now.v[lane], now.e[lane], _, again = _four_steps(
                         scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane], saved.e[lane],
-                        g, h, d, seen, c, ear, lane, True, True,
+                        g, h, d, seen, c, accumulators, lane, True, True,
                     )  # fmt: skip
                     _put(found, lane, again)
         if modes > 0:
@@ -308,7 +309,7 @@ def block(
             for lane in range(LANES):
                 _add(sums, found, lane)
             if n + GROUP > low and n < high:
-                watch(observers, seen.x, seen.v, scheme.step, n, low, high)
+                show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
         for j in range(GROUP):
             if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                 for lane in range(LANES):
@@ -324,6 +325,7 @@ def block(
     for lane in range(LANES):
         out[lane, 0], out[lane, 1], out[lane, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
         out[lane, 3], out[lane, 4], out[lane, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]
-        out[lane, 6], out[lane, 7], out[lane, 8] = ear.impacts[lane], ear.speeds[lane], ear.squares[lane]
-        out[lane, 9], out[lane, 10], out[lane, 11] = ear.collapses[lane], energy_first[lane], energy_last[lane]
+        out[lane, 6], out[lane, 7] = accumulators.impacts[lane], accumulators.speeds[lane]
+        out[lane, 8] = accumulators.squares[lane]
+        out[lane, 9], out[lane, 10], out[lane, 11] = accumulators.collapses[lane], energy_first[lane], energy_last[lane]
         out[lane, 12], out[lane, 13] = x_end[lane], v_end[lane]

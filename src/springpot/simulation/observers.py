@@ -1,154 +1,131 @@
-"""What is observed beside the moments: a user's own observables and extremes.
+"""Observers of a block of paths: called through addresses, so that a new observer needs no new kernel.
 
-Each observer is compiled for itself and called by the kernel through its address (see
-:mod:`springpot.simulation.listening`), so that none of them costs a new kernel, or a run that does not ask for it
-anything.
+An observer is compiled for itself.  The kernel knows only two addresses of it (either may be missing): one to call with
+every group of four steps of all lanes, one to call with every impact.  What it accumulates lies in an array of doubles
+of the block, which starts with a header (:data:`HEADER`) that turns the kernel's units into the user's.
 """
 
 from __future__ import annotations
 
-import inspect
-import keyword
-import math
-from collections.abc import Callable
-from functools import cache
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+import llvmlite.ir as ir
 import numpy as np
 import numpy.typing as npt
-from numba import cfunc, njit
-from numba.core.errors import NumbaError
+from numba import njit, types
+from numba.extending import intrinsic
 
-from springpot.simulation.distributions import SKETCHED
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
-from springpot.simulation.listening import HEADER, HEAR, WATCH, Observer
-from springpot.units import UNITS
+from springpot.simulation.lanes import GROUP, INLINE
 
-__all__ = ["EXTREMES", "cause_of", "extremes", "mean_of", "taken_names"]
+__all__ = [
+    "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
+    "add_impacts", "show_steps",
+]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
-FIRST = len(HEADER)
-_LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
-_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
+BATCHES = 64  # groups of paths whose counts are kept apart, for standard errors
 
-EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
-"""Largest and smallest values of each path in the window, and their units; speeds without sign.
+HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
+"""First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
 
-They are taken at the ends of the steps and at the impacts.
+``length`` and ``speed`` are negative for a wall above the motion, which the kernel sees as its mirror image;
+``frequency`` is Omega and ``wall`` the place of the wall (0 without one), both in the kernel's units; the lanes from
+``lanes`` on are no paths of the run.
 """
 
+_numbers = types.CPointer(types.float64)
+ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
+"""(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
+ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
+"""(count, speed, lane, array): so many impacts at this speed."""
 
-# --- a user's own ---------------------------------------------------------------------------------------------------
 
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """One observer: two compiled functions and the array they accumulate in.
 
-def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
-    """Sum of a user's function: of (t, x, v) over the steps of the window, or of the speed over its impacts.
-
-    What the function captures is taken as it is when the run starts.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the name cannot be one, or the function is none or cannot be compiled.
+    Attributes
+    ----------
+    on_steps, on_impacts : compiled function or None
+        Of the signatures ``ON_STEPS`` and ``ON_IMPACTS``.
+    initial : ndarray of float
+        What the array holds at the start of a block, the header left out.
+    per_path : bool
+        Whether the array holds LANES numbers for each thing observed, or counts of the whole block.
+    every : int
+        Groups of steps between two calls of ``on_steps``.
     """
-    wanted = "(t, x, v)" if kind == "state" else "(speed)"
-    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
-        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
-    if name in taken_names() or name.endswith("_se"):
-        raise ValueError(f"an observable cannot be called {name!r}: a run has something of that name already.")
-    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
-        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
-    try:
-        compiled = (_watching if kind == "state" else _hearing)(function)
-    except (NumbaError, TypeError) as reason:
-        raise ValueError(
-            f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
-            f"{cause_of(reason)}"
-        ) from reason
-    watch, hear = (compiled, None) if kind == "state" else (None, compiled)
-    return Observer(watch, hear, np.zeros(LANES), per_path=True)
+
+    on_steps: Any
+    on_impacts: Any
+    initial: Floats
+    per_path: bool
+    every: int = 1
 
 
-def taken_names() -> set[str]:
-    """Names of everything else in the results of a run."""
-    budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
-    sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
-    biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
-    extreme = (f"{name}_quantile" for name in EXTREMES)
-    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
-    attributes = ("oscillator", "settings", "diagnostics", "warnings")
-    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+class Observers(NamedTuple):
+    """Addresses of the observers of a block and of their arrays; an address of 0 is not called."""
+
+    on_steps: npt.NDArray[np.int64]
+    on_impacts: npt.NDArray[np.int64]
+    place: npt.NDArray[np.int64]
+    every: npt.NDArray[np.int64]  # groups between two calls of on_steps
 
 
-def cause_of(reason: Exception) -> str:
-    """The line of a compiler's message that says what is wrong."""
-    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
-    telling = [line for line in lines if any(word in line for word in _TELLING)]
-    return (telling or lines or [type(reason).__name__])[-1]
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(4)))
 
 
-def _watching(function: Callable[..., float]) -> Any:
-    inner = njit(**INLINE)(getattr(function, "py_func", function))
+class Accumulators(NamedTuple):
+    """What impacts are added to: sums for each lane, and the observers."""
 
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
-        length, speed, time = array[_LENGTH], array[_SPEED_UNIT], array[_TIME]
-        for j in range(GROUP):
-            if low <= n + j < high:
-                t = time * step * (n + j + 1)
-                for lane in range(LANES):
-                    at = j * LANES + lane
-                    so_far = array[FIRST + lane]
-                    array[FIRST + lane] = np.nan  # stays if the function raises
-                    array[FIRST + lane] = so_far + inner(t, length * x[at], speed * v[at])
-
-    return watch
+    impacts: Any
+    speeds: Any
+    squares: Any
+    collapses: Any  # over the whole run
+    observers: Observers
 
 
-def _hearing(function: Callable[..., float]) -> Any:
-    inner = njit(**INLINE)(getattr(function, "py_func", function))
+def _calling(count: int, signature: Any) -> Any:
+    """An intrinsic that calls an address with ``count`` arguments and, last, the address of an array."""
 
-    @cfunc(HEAR, **FAST)
-    def hear(count, speed, lane, array):
-        so_far = array[FIRST + lane]
-        array[FIRST + lane] = np.nan
-        array[FIRST + lane] = so_far + count * inner(abs(array[_SPEED_UNIT]) * speed)
+    @intrinsic
+    def call(typing_context, address, arguments):
+        def codegen(context, builder, call_signature, values):
+            kinds = [context.get_value_type(kind) for kind in signature.args]
+            function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), kinds).as_pointer())
+            given = [builder.extract_value(values[1], i) for i in range(count + 1)]
+            given[-1] = builder.inttoptr(given[-1], kinds[-1])
+            builder.call(function, given)
+            return context.get_dummy_value()
 
-    return hear
+        wanted = types.Tuple((*signature.args[:-1], types.int64))
+        return types.void(types.int64, wanted), codegen
 
-
-# --- extremes -------------------------------------------------------------------------------------------------------
-
-
-def extremes() -> Observer:
-    """The EXTREMES of every path."""
-    initial = np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES)
-    watch, hear = _extreme_parts()
-    return Observer(watch, hear, initial, per_path=True)
+    return call
 
 
-@cache
-def _extreme_parts() -> tuple[Any, Any]:
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
-        length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
-        for j in range(GROUP):
-            if low <= n + j < high:
-                for lane in range(LANES):
-                    here = length * x[j * LANES + lane]
-                    array[FIRST + lane] = min(array[FIRST + lane], here)
-                    array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], here)
-                    at = FIRST + 2 * LANES + lane
-                    array[at] = max(array[at], speed * abs(v[j * LANES + lane]))
+_call_on_steps = _calling(len(ON_STEPS.args) - 1, ON_STEPS)
+_call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
 
-    @cfunc(HEAR, **FAST)
-    def hear(count, speed, lane, array):
-        # at an impact the mass is at the wall, and as fast as it will be there
-        wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed
-        array[FIRST + lane] = min(array[FIRST + lane], wall)
-        array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
-        for at in (FIRST + 2 * LANES + lane, FIRST + 3 * LANES + lane):
-            array[at] = max(array[at], reached)
 
-    return watch, hear
+@njit(**INLINE)
+def show_steps(observers, x, v, step, n, low, high):
+    """Show the observers four steps of all lanes, first those in which the window begins."""
+    for i in range(observers.on_steps.size):
+        if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
+            _call_on_steps(observers.on_steps[i], (x, v, step, n, low, high, observers.place[i]))
+
+
+@njit(**INLINE)
+def add_impacts(accumulators, lane, weight, count, speed):
+    """Add ``count`` impacts at one speed, if they lie in the window (``weight`` 1, otherwise 0)."""
+    if weight > 0.0:
+        accumulators.impacts[lane] += count
+        accumulators.speeds[lane] += count * speed
+        accumulators.squares[lane] += count * speed * speed
+        observers = accumulators.observers
+        for i in range(observers.on_impacts.size):
+            if observers.on_impacts[i] != 0:
+                _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))

@@ -14,7 +14,7 @@ from numba import njit
 from springpot.memory import direct
 from springpot.simulation.compose import Floats
 from springpot.simulation.lanes import FAST, GROUP, f64
-from springpot.simulation.listening import NOBODY, Ear
+from springpot.simulation.observers import NO_OBSERVERS, Accumulators
 from springpot.simulation.parts import begin, bounce, kick, push
 from springpot.simulation.random import normals
 from springpot.simulation.simulation import Simulation
@@ -67,8 +67,8 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
     g = normals(settings.seed, path + 1, settings.steps)[path]
     x, v = np.zeros((2, settings.steps + 1))  # the walk leaves the first to us
     impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
-    ear = Ear(impacts, speeds, squares, collapses, NOBODY)
-    _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, ear)
+    accumulators = Accumulators(impacts, speeds, squares, collapses, NO_OBSERVERS)
+    _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, accumulators)
     x[0], v[0] = parts.start.x, parts.start.v
     x_unit, v_unit = parts.units.state
     return DirectPath(x_unit * x, v_unit * v, impacts)
@@ -85,8 +85,8 @@ def oracle_weights(simulation: Simulation) -> Floats:
 
 
 @njit(**FAST)
-def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, ear):
-    x, v = begin(scheme, wall, start, ear, 0, 1.0)
+def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, accumulators):
+    x, v = begin(scheme, wall, start, accumulators, 0, 1.0)
     e = 0.0
     steps = g.size
     increments = np.empty(steps + 1)
@@ -97,6 +97,6 @@ def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, ear):
             past += weights[j] * increments[n - j]
         pushed, e = push(load, n, x, v, e, f64(g[n]))
         v, _ = kick(scheme, x, v, past, pushed)
-        xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, ear, n, 1.0, 1.0)
+        xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, accumulators, n, 1.0, 1.0)
         increments[n + 1] = x_next - x
         x = x_next

@@ -7,7 +7,7 @@ kernel serves every oscillator and a new part does not touch the kernel: a modul
 ``push(load, n, x, v, e, g)``
     The impulse of step ``n`` that is neither the linear spring's nor the springpot's (noise, a nonlinear spring, a
     harmonic or recorded force), and the next value of ``e``, one number of the load's own (a filter's state, say).
-``begin(scheme, wall, start, ear, lane, weight)``
+``begin(scheme, wall, start, accumulators, lane, weight)``
     From the state at time 0 to the first kick.
 ``kick(scheme, x, v, past, push)``
     The velocity after the whole impulse of a step (that of the spring if the scheme kicks it, memory, load) and the
@@ -16,9 +16,9 @@ kernel serves every oscillator and a new part does not touch the kernel: a modul
     From one kick to the next as if there were no wall: state at the observation, state at the end.
 ``clearance(scheme, wall, x0, xm, x)``
     How far a drift that looks like this stays from the wall; negative if it may have met it.  Asked of every lane.
-``bounce(scheme, wall, x, v, ear, lane, before, after)``
-    The drift again, with the wall in it.  Asked of the few lanes that were struck; impacts are told to the ear with the
-    weight (0 or 1) of the half of the step they happen in.
+``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
+    The drift again, with the wall in it.  Asked of the few lanes that were struck; impacts are added to the
+    accumulators with the weight (0 or 1) of the half of the step they happen in.
 
 Two schemes:
 
@@ -43,7 +43,7 @@ from numba.extending import overload
 from scipy import special
 
 from springpot.simulation.lanes import FAST, INLINE
-from springpot.simulation.listening import hear
+from springpot.simulation.observers import add_impacts
 
 __all__ = [
     "Euler", "NoWall", "Rigid", "Splitting", "Start", "White",
@@ -196,7 +196,7 @@ def push(load: Any, n: Any, x: Any, v: Any, e: Any, g: Any) -> Any:
     raise NotImplementedError
 
 
-def begin(scheme: Any, wall: Any, start: Any, ear: Any, lane: Any, weight: Any) -> Any:
+def begin(scheme: Any, wall: Any, start: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -216,7 +216,7 @@ def clearance(scheme: Any, wall: Any, x0: Any, xm: Any, x: Any) -> Any:
     raise NotImplementedError
 
 
-def bounce(scheme: Any, wall: Any, x: Any, v: Any, ear: Any, lane: Any, before: Any, after: Any) -> Any:
+def bounce(scheme: Any, wall: Any, x: Any, v: Any, accumulators: Any, lane: Any, before: Any, after: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -305,26 +305,26 @@ def _clear_of_nothing(scheme, wall, x0, xm, x):
 
 @answers(bounce, Euler, NoWall)
 @answers(bounce, Splitting, NoWall)
-def _bounce_never(scheme, wall, x, v, ear, lane, before, after):
+def _bounce_never(scheme, wall, x, v, accumulators, lane, before, after):
     return drift(scheme, x, v)
 
 
 @answers(begin, Splitting, NoWall)
-def _begin_free(scheme, wall, start, ear, lane, weight):
+def _begin_free(scheme, wall, start, accumulators, lane, weight):
     x, v, _, _ = drift(scheme, start.x, start.v)
     return x + start.early, v
 
 
 @answers(begin, Splitting, Rigid)
-def _begin_splitting(scheme, wall, start, ear, lane, weight):
+def _begin_splitting(scheme, wall, start, accumulators, lane, weight):
     phase = 0.5 * scheme.frequency * scheme.step
-    x, v = fly(wall.position, wall.restitution, scheme.frequency, start.x, start.v, phase, ear, lane, weight)
+    x, v = fly(wall.position, wall.restitution, scheme.frequency, start.x, start.v, phase, accumulators, lane, weight)
     return max(x + start.early, wall.position), v
 
 
 @answers(begin, Euler, NoWall)
 @answers(begin, Euler, Rigid)
-def _begin_euler(scheme, wall, start, ear, lane, weight):
+def _begin_euler(scheme, wall, start, accumulators, lane, weight):
     return start.x, start.v
 
 
@@ -345,29 +345,29 @@ def _reach(scheme, wall):
 
 
 @njit(**INLINE)
-def _half_step(scheme, wall, x, v, ear, lane, weight):
+def _half_step(scheme, wall, x, v, accumulators, lane, weight):
     """Half a step with the wall in it; its trigonometry is for the few that meet the wall."""
     xh = scheme.cosine * x + scheme.sine_over_frequency * v
     vh = scheme.cosine * v - scheme.sine_times_frequency * x
     if min(x, xh) > _reach(scheme, wall):
         return xh, vh
     phase = 0.5 * scheme.frequency * scheme.step
-    return fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, ear, lane, weight)
+    return fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, accumulators, lane, weight)
 
 
 @answers(bounce, Splitting, Rigid)
-def _bounce_splitting(scheme, wall, x, v, ear, lane, before, after):
-    xm, vm = _half_step(scheme, wall, x, v, ear, lane, before)
-    xn, vn = _half_step(scheme, wall, xm, vm, ear, lane, after)
+def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
+    xm, vm = _half_step(scheme, wall, x, v, accumulators, lane, before)
+    xn, vn = _half_step(scheme, wall, xm, vm, accumulators, lane, after)
     return xm, vm, xn, vn
 
 
 @njit(**FAST)
-def fly(position, restitution, frequency, x, v, phase, ear, lane, weight):
+def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
-    Returns x and v; impacts are told to the ear.  A chatter that has shrunk to hops shorter than ``SHORTEST_HOP`` of
-    the flight has collapsed: the mass rests on the wall until the flight ends.
+    Returns x and v; impacts are added to the accumulators.  A chatter that has shrunk to hops shorter than
+    ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
     """
     u = v / frequency
     left = phase
@@ -376,7 +376,7 @@ def fly(position, restitution, frequency, x, v, phase, ear, lane, weight):
     x = max(x, position)
     while True:
         if arriving > 0.0:
-            hear(ear, lane, weight, 1.0, frequency * arriving)
+            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
             struck = True
             x = position
             u = restitution * arriving
@@ -385,10 +385,10 @@ def fly(position, restitution, frequency, x, v, phase, ear, lane, weight):
             if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
                 if whole > 0.0:
-                    hear(ear, lane, weight, whole, frequency * u)
+                    add_impacts(accumulators, lane, weight, whole, frequency * u)
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
-                ear.collapses[lane] += 1.0 if struck else 0.0
+                accumulators.collapses[lane] += 1.0 if struck else 0.0
                 return position, 0.0
         square = u * u + (x - position) * (x + position)
         if not square > 0.0:  # a gap never closed (or a path that is no number any more)
@@ -422,9 +422,9 @@ def _clearance_euler(scheme, wall, x0, xm, x):
 
 
 @answers(bounce, Euler, Rigid)
-def _bounce_euler(scheme, wall, x, v, ear, lane, before, after):
+def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
     xm, _, xn, vn = drift(scheme, x, v)
     if clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0:
-        hear(ear, lane, before, 1.0, -vn)
+        add_impacts(accumulators, lane, before, 1.0, -vn)
         vn = -wall.restitution * vn
     return xn, vn, xn, vn

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from springpot.oscillator import Oscillator
 from springpot.simulation.budget import Budget
 from springpot.simulation.distributions import Distribution, sample_quantiles
-from springpot.simulation.observers import EXTREMES
+from springpot.simulation.observables import EXTREMES
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.spectral import Spectrum

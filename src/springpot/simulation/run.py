@@ -18,6 +18,7 @@ from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.observed import Observable, requested
 from springpot.simulation.results import PROBABILITIES, Run
 from springpot.simulation.settings import Options, resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
@@ -30,7 +31,6 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
-from springpot.simulation.watched import Observable, watched
 
 if TYPE_CHECKING:
     import xarray
@@ -100,7 +100,7 @@ def run(
     if tuple(quantities) != _DEFAULT_QUANTITIES:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
     settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))
-    watching = watched(
+    wanted = requested(
         oscillator,
         settings,
         observables=observables,
@@ -112,9 +112,9 @@ def run(
     begun = time.perf_counter()
     adapted = adapt(oscillator, settings, progress=progress) if settings.start == "stationary" else None
     simulation = simulation_of(oscillator, settings, adapted)
-    ensemble = simulation.advance(observers=watching.observers, progress=progress)
+    ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     values, errors = simulation.estimates(ensemble.rows)
-    observed = watching.read(simulation, ensemble)
+    observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
     speeds = observed.distributions.get("impact_speed")

@@ -17,7 +17,7 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.compose import Floats, Parts, compose
 from springpot.simulation.kernel import COLUMNS, block
 from springpot.simulation.lanes import LANES
-from springpot.simulation.listening import BATCHES, HEADER, Observer, Observers
+from springpot.simulation.observers import BATCHES, HEADER, Observer, Observers
 from springpot.simulation.random import key_words
 from springpot.simulation.scales import Scales, scales_of
 from springpot.simulation.settings import Settings
@@ -135,7 +135,7 @@ class Simulation:
 
         def work() -> None:
             arrays = [np.concatenate([header, observer.initial]) for observer in observers]
-            listening = _addresses(observers, arrays)
+            addresses = _addresses(observers, arrays)
             while not stop[0] and (number := next(next_block)) < blocks:
                 first = number * LANES
                 for observer, array in zip(observers, arrays, strict=True):
@@ -143,7 +143,7 @@ class Simulation:
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 block(
                     parts.scheme, parts.wall, parts.load, parts.memory, parts.drive, parts.start, parts.frequency**2,
-                    skipped + first, settings.steps, low, high, k0, k1, stream, halved, listening,
+                    skipped + first, settings.steps, low, high, k0, k1, stream, halved, addresses,
                     record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
                 )  # fmt: skip
                 for observer, array, room in zip(observers, arrays, observed, strict=True):
@@ -268,8 +268,8 @@ def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Obser
         return np.fromiter(found, np.int64)
 
     return Observers(
-        watch=numbers(0 if o.watch is None else o.watch.address for o in observers),
-        hear=numbers(0 if o.hear is None else o.hear.address for o in observers),
+        on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),
+        on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
     )

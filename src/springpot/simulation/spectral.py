@@ -19,7 +19,7 @@ from numba import cfunc
 
 from springpot.oscillator import LARGEST, finite_number
 from springpot.simulation.lanes import FAST, GROUP, LANES
-from springpot.simulation.listening import HEADER, WATCH, Observer
+from springpot.simulation.observers import HEADER, ON_STEPS, Observer
 from springpot.simulation.settings import Settings
 
 __all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
@@ -99,8 +99,8 @@ def _spectral_part(count: int) -> Any:
     first = len(HEADER)
     cosines, sines, weighed = first + count * LANES, first + 2 * count * LANES, first + 3 * count * LANES
 
-    @cfunc(WATCH, **FAST)
-    def watch(x, v, step, n, low, high, array):
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
         if low <= n < high:
             taper = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2
             scale = taper * array[0]
@@ -113,7 +113,7 @@ def _spectral_part(count: int) -> Any:
                     array[cosines + k * LANES + lane] += c * x[lane]
                     array[sines + k * LANES + lane] -= s * x[lane]
 
-    return watch
+    return on_steps
 
 
 def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: int) -> Spectrum:

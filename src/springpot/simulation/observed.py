@@ -13,22 +13,22 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.first_passage import Passage, checked, passage_times
 from springpot.simulation.lanes import GROUP
-from springpot.simulation.listening import Observer
-from springpot.simulation.observers import EXTREMES, extremes, mean_of
+from springpot.simulation.observables import EXTREMES, extremes, mean_of
+from springpot.simulation.observers import Observer
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Ensemble, Simulation
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
 
-__all__ = ["Observable", "Observed", "Watched", "watched"]
+__all__ = ["Observable", "Observed", "Requested", "requested"]
 
 Observable = Callable[..., float]
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Watched:
+class Requested:
     """The observers of a run, compiled: the user's functions, then sketches and extremes, then the spectrum.
 
     Attributes
@@ -42,7 +42,7 @@ class Watched:
     spectrum : tuple of Observer
         One, or nothing.
     passages : tuple of Passage
-        Levels whose first passage is watched.
+        Levels whose first passage is wanted.
     """
 
     observables: Mapping[str, Observer]
@@ -102,7 +102,7 @@ class Observed:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
 
 
-def watched(
+def requested(
     oscillator: Oscillator,
     settings: Settings,
     *,
@@ -111,7 +111,7 @@ def watched(
     distributions: bool,
     spectrum: npt.ArrayLike | None,
     first_passage: Mapping[str, Any] | None = None,
-) -> Watched:
+) -> Requested:
     """Check and compile what a caller wants observed.
 
     Raises
@@ -130,7 +130,7 @@ def watched(
         raise TypeError(f"distributions must be True or False, not {distributions!r}.")
     fastest = scales_of(oscillator).fastest_rate
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
-    return Watched(
+    return Requested(
         observables={name: mean_of(name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(name, function, "impact") for name, function in impact.items()},
         distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),

@@ -1,0 +1,154 @@
+"""What is observed beside the moments: a user's own observables and extremes.
+
+Each observer is compiled for itself and called by the kernel through its address (see
+:mod:`springpot.simulation.observers`), so that none of them costs a new kernel, or a run that does not ask for it
+anything.
+"""
+
+from __future__ import annotations
+
+import inspect
+import keyword
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from numba import cfunc, njit
+from numba.core.errors import NumbaError
+
+from springpot.simulation.distributions import SKETCHED
+from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.units import UNITS
+
+__all__ = ["EXTREMES", "cause_of", "extremes", "mean_of", "taken_names"]
+
+Floats = npt.NDArray[np.float64]
+
+FIRST = len(HEADER)
+_LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
+_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
+
+EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
+"""Largest and smallest values of each path in the window, and their units; speeds without sign.
+
+They are taken at the ends of the steps and at the impacts.
+"""
+
+
+# --- a user's own ---------------------------------------------------------------------------------------------------
+
+
+def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
+    """Sum of a user's function: of (t, x, v) over the steps of the window, or of the speed over its impacts.
+
+    What the function captures is taken as it is when the run starts.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the name cannot be one, or the function is none or cannot be compiled.
+    """
+    wanted = "(t, x, v)" if kind == "state" else "(speed)"
+    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
+        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
+    if name in taken_names() or name.endswith("_se"):
+        raise ValueError(f"an observable cannot be called {name!r}: a run has something of that name already.")
+    if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
+        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
+    try:
+        compiled = (_on_steps_of if kind == "state" else _on_impacts_of)(function)
+    except (NumbaError, TypeError) as reason:
+        raise ValueError(
+            f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
+            f"{cause_of(reason)}"
+        ) from reason
+    on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
+    return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True)
+
+
+def taken_names() -> set[str]:
+    """Names of everything else in the results of a run."""
+    budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
+    sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
+    biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
+    extreme = (f"{name}_quantile" for name in EXTREMES)
+    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
+    attributes = ("oscillator", "settings", "diagnostics", "warnings")
+    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+
+
+def cause_of(reason: Exception) -> str:
+    """The line of a compiler's message that says what is wrong."""
+    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
+    telling = [line for line in lines if any(word in line for word in _TELLING)]
+    return (telling or lines or [type(reason).__name__])[-1]
+
+
+def _on_steps_of(function: Callable[..., float]) -> Any:
+    inner = njit(**INLINE)(getattr(function, "py_func", function))
+
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
+        length, speed, time = array[_LENGTH], array[_SPEED_UNIT], array[_TIME]
+        for j in range(GROUP):
+            if low <= n + j < high:
+                t = time * step * (n + j + 1)
+                for lane in range(LANES):
+                    at = j * LANES + lane
+                    so_far = array[FIRST + lane]
+                    array[FIRST + lane] = np.nan  # stays if the function raises
+                    array[FIRST + lane] = so_far + inner(t, length * x[at], speed * v[at])
+
+    return on_steps
+
+
+def _on_impacts_of(function: Callable[..., float]) -> Any:
+    inner = njit(**INLINE)(getattr(function, "py_func", function))
+
+    @cfunc(ON_IMPACTS, **FAST)
+    def on_impacts(count, speed, lane, array):
+        so_far = array[FIRST + lane]
+        array[FIRST + lane] = np.nan
+        array[FIRST + lane] = so_far + count * inner(abs(array[_SPEED_UNIT]) * speed)
+
+    return on_impacts
+
+
+# --- extremes -------------------------------------------------------------------------------------------------------
+
+
+def extremes() -> Observer:
+    """The EXTREMES of every path."""
+    initial = np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES)
+    on_steps, on_impacts = _extreme_parts()
+    return Observer(on_steps, on_impacts, initial, per_path=True)
+
+
+@cache
+def _extreme_parts() -> tuple[Any, Any]:
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
+        length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
+        for j in range(GROUP):
+            if low <= n + j < high:
+                for lane in range(LANES):
+                    here = length * x[j * LANES + lane]
+                    array[FIRST + lane] = min(array[FIRST + lane], here)
+                    array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], here)
+                    at = FIRST + 2 * LANES + lane
+                    array[at] = max(array[at], speed * abs(v[j * LANES + lane]))
+
+    @cfunc(ON_IMPACTS, **FAST)
+    def on_impacts(count, speed, lane, array):
+        # at an impact the mass is at the wall, and as fast as it will be there
+        wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed
+        array[FIRST + lane] = min(array[FIRST + lane], wall)
+        array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
+        for at in (FIRST + 2 * LANES + lane, FIRST + 3 * LANES + lane):
+            array[at] = max(array[at], reached)
+
+    return on_steps, on_impacts
