@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext
+from playwright.sync_api import Browser, BrowserContext, Page
 
 import springpot as sp
 from springpot.device import intensity_from_psd, psd_from_intensity
@@ -13,6 +13,7 @@ from springpot.explorer.protocol import parse
 from tests.explorer.conftest import Server
 from tests.explorer.talk import tab as talking
 from tests.explorer.test_page import CUT, OVERLAPPING, opened
+from tests.sizes import validation
 
 DEVICE = "a=0.4&C=300&W=120&q=0.02&b=-0.0001&r=0.7&paths=640"
 
@@ -24,12 +25,16 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     made.close()
 
 
+def in_units_of_a_device(page: Page) -> None:
+    for name, unit in (("position", "mm"), ("natural_frequency", "Hz"), ("intensity", "g")):
+        page.locator(f"#unit-{name}").select_option(unit)
+
+
 def test_millimetres_hertz_and_spectral_densities(context: BrowserContext, server: Server) -> None:
     """Units change what is shown and typed, nothing that is computed: conversions are those of `springpot.device`."""
     with opened(context, server, DEVICE) as tab:
         page, measured, asked = tab.page, tab.number("x_rms"), tab.generation()
-        for name, unit in (("position", "mm"), ("natural_frequency", "Hz"), ("intensity", "g")):
-            page.locator(f"#unit-{name}").select_option(unit)
+        in_units_of_a_device(page)
         shown = {
             n: float(page.locator(f"#field-{n}").input_value()) for n in ("position", "natural_frequency", "intensity")
         }
@@ -43,6 +48,13 @@ def test_millimetres_hertz_and_spectral_densities(context: BrowserContext, serve
         assert page.locator("#tile-rms").inner_text().split()[1] == "mm"
         assert "x rms\nmm" in page.locator("#table thead").inner_text().replace("\t", "")
         assert [page.evaluate(CUT), page.evaluate(OVERLAPPING), page.locator(".scroll.cut").count()] == [[], [], 0]
+
+
+@pytest.mark.validation
+def test_what_is_typed_in_these_units_is_asked_in_metres_and_seconds(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, DEVICE) as tab:
+        page = tab.page
+        in_units_of_a_device(page)
         tab.changed(lambda: page.locator("#field-position").fill("-0.2"))
         tab.changed(lambda: page.locator("#field-intensity").fill("1e-4"))
         page.wait_for_timeout(400)
@@ -76,7 +88,7 @@ def test_numbers_in_metres_stay_whole(context: BrowserContext, server: Server) -
         assert tile.count("·10⁻⁸") == 2
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720)])
+@pytest.mark.parametrize(("width", "height"), [validation(1440, 900), (1280, 720)])
 def test_buttons_are_on_the_first_screen(browser: Browser, server: Server, width: int, height: int) -> None:
     with browser.new_context(viewport={"width": width, "height": height}) as context, opened(context, server) as tab:
         for button in tab.page.locator(".share .button, .transport .button").all():
@@ -85,6 +97,20 @@ def test_buttons_are_on_the_first_screen(browser: Browser, server: Server, width
             assert box["y"] + box["height"] <= height
 
 
+def test_pin_and_unpin(context: BrowserContext, server: Server) -> None:
+    with opened(context, server, DEVICE) as tab:
+        page = tab.page
+        assert page.locator("#pinned").is_hidden()
+        page.locator("#pin").click()
+        assert "Both designs are the same" in page.locator("#pinned-note").inner_text()
+        for row in (1, 2):
+            cell = page.locator(f"#pinned-table tbody tr:nth-child({row}) [data-quantity=x_rms]")
+            assert float(cell.get_attribute("data-value") or "nan") == tab.number("x_rms")
+        page.locator("#unpin").click()
+        page.locator("#pinned").wait_for(state="hidden")
+
+
+@pytest.mark.validation
 def test_a_second_design_pinned_beside_the_first(context: BrowserContext, server: Server) -> None:
     """Its numbers and curves stay while the sliders move, in either kind of units, until it is unpinned."""
     with opened(context, server, "a=0.5&C=0.8&W=2&q=3&b=-0.3&r=0.9&paths=640") as tab:
@@ -168,6 +194,7 @@ def test_units_in_a_link_that_are_none_are_said(context: BrowserContext, server:
         assert said == "The link has invalid values for unit of length; defaults are used."
 
 
+@pytest.mark.validation
 def test_slider_ends_follow_a_device(context: BrowserContext, server: Server) -> None:
     """A slider whose value lies far beyond its usual ends still moves it by little."""
     with opened(context, server, DEVICE) as tab:

@@ -24,6 +24,7 @@ from springpot.explorer.server import MOST_SESSIONS, allowed_hosts
 from tests.explorer.conftest import COMMAND, Server, running
 from tests.explorer.talk import Tab, tab
 from tests.signals import in_a_terminal
+from tests.sizes import validation
 
 SMALL = {"kind": "problem", "paths": 256}
 LONG = {"kind": "problem", "paths": 100_000, "coefficient": 0.1}
@@ -238,7 +239,7 @@ def test_a_tab_that_does_not_read_costs_nothing(server: Server) -> None:
 
 @needs_proc
 @pytest.mark.parametrize(
-    ("asked", "heard"), [(LONG, "estimates"), ({**LONG, "order": 0.2, "start": "stationary"}, "searching")]
+    ("asked", "heard"), [(LONG, "estimates"), validation({**LONG, "order": 0.2, "start": "stationary"}, "searching")]
 )
 def test_a_closed_tab_stops_its_computation(server: Server, asked: dict[str, Any], heard: str) -> None:
     with tab(server) as busy:
@@ -309,8 +310,13 @@ def test_a_pause_stops_time_and_paths(server: Server) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("busy", [False, True])
+@pytest.mark.parametrize(
+    ("busy", "sent"),
+    [
+        (True, signal.SIGINT), validation(True, signal.SIGTERM),
+        validation(False, signal.SIGINT), (False, signal.SIGTERM),
+    ],
+)
 def test_ctrl_c_is_an_orderly_end(busy: bool, sent: signal.Signals) -> None:
     """At once while modules still load, and with a tab in the middle of its work."""
     with in_a_terminal(), running() as started:
@@ -347,7 +353,11 @@ def test_a_port_in_use_is_one_sentence() -> None:
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--port", "70000"], "[0, 65535]"), (["--port", "x"], "whole number"), (["--host", "localhst"], "127.0.0.1")],
+    [
+        (["--port", "70000"], "[0, 65535]"),
+        validation(["--port", "x"], "whole number"),
+        validation(["--host", "localhst"], "127.0.0.1"),
+    ],
 )
 def test_bad_addresses_are_one_sentence(words: list[str], said: str) -> None:
     done = run(*words)
