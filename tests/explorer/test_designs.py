@@ -102,7 +102,7 @@ def test_pin_and_unpin(context: BrowserContext, server: Server) -> None:
         page = tab.page
         assert page.locator("#pinned").is_hidden()
         page.locator("#pin").click()
-        assert "Both designs are the same" in page.locator("#pinned-note").inner_text()
+        page.locator("#pinned-note").filter(has_text="Both designs are the same").wait_for()
         for row in (1, 2):
             cell = page.locator(f"#pinned-table tbody tr:nth-child({row}) [data-quantity=x_rms]")
             assert float(cell.get_attribute("data-value") or "nan") == tab.number("x_rms")
@@ -118,7 +118,7 @@ def test_a_second_design_pinned_beside_the_first(context: BrowserContext, server
         first, length = {name: tab.number(name) for name in ("x_rms", "impact_rate")}, (3.0 / 8.0) ** 0.5
         assert page.locator("#pinned").is_hidden()
         page.locator("#pin").click()
-        assert "Both designs are the same" in page.locator("#pinned-note").inner_text()
+        page.locator("#pinned-note").filter(has_text="Both designs are the same").wait_for()
         tab.changed(lambda: page.locator("#field-restitution").fill("0.6"))
 
         def pinned(name: str, row: int = 1) -> float:

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 QUICK = "paths=640"  # enough to be exact about, few enough to be quick
 COMPLETE = "window.springpotExplorer?.generation > {after} && results.dataset.complete === 'true' && \
 results.dataset.generation === String(springpotExplorer.generation)"
-# a screen that shows a few pictures a second, for drawing sixty takes a processor
+# a screen that shows some fifteen pictures a second, for drawing sixty takes a processor
 SLOW_SCREEN = """(() => {
     const own = window.requestAnimationFrame.bind(window);
-    window.requestAnimationFrame = (draw) => setTimeout(() => own(draw), 100);
+    window.requestAnimationFrame = (draw) => setTimeout(() => own(draw), 50);
 })()"""
 CELL = "#table [data-method={row}] [data-quantity={quantity}]"
 

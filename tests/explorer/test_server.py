@@ -27,7 +27,7 @@ from tests.signals import in_a_terminal
 from tests.sizes import validation
 
 SMALL = {"kind": "problem", "paths": 256}
-LONG = {"kind": "problem", "paths": 100_000, "coefficient": 0.1}
+LONG = {"kind": "problem", "paths": 100_000, "coefficient": 0.4}
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="no /proc here")
 
 
