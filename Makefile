@@ -33,7 +33,7 @@ test: lint  ## style, types, spelling and the everyday tests
 	$(RUN)/pytest -m "not validation" tests/explorer
 	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal
 
-validate: setup  ## the physics that takes longer
+validate: setup  ## the tests that take longer
 	$(RUN)/pytest -m validation
 
 # an environment of its own, for the programs to compare with are large
