@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Relaxation", "dashpot_mean_squares", "mean_squares", "relaxation"]
+__all__ = ["Relaxation", "dashpot_decay", "dashpot_mean_squares", "mean_squares", "relaxation"]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,14 +55,15 @@ def mean_squares(alpha: float, c: float) -> tuple[float, float]:
     return x_mean_square, x_mean_square + tangent * second / math.pi
 
 
-def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """<x^2> and <v^2> of the oscillator with a dashpot (alpha = 1, c >= 0) at times from rest, in closed form.
+def dashpot_decay(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """e^(-ct/2) cos wt and e^(-ct/2) sin(wt) / w with w^2 = 1 - c^2/4, for alpha = 1 and any c >= 0.
+
+    The second is the displacement after a unit kick.
 
     Examples
     --------
-    >>> x, v = dashpot_mean_squares(0.0, np.array([2.0]))
-    >>> bool(abs(x + v - 2.0) < 1e-15)
-    True
+    >>> [float(value.round(4)) for value in dashpot_decay(2.0, np.array(1.0))]
+    [0.3679, 0.3679]
     """
     half = c / 2.0
     if half < 1.0:
@@ -76,6 +77,19 @@ def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatA
         cosine = slow * (1.0 + np.exp(gap)) / 2.0
         # (1 - e^-2kt) / 2k, t where k = 0
         sine = slow * (-np.expm1(gap) / (2.0 * split) if split > 0.0 else time)
+    return cosine, sine
+
+
+def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """<x^2> and <v^2> of the oscillator with a dashpot (alpha = 1, c >= 0) at times from rest, in closed form.
+
+    Examples
+    --------
+    >>> x, v = dashpot_mean_squares(0.0, np.array([2.0]))
+    >>> bool(abs(x + v - 2.0) < 1e-15)
+    True
+    """
+    cosine, sine = dashpot_decay(c, time)
     grown = _saturating(c, time) / 2.0
     return grown - cosine * sine / 2.0 - c * sine**2 / 4.0, grown + cosine * sine / 2.0 - c * sine**2 / 4.0
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from springpot.theory.linear import dashpot_mean_squares
+from springpot.theory.linear import dashpot_decay, dashpot_mean_squares
 from springpot.theory.problem import Problem
 
 __all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]
@@ -136,16 +136,7 @@ class Flow:
 
 def _free(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Displacement and speed after a unit kick, and displacement after a unit displacement, without noise."""
-    half = c / 2.0
-    if half < 1.0:
-        frequency = math.sqrt((1.0 - half) * (1.0 + half))
-        decay = np.exp(-half * time)
-        cosine, sine = decay * np.cos(frequency * time), decay * time * np.sinc(frequency * time / math.pi)
-    else:
-        split = math.sqrt((half - 1.0) * (half + 1.0))
-        slow, gap = np.exp(-time / (half + split)), -2.0 * split * time
-        cosine = slow * (1.0 + np.exp(gap)) / 2.0
-        sine = slow * (-np.expm1(gap) / (2.0 * split) if split > 0.0 else time)
+    half, (cosine, sine) = c / 2.0, dashpot_decay(c, time)
     return sine, cosine - half * sine, cosine + half * sine
 
 
