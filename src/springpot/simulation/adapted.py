@@ -59,7 +59,7 @@ def adapt(
     wall = sign * oscillator.barrier.position
     now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
     if pilot.window[0] < SETTLED * scales_of(oscillator).energy_time:
-        return Adapted(sign * now, math.nan, math.nan, math.nan, 0)
+        return Adapted(sign * now, None, None, None, 0)
 
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""

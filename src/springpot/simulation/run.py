@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import platform
 import time
 from collections.abc import Mapping, Sequence
@@ -367,8 +366,8 @@ def _diagnostics(simulation: Simulation, rows: npt.NDArray[np.float64], seconds:
         "memory_terms": int(memory.rates.size),
         "memory_error": memory.relative_error,
         "memory_precision": settings.precision,
-        "start_residual": None if adapted is None or math.isnan(adapted.residual) else adapted.residual,
-        "start_residual_se": None if adapted is None or math.isnan(adapted.residual) else adapted.residual_se,
+        "start_residual": None if adapted is None else adapted.residual,
+        "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
         "collapses": int(rows[:, COLUMNS.index("collapses")].sum()),
         "seconds": seconds,

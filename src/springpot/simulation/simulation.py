@@ -38,21 +38,20 @@ class Adapted:
     ----------
     position : float
         x(0), in m.
-    residual : float
-        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it.
-        NaN if pilots long enough to tell would take too long; x(0) is then that of averaging.
-    residual_se : float
-        Its standard error.
-    error : float
-        Standard error of x(0) itself, over the root mean square displacement.
+    residual, residual_se : float or None
+        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it,
+        and its standard error.  None if pilots long enough to measure it would take too long; x(0) is then that of
+        averaging.
+    error : float or None
+        Standard error of x(0) itself, over the root mean square displacement; None as well.
     pilots : int
         How many pilot runs were made.
     """
 
     position: float
-    residual: float
-    residual_se: float
-    error: float
+    residual: float | None
+    residual_se: float | None
+    error: float | None
     pilots: int
 
 
@@ -233,10 +232,11 @@ class Simulation:
         for <v^2>).
         """
         order, frequency = self.oscillator.springpot.order, self.oscillator.natural_frequency
-        if self.adapted is None or order == 1.0 or not self.adapted.error > 0.0:
+        error = None if self.adapted is None else self.adapted.error
+        if error is None or order == 1.0 or not error > 0.0:
             return dict.fromkeys(values, 0.0)
         fading = max(frequency * self.settings.window[0], 1.0) ** -order / math.gamma(1.0 - order)
-        share = float(self.adapted.error * self.oscillator.dimensionless_coefficient * fading)
+        share = float(error * self.oscillator.dimensionless_coefficient * fading)
         energies = {name for name in values if name.startswith(("x_mean_square", "v_", "amplitude", "springpot"))}
         errors = {name: (0.5 if name in energies else 1.0) * share * abs(value) for name, value in values.items()}
         size = math.sqrt(values["x_mean_square"])

@@ -92,7 +92,7 @@ def doubts(
 def _about_start(adapted: Adapted | None) -> list[str]:
     if adapted is None:
         return []
-    if math.isnan(adapted.residual):
+    if adapted.residual is None or adapted.residual_se is None:
         return ["the adapted start is that of averaging: pilot runs long enough to check it would take too long."]
     if adapted.residual > MOST_RESIDUAL:
         return [
