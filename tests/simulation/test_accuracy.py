@@ -262,6 +262,12 @@ def test_bad_requests(given: dict, message: str) -> None:
         run(oscillator(), **given)
 
 
+def test_a_springpot_that_is_a_spring_behind_a_lossy_wall_has_a_budget() -> None:
+    """It used to be refused: without the wall nothing dissipates, but with it there is a stationary state."""
+    found = run(oscillator(0.0, 0.5, restitution=0.7), rtol=0.2)
+    assert not found.warnings
+
+
 def test_no_stationary_state_no_budget() -> None:
     with pytest.raises(ValueError, match="stationary state"):
         run(oscillator(0.0), rtol=0.1)

@@ -165,12 +165,13 @@ def _slow_time(oscillator: Oscillator, rtol: float, wanted: Sequence[str]) -> fl
     """When what slow displacements lack is a small part of the tolerance, in s, by the variances without a wall."""
     try:
         free = exact(replace(oscillator, barrier=None))
-    except ValueError:  # no springpot: the wall alone dissipates
+        x_mean_square, amplitude = free.x_mean_square, free.amplitude_mean_square
+    except ValueError:  # no springpot, or one of order 0: the wall alone dissipates
         return 0.0
     scales = scales_of(oscillator)
     time, last = 1.0 / oscillator.natural_frequency, 100.0 * scales.relaxation_time
     while time < last:
-        shares = shares_missing(oscillator, time, free.x_mean_square, free.amplitude_mean_square)
+        shares = shares_missing(oscillator, time, x_mean_square, amplitude)
         if max(shares[name] for name in wanted) <= SLOWLY * rtol:
             break
         time *= 1.1
