@@ -1,4 +1,4 @@
-"""From the data of a device, in SI units, to the oscillator per unit mass: every conversion is here and nowhere else.
+"""Spectral densities of a device's data sheet, and the intensity of the white noise: every factor of 2 is here.
 
 A device of mass m on a spring k and a springpot k_alpha moves by x relative to its base,
 
@@ -15,12 +15,11 @@ is divided by m^2 first.
 
 from __future__ import annotations
 
-import math
 from typing import Literal, get_args
 
-from springpot.oscillator import LARGEST, Barrier, Oscillator, Springpot, WhiteNoise, finite_number
+from springpot.arguments import LARGEST, finite_number
 
-__all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "oscillator_from_device", "psd_from_intensity"]
+__all__ = ["STANDARD_GRAVITY", "check_excited", "intensity_from_psd", "psd_from_intensity"]
 
 STANDARD_GRAVITY = 9.80665
 """g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
@@ -116,74 +115,17 @@ def psd_from_intensity(intensity: float, unit: DensityUnit, *, sides: Sides = 1,
     return intensity / _density_of_one(unit, sides, mass)
 
 
-def _wall(gap: float | None, restitution: float, side: Literal["above", "below"]) -> Barrier | None:
-    if gap is None:
-        if Barrier(restitution=restitution, side=side) != Barrier():
-            raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
-        return None
-    distance = finite_number(
-        gap, "gap", low=-LARGEST, high=LARGEST, hint="It is the way from equilibrium to the wall in m, < 0: preload."
-    )
-    position = distance if side == "below" else -distance
-    return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero
-
-
-def oscillator_from_device(
-    *,
-    mass: float,
-    stiffness: float,
-    springpot: tuple[float, float],
-    psd: float,
-    psd_unit: DensityUnit,
-    gap: float | None = None,
-    restitution: float = 1.0,
-    side: Literal["above", "below"] = "above",
-    sides: Sides = 1,
-    of: Excited | None = None,
-) -> Oscillator:
-    """The oscillator of a device given in SI units; what `Oscillator.from_device` calls.
-
-    Parameters
-    ----------
-    mass, stiffness, springpot, psd, psd_unit, gap, restitution, side, sides, of
-        Those of `Oscillator.from_device`.
-
-    Returns
-    -------
-    Oscillator
+def check_excited(of: object, unit: DensityUnit) -> None:
+    """What a density is said to be of must agree with its unit.
 
     Raises
     ------
-    TypeError, ValueError
-        Those of `Oscillator.from_device`.
-
-    Examples
-    --------
-    >>> device = oscillator_from_device(mass=2.0, stiffness=18.0, springpot=(0.5, 1.0), psd=4.0, psd_unit="N2/Hz")
-    >>> device.natural_frequency, device.springpot.coefficient, device.excitation.intensity, device.barrier
-    (3.0, 0.5, 0.5, None)
+    ValueError
+        If it does not.
     """
-    mass = _positive(mass, "mass", "It is in kg.")
-    stiffness = _positive(stiffness, "stiffness", "It is in N/m.")
-    if not isinstance(springpot, tuple | list) or len(springpot) != 2:
-        raise TypeError(
-            f"springpot must be two numbers, (order, k_alpha), not {springpot!r}. A dashpot c in N s/m is (1, c)."
-        )
-    order = finite_number(
-        springpot[0], "springpot's order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."
-    )
-    k_alpha = finite_number(
-        springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST, hint="It is in N s^order/m, per device, not per kg."
-    )
-    intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=mass)
-    if of is not None:
-        _one_of(of, get_args(Excited), "of", "It says what the spectral density is of.")
-        if of != ("force" if psd_unit == "N2/Hz" else "base"):
-            right = "psd_unit='N2/Hz'" if of == "force" else "psd_unit='g2/Hz' or psd_unit='m2/s4/Hz'"
-            raise ValueError(f"of={of!r} needs {right}, not {psd_unit!r}.")
-    return Oscillator(
-        natural_frequency=math.sqrt(stiffness / mass),
-        springpot=Springpot(order=order, coefficient=k_alpha / mass),
-        barrier=_wall(gap, restitution, side),
-        excitation=WhiteNoise(intensity=intensity),
-    )
+    if of is None:
+        return
+    _one_of(of, get_args(Excited), "of", "It says what the spectral density is of.")
+    if of != ("force" if unit == "N2/Hz" else "base"):
+        right = "psd_unit='N2/Hz'" if of == "force" else "psd_unit='g2/Hz' or psd_unit='m2/s4/Hz'"
+        raise ValueError(f"of={of!r} needs {right}, not {unit!r}.")

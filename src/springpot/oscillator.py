@@ -12,69 +12,13 @@ object is made; nothing else in the package checks an oscillator again.
 from __future__ import annotations
 
 import math
-import numbers
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-if TYPE_CHECKING:
-    from springpot.device import DensityUnit, Excited, Sides
+from springpot.arguments import LARGEST, finite_number
+from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 
-__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise", "finite_number"]
-
-
-LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
-
-
-def finite_number(
-    value: object, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False, hint: str = ""
-) -> float:
-    """Return ``value`` as a float, or raise one sentence that names the argument and its allowed range.
-
-    Parameters
-    ----------
-    value : object
-        What the caller gave.
-    name : str
-        The argument's name, for the message.
-    low, high : float
-        Allowed range, ends included; with ``open_low`` the lower end is excluded.
-    hint : str
-        What the argument means, appended to the message.
-
-    Raises
-    ------
-    TypeError
-        If ``value`` is not a real number (strings and booleans are not).
-    ValueError
-        If it is NaN, infinite or outside the range.
-
-    Examples
-    --------
-    >>> finite_number(2, "duration", low=0.0)
-    2.0
-    """
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{name} must be a real number, not {value!r} ({type(value).__name__}).{_sentence(hint)}")
-    try:
-        number = float(value)
-    except OverflowError:  # a whole number beyond double precision
-        number = math.inf
-    inside = (number > low if open_low else number >= low) and number <= high
-    if not math.isfinite(number) or not inside:
-        raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
-    return number
-
-
-def _sentence(hint: str) -> str:
-    return f" {hint}" if hint else ""
-
-
-def _range(low: float, high: float, open_low: bool) -> str:
-    if math.isinf(low) and math.isinf(high):
-        return "a finite number"
-    if math.isinf(high):
-        return f"a finite number {'greater than' if open_low else 'at least'} {low:g}"
-    return f"in {'(' if open_low else '['}{low:g}, {high:g}]"
+__all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
 
 
 def _set(instance: object, name: str, value: object) -> None:
@@ -325,12 +269,27 @@ class Oscillator:
         >>> harvester.barrier
         Barrier(position=-0.004, restitution=0.6, side='above')
         """
-        from springpot.device import oscillator_from_device
-
-        return oscillator_from_device(
-            mass=mass, stiffness=stiffness, springpot=springpot, psd=psd, psd_unit=psd_unit, gap=gap,
-            restitution=restitution, side=side, sides=sides, of=of,
+        mass = finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
+        stiffness = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
+        if not isinstance(springpot, tuple | list) or len(springpot) != 2:
+            raise TypeError(
+                f"springpot must be two numbers, (order, k_alpha), not {springpot!r}. A dashpot c in N s/m is (1, c)."
+            )
+        order = finite_number(
+            springpot[0], "springpot's order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."
+        )
+        k_alpha = finite_number(
+            springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST,
+            hint="It is in N s^order/m, per device, not per kg.",
         )  # fmt: skip
+        intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=mass)
+        check_excited(of, psd_unit)
+        return cls(
+            natural_frequency=math.sqrt(stiffness / mass),
+            springpot=Springpot(order=order, coefficient=k_alpha / mass),
+            barrier=_stop(gap, restitution, side),
+            excitation=WhiteNoise(intensity=intensity),
+        )
 
     @property
     def time_scale(self) -> float:
@@ -379,3 +338,15 @@ class Oscillator:
         """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
         lossy = self.barrier is not None and self.barrier.restitution < 1.0
         return lossy or (self.springpot.coefficient > 0.0 and self.springpot.order > 0.0)
+
+
+def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]) -> Barrier | None:
+    if gap is None:
+        if Barrier(restitution=restitution, side=side) != Barrier():
+            raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
+        return None
+    distance = finite_number(
+        gap, "gap", low=-LARGEST, high=LARGEST, hint="It is the way from equilibrium to the wall in m, < 0: preload."
+    )
+    position = distance if side == "below" else -distance
+    return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from springpot.device import DensityUnit, Excited, Sides, oscillator_from_device
+from springpot.device import DensityUnit, Excited, Sides
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.terminal import Whole
 
@@ -124,7 +124,7 @@ class OscillatorFlags:
             raise ValueError("--no-barrier leaves no wall for --gap to describe.")
         if missing := [name for name in _NEEDED if name not in device]:
             raise ValueError(f"{_flags(missing)} must be given too: a device needs {_flags(_NEEDED)}.")
-        return oscillator_from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]
+        return Oscillator.from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]
 
     def _given(self, names: Sequence[str]) -> dict[str, object]:
         return {name: value for name in names if (value := getattr(self, name)) is not None}

@@ -23,8 +23,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from springpot.arguments import finite_number
 from springpot.faults import meant
-from springpot.oscillator import Oscillator, finite_number
+from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine
 from springpot.simulation.completed_rate import are_crowded

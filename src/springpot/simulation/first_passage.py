@@ -30,7 +30,8 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.oscillator import LARGEST, Oscillator, finite_number
+from springpot.arguments import LARGEST, finite_number
+from springpot.oscillator import Oscillator
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observables import cause_of, taken_names
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer

@@ -17,7 +17,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from springpot.oscillator import Oscillator, finite_number
+from springpot.arguments import finite_number
+from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.compose import Floats
 from springpot.simulation.scales import scales_of

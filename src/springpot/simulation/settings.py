@@ -11,7 +11,8 @@ from typing import Any, Literal, TypedDict, get_args
 import numpy as np
 import numpy.typing as npt
 
-from springpot.oscillator import LARGEST, Oscillator, finite_number
+from springpot.arguments import LARGEST, finite_number
+from springpot.oscillator import Oscillator
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
 from springpot.simulation.schemes import CONTACT_TOLERANCE, Grunwald, Scheme, Splitting, scheme_of

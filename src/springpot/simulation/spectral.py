@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import cfunc
 
-from springpot.oscillator import LARGEST, finite_number
+from springpot.arguments import LARGEST, finite_number
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.observers import HEADER, ON_STEPS, Observer
 from springpot.simulation.settings import Settings

@@ -23,8 +23,9 @@ from pydantic import (
     model_validator,
 )
 
+from springpot.arguments import finite_number
 from springpot.faults import FileFault, shown
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, finite_number
+from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.studies.toml import read_toml
 from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from springpot.oscillator import finite_number
+from springpot.arguments import finite_number
 
 __all__ = [
     "coefficients",

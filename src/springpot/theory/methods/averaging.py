@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
-from springpot.oscillator import Oscillator, finite_number
+from springpot.arguments import finite_number
+from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, normal, rayleigh, real_array
 from springpot.theory.problem import Units, checked, endless

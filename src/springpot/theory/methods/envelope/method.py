@@ -48,7 +48,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.oscillator import LARGEST, Oscillator, finite_number
+from springpot.arguments import LARGEST, finite_number
+from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
