@@ -212,3 +212,25 @@ def test_a_class_says_what_it_holds(name: str) -> None:
         assert sections(text) & {"Parameters", "Attributes"}
     for member, function in members(kind).items():
         assert inspect.getdoc(function), f"{name}.{member}"
+
+
+METAPHORS = r"\b(dice|the ear|ears|hears?|heard|astray|owes?|owed|whom to believe)\b"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [*PAGES, *EXAMPLES, DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"],
+    ids=lambda text: text.name,
+)
+def test_the_prose_has_no_metaphors(text: Path) -> None:
+    assert re.findall(METAPHORS, text.read_text(encoding="utf-8"), flags=re.I) == []
+
+
+def test_the_source_has_no_metaphors() -> None:
+    source = DOCS.parent / "src" / "springpot"
+    found = {
+        str(file.relative_to(source)): words
+        for file in [*source.rglob("*.py"), *source.rglob("*.js")]
+        if "vendor" not in file.parts and (words := re.findall(METAPHORS, file.read_text(encoding="utf-8"), flags=re.I))
+    }
+    assert found == {}

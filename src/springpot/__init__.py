@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.atlases import atlas
     from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+    from springpot.simulation.loaded import load_run
     from springpot.simulation.run import run, simulate
-    from springpot.simulation.saved import load_run
     from springpot.studies import open_study, study
 
     __version__: str

@@ -19,7 +19,7 @@ from typing import Literal, get_args
 
 from springpot.arguments import LARGEST, finite_number
 
-__all__ = ["STANDARD_GRAVITY", "check_excited", "intensity_from_psd", "psd_from_intensity"]
+__all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
 STANDARD_GRAVITY = 9.80665
 """g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""

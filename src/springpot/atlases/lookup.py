@@ -96,7 +96,7 @@ class Table:
         numbers = dict(zip(MOMENTS, np.exp(logs).tolist(), strict=True))
         relative = dict(zip(MOMENTS, spreads.tolist(), strict=True))
         errors = {name: relative[name] * numbers[name] for name in MOMENTS}
-        # the mean is kept in root mean squares, and owes to the error of these
+        # the mean is stored in root mean squares, so their error adds to its own
         size = math.sqrt(numbers["x_mean_square"])
         numbers["x_mean"] = float(logs[MOMENTS.index("x_mean")]) * size
         errors["x_mean"] = math.hypot(relative["x_mean"] * size, 0.5 * relative["x_mean_square"] * numbers["x_mean"])

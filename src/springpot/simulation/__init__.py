@@ -10,10 +10,10 @@ for which ``compose`` turns the problem into the kernel's ``parts``; the ``kerne
 
 from springpot.simulation.budget import CONTROLLED, Budget
 from springpot.simulation.distributions import Distribution
+from springpot.simulation.loaded import load_run
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.results import Run
 from springpot.simulation.run import run, simulate
-from springpot.simulation.saved import load_run
 from springpot.simulation.spectral import Spectrum
 from springpot.units import UNITS
 

@@ -97,7 +97,7 @@ class PassageTimes:
         if np.any(~((t >= 0.0) & (t <= self.horizon * (1.0 + 1e-12)))):
             raise ValueError(f"time must be in [0, {self.horizon:g}] s, where the paths were watched.")
         share = 1.0 - np.searchsorted(np.sort(self.times), t, side="right") / self.paths
-        return np.asarray(share), np.asarray(np.sqrt(share * (1.0 - share) / self.paths))
+        return np.asarray(share), np.asarray(_share_error(share, self.paths))
 
     def quantile(self, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Times by which shares of the paths have passed, and their standard errors.
@@ -218,9 +218,9 @@ class PassageTimes:
         found = {
             f"{name}_mean": (mean, error, "s", f"mean time of the {what}"),
             f"{name}_restricted_mean": (restricted, its_error, "s", f"mean of the time cut off at {self.horizon:g} s"),
-            f"{name}_censored": (self.share_censored, _share_error(self.share_censored, n), "1",
+            f"{name}_censored": (self.share_censored, float(_share_error(self.share_censored, n)), "1",
                                  "share of the paths that have not passed by the end of the run"),
-            f"{name}_at_start": (self.share_at_start, _share_error(self.share_at_start, n), "1",
+            f"{name}_at_start": (self.share_at_start, float(_share_error(self.share_at_start, n)), "1",
                                  "share of the paths beyond the level when the clock starts"),
         }  # fmt: skip
         numbers = {}
@@ -251,5 +251,7 @@ def _standard_error(samples: Floats) -> float:
     return float(samples.std(ddof=1) / math.sqrt(samples.size)) if samples.size > 1 else math.nan
 
 
-def _share_error(share: float, count: int) -> float:
-    return math.sqrt(share * (1.0 - share) / count)
+def _share_error(share: npt.ArrayLike, count: int) -> Floats:
+    """Standard error of a share, with one path more on either side: none of ``count`` paths is not none at all."""
+    likely = (np.asarray(share, dtype=float) * count + 1.0) / (count + 2.0)
+    return np.asarray(np.sqrt(likely * (1.0 - likely) / count))

@@ -1,0 +1,224 @@
+"""A saved run read back: what `springpot.simulation.saved` wrote, checked against its checksum, and nothing else."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import dataclasses
+import json
+import math
+import typing
+import zlib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.simulation.results import Run
+from springpot.simulation.saved import FORMAT, GROUP, RECORD, SUFFIXES, WORDS, Arrays, checksum_of
+
+__all__ = ["load_run"]
+
+_MOST_BYTES = 8 * 2**30  # of one array that is read back
+_DAMAGED = "its content was damaged"
+_NOT_OURS = "it was not written by springpot"
+
+
+def load_run(path: str | Path) -> Run:
+    """Read a run that was saved as netCDF or JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ends in ``.nc`` or ``.json``.
+
+    Returns
+    -------
+    Run
+        Equal to the one that was saved, to the last bit.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file holds no run, was damaged, or is a table.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import springpot as sp
+    >>> found = sp.run(sp.Oscillator(), paths=640, duration=1.0, distributions=True, record=2)
+    >>> again = sp.load_run(found.save(Path(tempfile.mkdtemp()) / "run.nc"))
+    >>> again.settings == found.settings, bool((again.record == found.record).all())
+    (True, True)
+    >>> float(again.distributions["x"].quantile(0.5)[0]) == float(found.distributions["x"].quantile(0.5)[0])
+    True
+    """
+    place = Path(path)
+    if place.suffix == ".csv":
+        raise ValueError(f"{str(path)!r} is a table for spreadsheets: only .nc and .json can be read back.")
+    if place.suffix not in SUFFIXES:
+        raise ValueError(f"the file to read must end in .nc or .json, not {place.name!r}.")
+    if not place.exists():
+        raise FileNotFoundError(f"There is no file {str(path)!r}.")
+    if not place.is_file():
+        raise ValueError(f"{str(path)!r} is not a file.")
+    try:
+        words, arrays = _read_netcdf(place) if place.suffix == ".nc" else _read_json(place)
+        found = _put_together(words, arrays)
+    except _Foreign as reason:
+        raise ValueError(f"{str(path)!r} cannot be read as a run: {reason}.") from None
+    if not isinstance(found, Run):
+        raise ValueError(f"{str(path)!r} cannot be read as a run: it holds something else.")
+    return found
+
+
+class _Foreign(ValueError):
+    """A file does not hold what `save_run` writes; the message says what is wrong."""
+
+
+@cache
+def _classes() -> dict[str, type]:
+    """Dataclasses that a run can hold, by name: those that the fields of `Run` name, and their fields in turn."""
+    found: dict[str, type] = {}
+
+    def look(kind: Any) -> None:
+        if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+            if kind.__name__ not in found:
+                found[kind.__name__] = kind
+                for part in typing.get_type_hints(kind).values():
+                    look(part)
+        else:
+            for part in typing.get_args(kind):
+                look(part)
+
+    look(Run)
+    return found
+
+
+def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
+    """The inverse of `_taken_apart`.
+
+    Raises
+    ------
+    _Foreign
+        If the words are not such as it makes.
+    """
+    match words:
+        case None | bool() | int() | float() | str():
+            return words
+        case {"number": "nan" | "inf" | "-inf" as number}:
+            return float(number)
+        case {"array": str() as name} if name in arrays:
+            return arrays[name]
+        case {"empty": [*shape], "kind": str() as kind}:
+            return np.zeros(shape, np.dtype(kind))
+        case {"dict": dict() as parts}:
+            return {key: _put_together(part, arrays) for key, part in parts.items()}
+        case {"tuple": list() as parts}:
+            return tuple(_put_together(part, arrays) for part in parts)
+        case {"list": list() as parts}:
+            return [_put_together(part, arrays) for part in parts]
+        case {"class": str() as name, "fields": dict() as parts} if name in _classes():
+            given = {key: _put_together(part, arrays) for key, part in parts.items()}
+            try:
+                return _classes()[name](**given)
+            except (TypeError, ValueError):
+                raise _Foreign("it is from another version of springpot") from None
+    raise _Foreign(_NOT_OURS)
+
+
+def _checked(words: str, arrays: Arrays, checksum: object) -> tuple[Any, Arrays]:
+    if checksum_of(words, arrays) != checksum:
+        raise _Foreign(_DAMAGED)
+    return json.loads(words), arrays
+
+
+def _read_netcdf(path: Path) -> tuple[Any, Arrays]:
+    import h5py
+
+    # with h5py itself: it says plainly what it cannot read, and decodes nothing
+    try:
+        with h5py.File(path, "r") as file:
+            own = file.get(GROUP)
+            if not isinstance(own, h5py.Group) or not isinstance(own.get(WORDS), h5py.Dataset):
+                raise _Foreign(_NOT_OURS)
+            _check_format(int(np.ravel(own.attrs.get("format", 0))[0]))
+            words = _numbers(own[WORDS]).tobytes().decode()
+            names = _array_names(words)
+            arrays = {name: _numbers(own[name]) for name in names if name != RECORD}
+            if RECORD in names:
+                arrays[RECORD] = np.stack([_numbers(file["x"]), _numbers(file["v"])], axis=-1)
+            checksum = own.attrs.get("checksum")
+    except _Foreign:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError) as reason:
+        raise _Foreign(_NOT_OURS if "file signature not found" in str(reason) else _DAMAGED) from None
+    return _checked(words, arrays, checksum.decode() if isinstance(checksum, bytes) else checksum)
+
+
+def _numbers(dataset: Any) -> npt.NDArray[Any]:
+    if dataset.size * dataset.dtype.itemsize > _MOST_BYTES:
+        raise _Foreign("an array in it is too large")
+    return np.asarray(dataset[()])
+
+
+def _array_names(words: str) -> set[str]:
+    """Names of the arrays that the words speak of."""
+
+    def walk(part: Any) -> Iterator[str]:
+        if isinstance(part, dict):
+            if isinstance(part.get("array"), str):
+                yield part["array"]
+            for inner in part.values():
+                yield from walk(inner)
+        elif isinstance(part, list):
+            for inner in part:
+                yield from walk(inner)
+
+    try:
+        return set(walk(json.loads(words)))
+    except RecursionError:
+        raise _Foreign(_DAMAGED) from None
+
+
+def _check_format(found: int) -> None:
+    if found > FORMAT:
+        raise _Foreign("it was written by a newer version of springpot")
+    if found != FORMAT:
+        raise _Foreign(_NOT_OURS)
+
+
+def _unpacked(found: Any) -> npt.NDArray[Any]:
+    kind, shape = np.dtype(found["kind"]), tuple(found["shape"])
+    if kind.kind not in "fiub" or not all(isinstance(n, int) and n >= 0 for n in shape):
+        raise _Foreign(_DAMAGED)
+    size = math.prod(shape) * kind.itemsize
+    if size > _MOST_BYTES:
+        raise _Foreign("an array in it is too large")
+    content = zlib.decompressobj().decompress(base64.b64decode(found["zlib_base64"], validate=True), size + 1)
+    if len(content) != size:
+        raise _Foreign(_DAMAGED)
+    return np.frombuffer(content, kind).reshape(shape).copy()
+
+
+def _read_json(path: Path) -> tuple[Any, Arrays]:
+    try:
+        found = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        raise _Foreign("it is not JSON, or was cut short") from None
+    own = found.get(GROUP) if isinstance(found, dict) else None
+    if not isinstance(own, dict) or not isinstance(own.get(WORDS), str):
+        raise _Foreign(_NOT_OURS)
+    try:
+        _check_format(int(own["format"]))
+        arrays = {name: _unpacked(packed) for name, packed in own["arrays"].items()}
+    except _Foreign:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, binascii.Error, zlib.error):
+        raise _Foreign(_DAMAGED) from None
+    return _checked(own[WORDS], arrays, own.get("checksum"))
