@@ -206,6 +206,7 @@ def test_quantiles_and_survival_of_a_sample() -> None:
     assert math.isnan(at[1])
     survival, its_error = passage.survival([0.0, 2.0])
     assert survival[0] == 1.0
+    assert its_error[0] == pytest.approx(1.0 / 4000.0, rel=0.01)  # that no path has passed is not that none can
     assert abs(survival[1] - math.exp(-1.0)) < 4.0 * its_error[1]
     with pytest.raises(ValueError, match="where the paths were watched"):
         passage.survival(5.0)

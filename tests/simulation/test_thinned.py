@@ -49,8 +49,8 @@ def test_memory_is_that_of_the_stored_points() -> None:
         run(OSCILLATOR, record_every=every, **settings)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert peaks[0] > 200_000 * 16
-    assert peaks[1] < peaks[0] - 0.9 * 200_000 * 16
+    stored = 200_000 * 16  # bytes of every step's x and v
+    assert peaks[1] < stored < peaks[0]
 
 
 @pytest.mark.parametrize(

@@ -408,7 +408,7 @@ def test_bad_input():
         result.amplitude_density(1.0, time=0.0)
     with pytest.raises(TypeError, match="displacement"):
         result.x_density("near")
-    with pytest.raises(NotCovered, match="impact speeds"):
+    with pytest.raises(NotCovered, match="impact speed"):
         envelope(make(0.5, 0.3, None)).impact_speed_density(1.0)
 
 

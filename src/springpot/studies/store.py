@@ -331,7 +331,7 @@ def _check_answers(store: Store) -> None:
     empty = all(not entry.name.endswith(".0") for entry in store.path.glob("*/*/numbers/*"))
     if not empty and not any(store.has(task) for task in tasks(store.study)):
         raise StoreError(
-            f"the description of store {str(store.path)!r} (its zarr.json) is damaged, and none of its answers belong "
+            f"the description of store {str(store.path)!r} (its zarr.json) is damaged, and none of its results belong "
             f"to {store.study.name!r}: give the study file that it was made from."
         )
 

@@ -126,7 +126,7 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     for name, value, slack in (
         ("position", oscillator.dimensionless_position, 0.25),
         ("restitution", oscillator.restitution, 0.15),
-        ("order", oscillator.springpot.order, 0.05),  # the map begins at 0.1: half of it is still near
+        ("order", oscillator.springpot.order, 0.1),
         ("c", max(c, lightest), 0.3),
     ):
         beside = _beside(np.unique(found[name][near]), value, slack)
