@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-__all__ = ["finite_array", "hoyt", "normal", "numbers_only", "rayleigh", "real_array"]
+__all__ = ["finite_array", "hoyt", "modulus_correlation", "normal", "numbers_only", "rayleigh", "real_array"]
 
 FloatArray = NDArray[np.float64]
 
@@ -98,6 +98,17 @@ def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
     # I0(z) exp(-a^2 (1/first + 1/second) / 4) with z = a^2 |1/first - 1/second| / 4, scaled so that nothing overflows
     z = a * a * abs(1.0 / first - 1.0 / second) / 4.0
     return np.asarray(a / math.sqrt(first * second) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide)))
+
+
+def modulus_correlation(rho: FloatArray) -> FloatArray:
+    """<|y| |z|> of two standard normals of correlation ``rho``: 1 at rho = +-1, 2 / pi at rho = 0.
+
+    Examples
+    --------
+    >>> modulus_correlation(np.array([-1.0, 0.0, 1.0])).round(4).tolist()
+    [1.0, 0.6366, 1.0]
+    """
+    return np.asarray(2.0 / math.pi * (np.sqrt((1.0 - rho) * (1.0 + rho)) + rho * np.arcsin(rho)))
 
 
 def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:

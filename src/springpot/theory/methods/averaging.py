@@ -14,7 +14,7 @@ from scipy import optimize, special
 from springpot.arguments import finite_number
 from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, hoyt, normal, rayleigh, real_array
+from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.problem import Units, checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
 
@@ -192,7 +192,7 @@ class Averaging(DensitiesOfAmplitude):
         t = np.minimum(t, 800.0 / self.decay_rate)  # e^-800 is 0
         rho = np.exp(-self.decay_rate * t) * np.cos(self.frequency * t)
         if self.oscillator.barrier is not None:
-            rho = 2.0 / math.pi * (np.sqrt((1.0 - rho) * (1.0 + rho)) + rho * np.arcsin(rho))
+            rho = modulus_correlation(rho)
         return np.asarray(variance * rho)
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:

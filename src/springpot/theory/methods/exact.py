@@ -12,7 +12,7 @@ from scipy import special
 
 from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import hoyt, normal, rayleigh, real_array
+from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.problem import Units, at_rest, canonical, checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
@@ -140,7 +140,7 @@ class Exact(DensitiesOfAmplitude):
             return _relaxation(alpha, c).correlation(t) * self.oscillator.length_scale**2
         free = _dashpot_correlation(c, t)
         if self.oscillator.barrier is not None:  # x = |y| with y normal
-            free = 2.0 / math.pi * (np.sqrt((1.0 - free) * (1.0 + free)) + free * np.arcsin(free))
+            free = modulus_correlation(free)
         return free * moments.x_mean_square
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:
