@@ -166,7 +166,8 @@ def test_theory_does_without_a_compiler() -> None:
 
 
 def test_theory_warns_of_the_method_it_recommends(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["theory", "--coefficient", "1"]) == 0
+    flags = ["--order", "0.3", "--coefficient", "3", "--position", "-0.5", "--restitution", "0.5"]
+    assert cli.main(["theory", *flags]) == 0
     best = capsys.readouterr()
     name = best.out.splitlines()[-1].rsplit(" ", 1)[-1]
     sentences = best.err.splitlines()

@@ -1,12 +1,12 @@
-"""What is wrong with a file, and values short enough to stand in a sentence."""
+"""What is wrong with a file, and how names and values stand in a sentence."""
 
 from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-__all__ = ["FileFault", "meant", "shown"]
+__all__ = ["FileFault", "listed", "meant", "shown"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -29,6 +29,17 @@ def shown(value: object) -> str:
         return _SHORT.repr(value)
     except ValueError:  # Python writes no whole number of more than 4300 digits
         return "a very long number"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Words as a sentence has them.
+
+    Examples
+    --------
+    >>> listed(["order", "coefficient", "position"])
+    'order, coefficient and position'
+    """
+    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def meant(word: str, names: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from springpot.oscillator import Barrier, Oscillator, Springpot
 from springpot.simulation.scaled import stationary
 from springpot.theory import solve_all
 from springpot.theory.registry import MAPPED
-from springpot.theory.reliability import JUDGED, MAP_FILE
+from springpot.theory.reliability import GOOD, MAP_FILE
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CELLS", "gaps_of", "make_map", "simulate_cell"]
@@ -54,7 +54,7 @@ def simulate_cell(cell: Cell, *, seed: int = 7, threads: int | None = None) -> d
 
 
 def gaps_of(cell: Cell, simulated: Mapping[str, float]) -> dict[str, float]:
-    """Gap in per cent of every method's moments that count, under ``method:moment``.
+    """Gap in per cent of every moment of every method, under ``method:moment``.
 
     Infinite where the method has no answer; NaN where Monte Carlo knows the moment to no better than 1 % (a wall that
     is hardly ever struck), so that there is nothing to judge by.
@@ -62,7 +62,7 @@ def gaps_of(cell: Cell, simulated: Mapping[str, float]) -> dict[str, float]:
     answers, _ = solve_all(_oscillator(cell))
     found = {}
     for method in MAPPED:
-        for name in JUDGED:
+        for name in GOOD:
             value, error = simulated[name], simulated[f"{name}_se"]
             if method not in answers:
                 gap = math.inf
@@ -112,7 +112,7 @@ def make_map(
 
 _SIMULATED = tuple(name + part for name in MOMENTS for part in ("", "_se"))
 _PLACE = ("order", "c", "restitution", "position")
-_HEADER = [*_PLACE, *_SIMULATED, *(f"{m}:{name}" for m in MAPPED for name in JUDGED)]
+_HEADER = [*_PLACE, *_SIMULATED, *(f"{m}:{name}" for m in MAPPED for name in GOOD)]
 
 
 def _read(path: Path) -> dict[Cell, dict[str, float]]:

@@ -104,7 +104,8 @@ def test_impact_loss_adds_to_the_decay(asked, r):
 def test_impact_loss_value_and_warning():
     result = averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.9)))
     assert result.amplitude_mean_square == pytest.approx(9.04, abs=0.01)
-    assert any("small losses" in warning for warning in result.warnings)
+    (warning,) = averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.5))).warnings
+    assert "gaps to Monte Carlo" in warning
     assert averaging(oscillator(0.0, barrier=Barrier(restitution=0.9))).amplitude_mean_square > 0
 
 
@@ -245,17 +246,17 @@ def test_ito_equation_gives_the_mean_square(asked):
 
 
 def test_warning_where_the_springpot_is_not_light():
-    assert "c = C Omega^(alpha-2) = 1" in averaging(oscillator()).warnings[0]
+    (warning,) = averaging(oscillator()).warnings
+    assert "the validity map found gaps to Monte Carlo of up to: <A^2> 7" in warning
     assert averaging(oscillator(0.5, 0.05)).warnings == ()
     assert averaging(oscillator(1.0)).warnings == ()
-    assert "5, 8, 10, 7 % too high" in averaging(oscillator(0.5, 0.5)).warnings[0]
-    assert len(averaging(oscillator()).warnings[0].split()) < 35
     assert "factor Omega = 3" in averaging(oscillator(0.7, 0.2, omega=3.0), form="printed").warnings[0]
 
 
 @pytest.mark.parametrize("barrier", [Barrier(), None])
 def test_warning_where_nothing_was_checked(barrier):
-    (warning,) = averaging(oscillator(0.5, 100.0, barrier=barrier)).warnings
+    warning, *of_the_map = averaging(oscillator(0.5, 100.0, barrier=barrier)).warnings
+    assert ["no cell near" in sentence for sentence in of_the_map] == ([True] if barrier else [])
     assert "unchecked" in warning
     assert "100" in warning
     assert ("+8, +7, -2, -19, -40 %" if barrier else "2, 8, 25, 43, 61 % too low") in warning
@@ -423,12 +424,13 @@ def test_shifted_moments_hang_together():
     assert float(result.mean_square(math.inf)) == pytest.approx(2 * result.x_mean_square)
     assert result.to_dict()["frequency"] == w
     assert "one frequency w" in " ".join(result.assumptions)
-    assert len(result.warnings) == 2
+    (warning,) = result.warnings
+    assert "gaps to Monte Carlo" in warning
 
 
 def test_shifted_form_warns_and_refuses():
-    assert shifted(0.5, 0.05).warnings == ()
-    assert "0, 3, 7, 8 % too high" in shifted().warnings[0]
+    assert shifted(0.5, 0.03).warnings == ()
+    assert "gaps to Monte Carlo" in shifted().warnings[0]
     assert "unchecked" in shifted(0.5, 5.0).warnings[0]
     assert "without a wall" in shifted(barrier=None).warnings[0]
     with pytest.raises(NotCovered, match="position 0 or no wall"):

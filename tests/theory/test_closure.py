@@ -456,7 +456,7 @@ def test_report():
     assert isinstance(result, Closure)
     assert 1 < result.iterations < 20
     assert 0.0 < result.residual < 1e-6
-    assert len(result.warnings) == 3
+    assert any("validity map" in warning for warning in result.warnings)
     assert closure(oscillator(0.5, 0.1)).warnings == ()
     answer = json.loads(json.dumps(result.to_dict()))
     assert answer["iterations"] == result.iterations

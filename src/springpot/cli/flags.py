@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from springpot.device import DensityUnit, Excited, Sides
+from springpot.faults import listed
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.terminal import Whole
 
@@ -141,11 +142,6 @@ class OscillatorFlags:
             barrier=wall if self.barrier else None,
             excitation=WhiteNoise(**given(("intensity",))),  # type: ignore[arg-type]
         )
-
-
-def listed(words: Sequence[str], last: str = "and") -> str:
-    """Words as a sentence has them: ``a, b and c``."""
-    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def with_flags(sentence: str, arguments: Set[str]) -> str:

@@ -22,7 +22,11 @@ __all__ = ["draw_gaps", "gaps"]
 NAMES = {
     "amplitude_mean_square": r"$\langle A^2\rangle$",
     "x_mean": r"$\langle x\rangle$",
+    "x_mean_square": r"$\langle x^2\rangle$",
+    "v_mean_square": r"$\langle v^2\rangle$",
     "impact_rate": "impact rate",
+    "impact_speed_mean": "mean impact speed",
+    "impact_speed_mean_square": "mean square impact speed",
 }
 LARGEST = 12.0  # per cent at which the colours end
 
@@ -43,7 +47,8 @@ def gaps(
     Parameters
     ----------
     method : {"averaging", "averaging_shifted", "envelope", "closure"}
-    moment : {"amplitude_mean_square", "x_mean", "impact_rate"}
+    moment : str
+        Any of `springpot.theory.result.MOMENTS`.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     restitution, position : float
@@ -81,7 +86,7 @@ def gaps(
     _panel(axes, {name: column[chosen] for name, column in cells.items()}, f"{method}:{moment}", GOOD[moment])
     axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
     axes.set_ylabel(r"order $\alpha$ (1)")
-    axes.set_title(f"{method_label(method)}: {NAMES[moment]} over Monte Carlo, % above 1", fontsize="medium")
+    axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
     return axes
 
 
@@ -91,7 +96,7 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path:
     Parameters
     ----------
     moment : str
-        ``"amplitude_mean_square"``, ``"x_mean"`` or ``"impact_rate"``.
+        Any of `springpot.theory.result.MOMENTS`.
     along : {"restitution", "position"}
         What changes from column to column: the restitution with the wall at 0, or its place with an elastic wall.
     methods : sequence of str

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from springpot.faults import meant, shown
+from springpot.faults import listed, meant, shown
 
 __all__ = ["sentence", "unknown_key"]
 
@@ -34,7 +34,7 @@ def unknown_key(key: object, table: str, known: Iterable[str]) -> str:
     """The sentence for a key that a table (``""``: the file itself) does not have."""
     names = [*known]
     where = f"[{table}]" if table else "a study file"
-    return f"{shown(key)} is not a key of {where}{meant(str(key), names) or f': its keys are {_listed(names)}.'}"
+    return f"{shown(key)} is not a key of {where}{meant(str(key), names) or f': its keys are {listed(names)}.'}"
 
 
 def sentence(error: ValidationError) -> str:
@@ -64,7 +64,3 @@ def _plainly(fault: Mapping[str, Any]) -> str:
         if fault["type"] == "literal_error" and isinstance(fault["input"], str):
             text += meant(fault["input"], re.findall(r"'(\w+)'", str(fault["ctx"]["expected"])))
     return text
-
-
-def _listed(names: list[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -16,30 +16,39 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import listed
 from springpot.oscillator import Oscillator
 from springpot.theory.problem import checked
 from springpot.theory.registry import MAPPED, METHODS
-from springpot.theory.result import Result
+from springpot.theory.result import MOMENTS, Result
 
 __all__ = [
     "JUDGED",
     "MAP_FILE",
     "Trust",
     "best_guess",
+    "map_warnings",
     "read_map",
     "recommended",
     "trust",
-    "warning",
     "why_none_is_recommended",
 ]
 
 MAP_FILE = Path(__file__).with_name("validity.csv")
 JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
-"""Moments whose gaps are on the map."""
-GOOD = {"amplitude_mean_square": 2.0, "x_mean": 4.0, "impact_rate": 4.0}
-"""Gaps in per cent up to which no warning is given."""
+"""Moments by which methods are ranked."""
+GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
+"""Moments whose gaps are on the map, and the gaps in per cent up to which no warning is given."""
 
-_WORDS = {"amplitude_mean_square": "<A^2>", "x_mean": "<x>", "impact_rate": "impact rate"}
+_WORDS = {
+    "amplitude_mean_square": "<A^2>",
+    "x_mean": "<x>",
+    "x_mean_square": "<x^2>",
+    "v_mean_square": "<v^2>",
+    "impact_rate": "impact rate",
+    "impact_speed_mean": "mean impact speed",
+    "impact_speed_mean_square": "mean square impact speed",
+}
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,7 +60,7 @@ class Trust:
     Attributes
     ----------
     gaps : dict
-        Largest gap in per cent, without sign, of each moment in JUDGED at the cells on either side; infinite where the
+        Largest gap in per cent, without sign, of each moment in GOOD at the cells on either side; infinite where the
         method has no answer or the map has no cell near, NaN where the map's Monte Carlo cannot judge any of them.
     unjudged : tuple of str
         Moments that it cannot judge at one of these cells at least.
@@ -65,12 +74,12 @@ class Trust:
 
     @property
     def judges(self) -> bool:
-        """Whether the map has a finite gap of one moment at least."""
-        return self.mapped and any(math.isfinite(gap) for gap in self.gaps.values())
+        """Whether the map has a finite gap of one moment at least, among those by which methods are ranked."""
+        return self.mapped and any(math.isfinite(self.gaps[name]) for name in JUDGED)
 
     @property
     def worst(self) -> float:
-        """The largest gap that is known over what is thought good of its moment."""
+        """The largest gap that is known over what is thought good of its moment, of the moments in JUDGED."""
         return max((self.gaps[name] / GOOD[name] for name in JUDGED if not math.isnan(self.gaps[name])), default=0.0)
 
 
@@ -114,7 +123,7 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     checked(oscillator)
     if method not in MAPPED:
         raise ValueError(f"method must be one of {', '.join(MAPPED)}, not {method!r}.")
-    unknown = Trust(dict.fromkeys(JUDGED, math.inf), mapped=False)
+    unknown = Trust(dict.fromkeys(GOOD, math.inf), mapped=False)
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
         return unknown
@@ -133,9 +142,9 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
         if not beside:
             return unknown
         near &= np.isin(found[name], beside)
-    gaps = {name: np.abs(found[f"{method}:{name}"][near]) for name in JUDGED}
-    unjudged = tuple(name for name in JUDGED if np.isnan(gaps[name]).any())
-    return Trust({name: _worst(gaps[name]) for name in JUDGED}, mapped=True, unjudged=unjudged)
+    gaps = {name: np.abs(found[f"{method}:{name}"][near]) for name in GOOD}
+    unjudged = tuple(name for name in GOOD if np.isnan(gaps[name]).any())
+    return Trust({name: _worst(gaps[name]) for name in GOOD}, mapped=True, unjudged=unjudged)
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
@@ -154,19 +163,22 @@ def _worst(gaps: Floats) -> float:
     return float(np.max(gaps[np.isfinite(gaps)], initial=-math.inf)) if np.isfinite(gaps).any() else math.nan
 
 
-def warning(oscillator: Oscillator, method: str) -> str | None:
-    """One sentence if the map says that a method is off here, or says nothing; None if it is good."""
-    found = trust(oscillator, method)
+def map_warnings(oscillator: Oscillator, method: str) -> tuple[str, ...]:
+    """One sentence if the map says that a method is off here, or says nothing; none if it is good.
+
+    Without a wall, and without a springpot, the map has nothing to say.
+    """
     if oscillator.barrier is None or not oscillator.dimensionless_coefficient > 0.0:
-        return None
+        return ()
+    found = trust(oscillator, method)
     if not found.mapped:
-        return "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
+        return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
     off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in found.gaps.items() if GOOD[name] < gap < math.inf]
     said = [f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
     if found.unjudged and min(found.gaps.values()) < math.inf:
-        unknown = " and ".join(_WORDS[name] for name in found.unjudged)
+        unknown = listed([_WORDS[name] for name in found.unjudged])
         said.append(f"At a cell of the map near here Monte Carlo is too uncertain to judge {unknown}.")
-    return " ".join(said) or None
+    return (" ".join(said),) if said else ()
 
 
 def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:

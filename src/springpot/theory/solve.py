@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from springpot.oscillator import Oscillator
 from springpot.theory.problem import checked
 from springpot.theory.registry import METHODS
-from springpot.theory.reliability import recommended, warning, why_none_is_recommended
+from springpot.theory.reliability import recommended, why_none_is_recommended
 from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
 
 __all__ = ["all_methods", "solve_all", "solve_one"]
@@ -53,7 +51,7 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
 
 
 def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
-    """One method's answer to one oscillator, with the warning of the validity map.
+    """One method's answer to one oscillator.
 
     Parameters
     ----------
@@ -86,13 +84,7 @@ def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
         return None, str(refusal)
     if isinstance(result.stationary, str):
         return None, result.stationary
-    return _with_the_map(oscillator, method, result), ""
-
-
-def _with_the_map(oscillator: Oscillator, name: str, result: Result) -> Result:
-    """The result with the warning of the validity map added, if it has one."""
-    found = warning(oscillator, name) if METHODS[name].mapped else None
-    return result if found is None else replace(result, warnings=(*result.warnings, found))
+    return result, ""
 
 
 def all_methods(oscillator: Oscillator) -> dict[str, object]:

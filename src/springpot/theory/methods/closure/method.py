@@ -46,6 +46,7 @@ from springpot.theory.methods.closure.steps import (
     solve_without_wall,
 )
 from springpot.theory.problem import Units, at_rest, canonical, endless
+from springpot.theory.reliability import map_warnings
 from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered
 
 __all__ = ["Closure", "NoConvergence", "closure"]
@@ -57,8 +58,7 @@ _GAP = 1.5  # the widest gap times c: beyond, the mass rarely meets the wall and
 _LOSSY = 0.5  # the smallest restitution
 _STRONG = 10.0  # the largest c
 _DIP = 2e-3  # of a density below 0, over its maximum, that is not worth a word
-_CHECKED = 3.0  # the largest c at which the error was measured all over
-_LIGHT = 0.3  # the largest c at which the error was seen to stay below 3 % everywhere
+_MAPPED = 3.0  # the largest c on the validity map
 _FAR = 40.0  # standard deviations at which every density is exactly 0 in double precision
 
 
@@ -346,36 +346,15 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
 
 
 def _warnings(oscillator: Oscillator) -> tuple[str, ...]:
-    """Largest differences from Monte Carlo that were measured near this oscillator."""
-    wall, c, b = oscillator.barrier, oscillator.dimensionless_coefficient, oscillator.dimensionless_position
-    if wall is None:
-        return ()
-    found: list[str] = []
-    here = f"c = C Omega^(alpha-2) = {c:.3g}"
-    if c > _LIGHT and oscillator.springpot.order < 1.0:
-        found.append(
-            f"The springpot is not light ({here}): at c = 1 <A^2> was 0.8, 1.8, 2.8, 2.7 % too high at alpha = 0.7, "
-            "0.5, 0.3, 0.1 with an elastic wall, and up to 3 % too low with losses; at c = 3 the impact rate was up to "
-            "4 % too high and the mean square impact speed up to 10 % too low."
-        )
-    if c > _CHECKED and oscillator.springpot.order < 1.0:
-        found.append(
-            f"The springpot is strong ({here}): at c = 10 <A^2> was 1.4 % too high, 3 and 8 % too low and the impact "
-            "rate 4, 6, 7 % too high at alpha = 0.8, 0.5, 0.2."
-        )
-    if wall.restitution < 0.9:
-        found.append(
-            f"The wall takes much (r = {wall.restitution:g}): at r = 0.7 and 0.5 <A^2> was up to 3 % too low for c up "
-            "to 1 and 4 % at c = 3.  The polynomials miss the slowest impacts, whose number grows without bound as r "
-            "falls to 0.163: at r = 0.5 the impact rate was 4, 8, 12 % too low at c = 0.1, 1, 3 and alpha = 1."
-        )
-    if b < 0.0 and c > _LIGHT and oscillator.springpot.order < 1.0:
-        found.append(
-            f"There is a gap (b = {b:.3g} sqrt(q / Omega^3)) and the springpot is not light ({here}): at c = 1 <A^2>, "
-            "<x> and the impact rate were within 2.5, 2, 3 % at b = -0.5 and within 3.5, 5, 5.5 % at b = -1; at c = 3 "
-            "and b = -0.5 within 9, 13, 12 %; the mean square impact speed was up to 12 % too low."
-        )
-    return tuple(found)
+    """What Monte Carlo says, on the validity map and beyond it."""
+    c = oscillator.dimensionless_coefficient
+    if oscillator.barrier is None or c <= _MAPPED or oscillator.springpot.order == 1.0:
+        return map_warnings(oscillator, "closure")
+    return (
+        f"The springpot is strong (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 <A^2> was 1.4 % too high, 3 and 8 % too "
+        "low and the impact rate 4, 6, 7 % too high at alpha = 0.8, 0.5, 0.2.",
+        *map_warnings(oscillator, "closure"),
+    )
 
 
 def _about_negative_densities(solved: _Solved | None) -> list[str]:
