@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 
 import pytest
@@ -90,3 +91,32 @@ def test_without_noise_there_is_no_length_to_compare_with() -> None:
     assert Oscillator(excitation=silent).dimensionless_position == 0.0
     assert Oscillator(barrier=Barrier(0.5), excitation=silent).dimensionless_position == math.inf
     assert Oscillator(barrier=Barrier(-0.5), excitation=silent).dimensionless_position == -math.inf
+
+
+def test_numbers_and_dicts_make_the_same_oscillator() -> None:
+    for asked in (
+        Oscillator(),
+        Oscillator(2.0, Springpot(0.3, 0.5), Barrier(-0.5, 0.8, "below")),
+        Oscillator(barrier=None),
+    ):
+        assert Oscillator.from_dict(json.loads(json.dumps(asked.to_dict()))) == asked
+        assert Oscillator.from_numbers(**asked.numbers) == asked
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"springpot": {"order": 0.5}}, "springpot must have order and coefficient, not order."),
+        ({"barrier": 3}, "barrier must have position, restitution and side, not 3."),
+        ({"mass": 1.0}, "an oscillator must have natural_frequency, springpot, barrier and excitation, not"),
+        ({"springpot": {"order": 2.0, "coefficient": 1.0}}, r"order must be in \[0, 1\], not 2."),
+    ],
+)
+def test_a_dict_that_is_no_oscillator(change: dict[str, object], sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        Oscillator.from_dict(Oscillator().to_dict() | change)
+
+
+def test_a_wall_that_is_not_there_has_no_numbers() -> None:
+    with pytest.raises(ValueError, match="barrier = false leaves no wall"):
+        Oscillator.from_numbers(barrier=False, restitution=0.5)

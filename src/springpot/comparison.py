@@ -110,7 +110,7 @@ class Comparison:
             not a number is None.
         """
         return {
-            "oscillator": asdict(self.oscillator),
+            "oscillator": self.oscillator.to_dict(),
             "recommended": self.recommended,
             "why_none_is_recommended": self.why_none_is_recommended,
             "simulation": self.simulation.to_dict(),

@@ -12,11 +12,13 @@ object is made; nothing else in the package checks an oscillator again.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
+from springpot.faults import listed, shown
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
 
@@ -291,6 +293,109 @@ class Oscillator:
             excitation=WhiteNoise(intensity=intensity),
         )
 
+    @classmethod
+    def from_numbers(
+        cls,
+        *,
+        order: float = 0.5,
+        coefficient: float = 1.0,
+        natural_frequency: float = 1.0,
+        intensity: float = 1.0,
+        position: float = 0.0,
+        restitution: float = 1.0,
+        side: Literal["above", "below"] = "above",
+        barrier: bool = True,
+    ) -> Oscillator:
+        """The oscillator with these numbers: those of `Springpot`, `Barrier`, `WhiteNoise` and its own.
+
+        Parameters
+        ----------
+        order, coefficient : float
+            Of the springpot, (1) and s^(order - 2).
+        natural_frequency : float
+            In rad/s.
+        intensity : float
+            Of the noise, in m^2 s^-3.
+        position, restitution, side
+            Of the wall, in m and (1).
+        barrier : bool
+            False: without the wall.
+
+        Returns
+        -------
+        Oscillator
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number is not one, not finite or out of its range, or something is said of a wall that is not there.
+
+        Examples
+        --------
+        >>> Oscillator.from_numbers(order=0.3, position=-0.5).numbers["position"]
+        -0.5
+        """
+        wall = Barrier(position, restitution, side)
+        if not barrier and wall != Barrier():
+            raise ValueError("barrier = false leaves no wall for position, restitution or side to describe.")
+        return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Oscillator:
+        """The oscillator that `to_dict` wrote, here or into a file.
+
+        Parameters
+        ----------
+        content : mapping
+            With ``natural_frequency``, and the numbers of ``springpot``, ``barrier`` (or None) and ``excitation``.
+
+        Returns
+        -------
+        Oscillator
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a key is missing or unknown, or a number is not what it must be.
+
+        Examples
+        --------
+        >>> Oscillator.from_dict(Oscillator(barrier=None).to_dict()) == Oscillator(barrier=None)
+        True
+        """
+        content = _with_keys("an oscillator", content, ("natural_frequency", "springpot", "barrier", "excitation"))
+        wall = content["barrier"]
+        if wall is not None:
+            wall = Barrier(**_with_keys("barrier", wall, ("position", "restitution", "side")))
+        return cls(
+            natural_frequency=content["natural_frequency"],
+            springpot=Springpot(**_with_keys("springpot", content["springpot"], ("order", "coefficient"))),
+            barrier=wall,
+            excitation=WhiteNoise(**_with_keys("excitation", content["excitation"], ("intensity",))),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers by name, those of a part in a dict of their own; None where there is no wall.
+
+        Examples
+        --------
+        >>> Oscillator().to_dict()["springpot"]
+        {'order': 0.5, 'coefficient': 1.0}
+        """
+        return asdict(self)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """All numbers by name, as `from_numbers` takes them."""
+        wall = self.barrier or Barrier()
+        return {
+            **asdict(self.springpot),
+            "natural_frequency": self.natural_frequency,
+            **asdict(self.excitation),
+            **asdict(wall),
+            "barrier": self.barrier is not None,
+        }
+
     @property
     def time_scale(self) -> float:
         """1 / Omega, in s."""
@@ -338,6 +443,13 @@ class Oscillator:
         """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
         lossy = self.barrier is not None and self.barrier.restitution < 1.0
         return lossy or (self.springpot.coefficient > 0.0 and self.springpot.order > 0.0)
+
+
+def _with_keys(what: str, content: object, names: tuple[str, ...]) -> Mapping[str, Any]:
+    if not isinstance(content, Mapping) or {*content} != {*names}:
+        found = listed([*map(str, content)]) if isinstance(content, Mapping) and content else shown(content)
+        raise ValueError(f"{what} must have {listed(names)}, not {found}.")
+    return content
 
 
 def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]) -> Barrier | None:

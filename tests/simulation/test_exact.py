@@ -9,12 +9,13 @@ import pytest
 from scipy import integrate, linalg, stats
 
 import springpot as sp
+from springpot.options import Scheme
 from springpot.simulation import run
 from springpot.simulation.adapted import adapt
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
 from springpot.simulation.oracle import _walk, oracle_weights
-from springpot.simulation.schemes import Scheme, scheme_of
+from springpot.simulation.schemes import scheme_of
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from tests.sizes import validation

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
-from springpot.cli.flags import STANDARD, Flags, Threads, with_flags
+from springpot.cli.flags import AS_USUAL, MONTE_CARLO, STANDARD, Flags, RunSettings, Threads, with_flags
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
 from springpot.interrupt import leave_at_once
 from springpot.places import place_for
@@ -23,7 +22,6 @@ from springpot.terminal import Bar, Json, Whole, check_picture, print_json, prin
 __all__ = ["app", "in_flags", "simulate"]
 
 _OUTPUT = Group("Output", sort_key=9)
-_MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 
 
 def _version() -> str:
@@ -54,9 +52,9 @@ def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
 
     found = all_methods(oscillator)
     if json_:
-        print_json({"oscillator": asdict(oscillator), **found})
+        print_json({"oscillator": oscillator.to_dict(), **found})
         return 0
-    print(f"oscillator: {plain(asdict(oscillator))}")
+    print(f"oscillator: {plain(oscillator.to_dict())}")
     best, why_none = found.pop("recommended"), found.pop("why_none_is_recommended")
     answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
@@ -90,9 +88,9 @@ def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
 
     found = look_up(oscillator)
     if json_:
-        print_json({"oscillator": asdict(oscillator), **found.to_dict()})
+        print_json({"oscillator": oscillator.to_dict(), **found.to_dict()})
         return 0
-    print(f"oscillator: {plain(asdict(oscillator))}")
+    print(f"oscillator: {plain(oscillator.to_dict())}")
     rows = [[name, with_error(getattr(found, name), found.errors[name], UNITS[name])] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
@@ -102,12 +100,12 @@ def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
 def compare(
     *,
     flags: Flags = STANDARD,
-    rtol: Annotated[float, Parameter(group=_MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
-    seed: Annotated[Whole, Parameter(group=_MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
-    threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
+    rtol: Annotated[float, Parameter(group=MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
+    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
+    threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
     max_time: Annotated[
         float | None,
-        Parameter(group=_MONTE_CARLO, help="Seconds after which the Monte Carlo ends with what it has reached."),
+        Parameter(group=MONTE_CARLO, help="Seconds after which the Monte Carlo ends with what it has reached."),
     ] = None,
     plot: Annotated[
         str | None,
@@ -144,7 +142,7 @@ def compare(
     if json_:
         print_json(found.to_dict())
         return _exit_code(found.simulation.diagnostics)
-    print(f"oscillator: {plain(asdict(oscillator))}")
+    print(f"oscillator: {plain(oscillator.to_dict())}")
     gaps = {name: found.gaps(name) for name in found.answers}
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == found.recommended else name for name in gaps)]
@@ -172,7 +170,7 @@ def simulate(
     rtol: Annotated[
         float | None,
         Parameter(
-            group=_MONTE_CARLO,
+            group=MONTE_CARLO,
             help="Total relative error wanted, such as 0.01.  Paths, duration, step, window and start are then chosen; "
             "of the flags of this group only quantity, max-time, seed and threads can be given with it.",
         ),
@@ -180,7 +178,7 @@ def simulate(
     quantity: Annotated[
         list[str] | None,
         Parameter(
-            group=_MONTE_CARLO,
+            group=MONTE_CARLO,
             negative="",
             metavar="NAME",
             help="With --rtol: the result that must reach it; amplitude_mean_square if not given; can be repeated.",
@@ -189,70 +187,15 @@ def simulate(
     max_time: Annotated[
         float | None,
         Parameter(
-            group=_MONTE_CARLO,
+            group=MONTE_CARLO,
             help="With --rtol: seconds after which the run ends with what it has reached.",
         ),
     ] = None,
-    paths: Annotated[
-        Whole | None, Parameter(group=_MONTE_CARLO, help="Number of independent paths; 5000 if not given.")
-    ] = None,
-    duration: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="End of the run, in s.")] = None,
-    step: Annotated[float | None, Parameter(group=_MONTE_CARLO, help="Time step, in s.")] = None,
-    window: Annotated[
-        tuple[float, float] | None,
-        Parameter(
-            group=_MONTE_CARLO, negative="", metavar="START END", help="Times between which averages are taken, in s."
-        ),
-    ] = None,
-    seed: Annotated[
-        Whole | None,
-        Parameter(group=_MONTE_CARLO, help="Seed: the same seed gives the same paths; 1 if not given."),
-    ] = None,
-    threads: Annotated[Threads, Parameter(group=_MONTE_CARLO)] = None,
-    scheme: Annotated[
-        Literal["default", "grunwald"] | None,
-        Parameter(
-            group=_MONTE_CARLO,
-            help="Integration scheme: default, or grunwald, that of the paper; default if not given.",
-        ),
-    ] = None,
-    start: Annotated[
-        Literal["rest", "stationary"] | None,
-        Parameter(
-            group=_MONTE_CARLO,
-            help="stationary: from the stationary mean of x, which pilot runs find; rest: from rest.  If not given: "
-            "stationary; but rest with an initial state, with the Riemann-Liouville derivative, or if there is no "
-            "stationary state.",
-        ),
-    ] = None,
-    initial_position: Annotated[
-        float | None, Parameter(group=_MONTE_CARLO, help="x(0), in m; the run then starts from there.")
-    ] = None,
-    initial_velocity: Annotated[
-        float | None, Parameter(group=_MONTE_CARLO, help="x'(0), in m/s; the run then starts from there.")
-    ] = None,
-    derivative: Annotated[
-        Literal["caputo", "riemann-liouville"] | None,
-        Parameter(
-            group=_MONTE_CARLO,
-            help="Definition of the derivative; the two differ if x(0) is not 0; caputo if not given.",
-        ),
-    ] = None,
-    memory_tolerance: Annotated[
-        float | None,
-        Parameter(group=_MONTE_CARLO, help="Relative error allowed in the memory kernel; 1e-06 if not given."),
-    ] = None,
-    contact_tolerance: Annotated[
-        float | None,
-        Parameter(
-            group=_MONTE_CARLO,
-            help="Scheme grunwald only: distance from the wall that counts as an impact, in m; 1e-05 if not given.",
-        ),
-    ] = None,
+    settings: RunSettings = AS_USUAL,
     distributions: Annotated[
         bool,
         Parameter(
-            group=_MONTE_CARLO,
+            group=MONTE_CARLO,
             negative="",
             help="Print also quantiles of x, v, amplitude and impact speed, and of the extremes of each path.",
         ),
@@ -260,7 +203,7 @@ def simulate(
     first_passage: Annotated[
         list[tuple[Literal["x", "distance", "v", "speed", "amplitude", "energy"], float]] | None,
         Parameter(
-            group=_MONTE_CARLO,
+            group=MONTE_CARLO,
             negative="",
             metavar="NAME LEVEL",
             help="When NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, energy "
@@ -292,23 +235,10 @@ def simulate(
     oscillator = flags.oscillator()
     if quantity is not None and rtol is None:
         raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
-    settings: dict[str, Any] = {
+    asked: dict[str, Any] = {
         "rtol": rtol,
         "quantities": quantity,
         "max_time": max_time,
-        "paths": paths,
-        "duration": duration,
-        "step": step,
-        "window": window,
-        "seed": seed,
-        "threads": threads,
-        "scheme": scheme,
-        "start": start,
-        "initial_position": initial_position,
-        "initial_velocity": initial_velocity,
-        "derivative": derivative,
-        "memory_tolerance": memory_tolerance,
-        "contact_tolerance": contact_tolerance,
         "distributions": distributions or None,
         "first_passage": None if first_passage is None else _levels(first_passage),
         "record": record,
@@ -318,7 +248,7 @@ def simulate(
         raise ValueError(f"--{'overwrite' if record is None else 'record'} needs --out, the file to save to.")
     if every is not None and record is None:
         raise ValueError("--every needs --record, the number of paths to save.")
-    given = {name: value for name, value in settings.items() if value is not None}
+    given: Any = {name: value for name, value in {**asked, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.simulation import run
         from springpot.simulation.saved import places
@@ -326,8 +256,7 @@ def simulate(
 
     written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
-    asked, _ = default_start(oscillator, initial_position, initial_velocity, derivative or "caputo")
-    adapted = rtol is not None or (start or asked) == "stationary"
+    adapted = rtol is not None or (settings.start or default_start(oscillator, given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         found = run(oscillator, **given, progress=bar)
     answer = found.to_dict()

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence, Set
-from dataclasses import dataclass, fields
-from typing import Annotated, Literal
+from dataclasses import dataclass, fields, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from cyclopts import Group, Parameter
 
 from springpot.device import DensityUnit, Excited, Sides
 from springpot.faults import listed
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.options import hints, words
+from springpot.oscillator import Oscillator
 from springpot.terminal import Whole
 
-__all__ = ["STANDARD", "Flags", "OscillatorFlags", "Threads", "listed", "with_flags"]
+__all__ = ["AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFlags", "RunSettings", "Threads", "with_flags"]
 
-_DEFAULT = Oscillator()
-_WALL = Barrier()
+_DEFAULT = Oscillator().numbers
 _PER_MASS = Group("Oscillator", sort_key=0)
+MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 _DEVICE = Group(
     "Device",
     help="In SI units, instead of the flags per unit mass above; --restitution and --side go with both.",
@@ -38,32 +39,32 @@ class OscillatorFlags:
     order: Annotated[
         float | None,
         Parameter(
-            help="Order alpha of the derivative, 0 (spring) to 1 (dashpot).", show_default=str(_DEFAULT.springpot.order)
+            help="Order alpha of the derivative, 0 (spring) to 1 (dashpot).", show_default=str(_DEFAULT["order"])
         ),
     ] = None
     coefficient: Annotated[
         float | None,
-        Parameter(
-            help="C of the springpot per unit mass, in s^(alpha-2).", show_default=str(_DEFAULT.springpot.coefficient)
-        ),
+        Parameter(help="C of the springpot per unit mass, in s^(alpha-2).", show_default=str(_DEFAULT["coefficient"])),
     ] = None
     natural_frequency: Annotated[
-        float | None, Parameter(help="Omega, in rad/s.", show_default=str(_DEFAULT.natural_frequency))
+        float | None, Parameter(help="Omega, in rad/s.", show_default=str(_DEFAULT["natural_frequency"]))
     ] = None
     intensity: Annotated[
         float | None,
-        Parameter(help="Intensity q of the white noise, in m^2 s^-3.", show_default=str(_DEFAULT.excitation.intensity)),
+        Parameter(help="Intensity q of the white noise, in m^2 s^-3.", show_default=str(_DEFAULT["intensity"])),
     ] = None
     position: Annotated[
-        float | None, Parameter(help="Place b of the wall, in m.", show_default=str(_WALL.position))
+        float | None, Parameter(help="Place b of the wall, in m.", show_default=str(_DEFAULT["position"]))
     ] = None
     restitution: Annotated[
         float | None,
-        Parameter(help="Speed after an impact / speed before it, in (0, 1].", show_default=str(_WALL.restitution)),
+        Parameter(
+            help="Speed after an impact / speed before it, in (0, 1].", show_default=str(_DEFAULT["restitution"])
+        ),
     ] = None
     side: Annotated[
         Literal["above", "below"] | None,
-        Parameter(help="Side of the wall on which the mass moves.", show_default=_WALL.side),
+        Parameter(help="Side of the wall on which the mass moves.", show_default=_DEFAULT["side"]),
     ] = None
     barrier: Annotated[
         bool,
@@ -115,7 +116,7 @@ class OscillatorFlags:
     def oscillator(self) -> Oscillator:
         device, per_mass = self._given(_DEVICE_ONLY), self._given(_PER_MASS_ONLY)
         if not device:
-            return self._per_unit_mass()
+            return Oscillator.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
         if per_mass:
             raise ValueError(
                 f"Either a device ({_flags(device)}) or an oscillator per unit mass ({_flags(per_mass)}) can be given, "
@@ -130,29 +131,17 @@ class OscillatorFlags:
     def _given(self, names: Sequence[str]) -> dict[str, object]:
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
-    def _per_unit_mass(self) -> Oscillator:
-        given = self._given
-        wall = Barrier(**given(("position", "restitution", "side")))  # type: ignore[arg-type]
-        if not self.barrier and wall != _WALL:
-            raise ValueError("--no-barrier leaves no wall for --position, --restitution or --side to describe.")
-        springpot = {"order": _DEFAULT.springpot.order, "coefficient": _DEFAULT.springpot.coefficient}
-        return Oscillator(
-            **given(("natural_frequency",)),  # type: ignore[arg-type]
-            springpot=Springpot(**springpot | given(("order", "coefficient"))),  # type: ignore[arg-type]
-            barrier=wall if self.barrier else None,
-            excitation=WhiteNoise(**given(("intensity",))),  # type: ignore[arg-type]
-        )
-
 
 def with_flags(sentence: str, arguments: Set[str]) -> str:
     """The library's sentences name arguments; in a command they are flags."""
-    names = {field.name for field in fields(OscillatorFlags)} | arguments
+    names = {field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)} | arguments
     flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
         "quantities": "--quantity",
         "record_every": "--every",
         "out": "--out",
         "plot": "--plot",
     }
+    sentence = sentence.replace("barrier = false", "--no-barrier")
     any_flag = "|".join(flags)
     sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda found: flags[found[1]], sentence)
     given = rf"(?<![\w-])({any_flag})=(['\"]?)([\w/+.-]*\w)\2"
@@ -170,4 +159,26 @@ def _flags(names: Iterable[str]) -> str:
 
 STANDARD = OscillatorFlags()
 Flags = Annotated[OscillatorFlags, Parameter(name="*")]
-Threads = Annotated[Whole | None, Parameter(help="Number of threads; as many as this process may use if not given.")]
+Threads = Annotated[Whole | None, Parameter(help=words("threads"))]
+
+
+def _flag_of(name: str, hint: Any) -> tuple[str, Any, Any]:
+    """A setting of a run as a flag: its type and its words."""
+    kind, *_ = get_args(hint)
+    metavar = "START END" if name == "window" else None
+    parameter = Parameter(group=MONTE_CARLO, negative="", help=words(name), metavar=metavar)
+    return name, Annotated[Whole | None if int in get_args(kind) else kind, parameter], None
+
+
+if TYPE_CHECKING:
+    RunFlags = Any
+else:
+    RunFlags = make_dataclass(
+        "RunFlags",
+        [_flag_of(*each) for each in hints("record", "record_every").items()],  # these two belong to the file
+        frozen=True,
+        kw_only=True,
+        namespace={"__module__": __name__},
+    )
+AS_USUAL: Any = RunFlags()
+RunSettings = Annotated[RunFlags, Parameter(name="*")]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.oscillator import Oscillator
 
 __all__ = ["LONGEST_MESSAGE", "Message", "NextPath", "Play", "Problem", "Step", "parse"]
 
@@ -58,12 +58,9 @@ class Problem(BaseModel):
 
     def oscillator(self) -> Oscillator:
         """The oscillator asked about."""
-        return Oscillator(
-            natural_frequency=self.natural_frequency,
-            springpot=Springpot(order=self.order, coefficient=self.coefficient),
-            barrier=Barrier(position=self.position, restitution=self.restitution) if self.wall else None,
-            excitation=WhiteNoise(intensity=self.intensity),
-        )
+        numbers = {"order", "coefficient", "natural_frequency", "intensity"}
+        wall = {"position", "restitution"} if self.wall else set()
+        return Oscillator.from_numbers(**self.model_dump(include=numbers | wall), barrier=self.wall)
 
 
 class Play(BaseModel):

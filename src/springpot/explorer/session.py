@@ -27,7 +27,7 @@ from springpot.oscillator import Oscillator, Springpot
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import Player
-    from springpot.simulation.settings import StartKind
+    from springpot.options import StartKind
 
 __all__ = ["Session"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.oscillator import Oscillator
 from springpot.theory import Result
 
 if TYPE_CHECKING:
@@ -54,13 +54,7 @@ def oscillator_of(data: xarray.Dataset) -> Oscillator:
     >>> oscillator_of(as_dataset(sp.run(asked, paths=1, duration=1.0))) == asked
     True
     """
-    words: dict[str, Any] = json.loads(data.attrs["oscillator"])
-    return Oscillator(
-        natural_frequency=words["natural_frequency"],
-        springpot=Springpot(**words["springpot"]),
-        barrier=None if words["barrier"] is None else Barrier(**words["barrier"]),
-        excitation=WhiteNoise(**words["excitation"]),
-    )
+    return Oscillator.from_dict(json.loads(data.attrs["oscillator"]))
 
 
 def recorded(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:

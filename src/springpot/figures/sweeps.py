@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, oscillator_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.oscillator import Oscillator
 from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:
@@ -35,47 +34,14 @@ MOMENTS = {
 Method = Callable[[Oscillator], Result]
 
 
-def _wall(oscillator: Oscillator) -> Barrier:
-    if oscillator.barrier is None:
-        raise ValueError("the oscillator must have a wall, for something of the wall is to change.")
-    return oscillator.barrier
-
-
-# what each parameter is called on an axis, where it stands, and how it is changed
-_PARAMETERS: dict[str, tuple[str, Callable[[Oscillator], float], Callable[[Oscillator, float], Oscillator]]] = {
-    "order": (
-        r"order of the derivative $\alpha$ (1)",
-        lambda o: o.springpot.order,
-        lambda o, value: replace(o, springpot=Springpot(value, o.springpot.coefficient)),
-    ),
-    "coefficient": (
-        r"coefficient $C$ (s$^{\alpha-2}$)",
-        lambda o: o.springpot.coefficient,
-        lambda o, value: replace(o, springpot=Springpot(o.springpot.order, value)),
-    ),
-    "natural_frequency": (
-        r"natural frequency $\Omega$ (rad/s)",
-        lambda o: o.natural_frequency,
-        lambda o, value: replace(o, natural_frequency=value),
-    ),
-    "restitution": (
-        "restitution $r$ (1)",
-        lambda o: o.restitution,
-        lambda o, value: replace(o, barrier=replace(_wall(o), restitution=value)),
-    ),
-    "position": (
-        "position of the wall $b$ (m)",
-        lambda o: math.nan if o.barrier is None else o.barrier.position,
-        lambda o, value: replace(o, barrier=replace(_wall(o), position=value)),
-    ),
-    "intensity": (
-        r"intensity of the noise $q$ (m$^2$/s$^3$)",
-        lambda o: o.excitation.intensity,
-        lambda o, value: replace(o, excitation=WhiteNoise(value)),
-    ),
+PARAMETER_LABELS = {
+    "order": r"order of the derivative $\alpha$ (1)",
+    "coefficient": r"coefficient $C$ (s$^{\alpha-2}$)",
+    "natural_frequency": r"natural frequency $\Omega$ (rad/s)",
+    "restitution": "restitution $r$ (1)",
+    "position": "position of the wall $b$ (m)",
+    "intensity": r"intensity of the noise $q$ (m$^2$/s$^3$)",
 }
-
-PARAMETER_LABELS = {name: label for name, (label, _, _) in _PARAMETERS.items()}
 """Labels of the problem's numbers, with units."""
 
 
@@ -138,11 +104,10 @@ def against(
     >>> axes.lines[0].get_ydata().round(3)
     array([4.25 , 2.296, 1.   ])
     """
-    if parameter not in _PARAMETERS:
-        raise ValueError(f"parameter must be one of {', '.join(_PARAMETERS)}, not {parameter!r}.")
+    if parameter not in PARAMETER_LABELS:
+        raise ValueError(f"parameter must be one of {', '.join(PARAMETER_LABELS)}, not {parameter!r}.")
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
-    name, read, change = _PARAMETERS[parameter]
     axes = panel(axes)
     design, before = next_design(axes, color), set(axes.get_children())
     color = design.color
@@ -151,11 +116,11 @@ def against(
     if methods and oscillator is None:
         raise ValueError("oscillator must be given for theory to be asked of.")
     for said, method in methods:
-        asked = [change(oscillator, float(value)) for value in place]  # type: ignore[arg-type]
+        asked = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
         curve, found = _curve(method, asked, quantity)
         label_of = said or ("" if found else getattr(method, "__name__", "theory"))
         method_curve(axes, found, place, curve, color=color, label=label_of)
-    points = [(read(oscillator_of(each)), each) for each in map(as_dataset, runs)]
+    points = [(_number(oscillator_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
         at, found_runs = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in found_runs]
@@ -163,9 +128,22 @@ def against(
         points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
         bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
     design.tag(before)
-    axes.set_xlabel(name)
+    axes.set_xlabel(PARAMETER_LABELS[parameter])
     axes.set_ylabel(MOMENTS[quantity])
     return axes
+
+
+def _number(oscillator: Oscillator, parameter: str) -> float:
+    """One number of an oscillator; NaN where it is of a wall that is not there."""
+    of_a_wall = parameter in ("position", "restitution")
+    return math.nan if of_a_wall and oscillator.barrier is None else float(oscillator.numbers[parameter])
+
+
+def _with(oscillator: Oscillator, parameter: str, value: float) -> Oscillator:
+    """The oscillator with another number."""
+    if math.isnan(_number(oscillator, parameter)):
+        raise ValueError("the oscillator must have a wall, for something of the wall is to change.")
+    return Oscillator.from_numbers(**oscillator.numbers | {parameter: value})
 
 
 def _curve(method: Method, asked: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from springpot.options import DEFAULTS
 from springpot.oscillator import Oscillator
 from springpot.simulation.completed_rate import are_crowded, counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.compose import Floats
@@ -15,7 +16,7 @@ from springpot.simulation.forgetting import shares_missing
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import LANES
 from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import MEMORY_TOLERANCE, Settings, derivative_at
+from springpot.simulation.settings import Settings, derivative_at
 from springpot.simulation.simulation import Adapted, Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import even_step
 from springpot.theory import exact
@@ -137,7 +138,7 @@ def level_settings(
         seed=seed,
         threads=threads,
         derivative=derivative_at(oscillator.springpot.order, "caputo"),
-        memory_tolerance=1e-8 if rtol < PRECISE else MEMORY_TOLERANCE,
+        memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
     )
 
 

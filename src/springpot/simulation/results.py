@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +100,7 @@ class Run:
             **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
             **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
             **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
-            "oscillator": asdict(self.oscillator),
+            "oscillator": self.oscillator.to_dict(),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
             "warnings": list(self.warnings),
@@ -206,7 +206,7 @@ class Run:
             if f"{name}_density" in biases:
                 data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
         attributes = {
-            "oscillator": json.dumps(asdict(self.oscillator)),
+            "oscillator": json.dumps(self.oscillator.to_dict()),
             "settings": json.dumps(self.settings.to_dict()),
             "diagnostics": json.dumps(self.diagnostics),
             "warnings": list(self.warnings),

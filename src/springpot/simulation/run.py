@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.faults import meant
+from springpot.options import Options
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
@@ -19,7 +20,7 @@ from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observed import Observable, requested
 from springpot.simulation.results import PROBABILITIES, Run
-from springpot.simulation.settings import Options, resolve
+from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.statistics import standard_error
 from springpot.simulation.warnings import (

@@ -6,22 +6,20 @@ A scheme is asked for by its word, "default" or "grunwald"; `scheme_of` gives th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.memory import direct
 from springpot.memory.weights import Family
+from springpot.options import DEFAULTS, Scheme
 from springpot.simulation import parts
 from springpot.simulation.lanes import GROUP
 
-__all__ = ["CONTACT_TOLERANCE", "Grunwald", "Scheme", "Splitting", "scheme_of"]
+__all__ = ["Grunwald", "Splitting", "scheme_of"]
 
 Floats = npt.NDArray[np.float64]
-Scheme = Literal["default", "grunwald"]
-
-CONTACT_TOLERANCE = 1e-5  # m; the paper's epsilon
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class Grunwald:
         As in `Splitting`.
     """
 
-    contact_tolerance: float = CONTACT_TOLERANCE
+    contact_tolerance: float = DEFAULTS["contact_tolerance"]
 
     order: ClassVar[int] = 1
     default_step: ClassVar[float] = 0.001
@@ -102,7 +100,7 @@ class Grunwald:
         return 0.0
 
 
-def scheme_of(word: Scheme, contact_tolerance: float = CONTACT_TOLERANCE) -> Splitting | Grunwald:
+def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> Splitting | Grunwald:
     """The scheme with this word.
 
     Examples

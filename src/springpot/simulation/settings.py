@@ -6,24 +6,20 @@ import math
 import numbers
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, TypedDict, get_args
+from typing import Any, Unpack, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.arguments import LARGEST, finite_number
+from springpot.options import DEFAULTS, Derivative, Options, Scheme, StartKind
 from springpot.oscillator import Oscillator
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
-from springpot.simulation.schemes import CONTACT_TOLERANCE, Grunwald, Scheme, Splitting, scheme_of
+from springpot.simulation.schemes import Grunwald, Splitting, scheme_of
 from springpot.theory.result import NoStationaryState
 
-__all__ = [
-    "Derivative", "Scheme", "Settings", "StartKind", "check_stationary", "default_start", "resolve",
-]  # fmt: skip
-
-StartKind = Literal["rest", "stationary"]
-Derivative = Literal["caputo", "riemann-liouville"]
+__all__ = ["Settings", "check_stationary", "checked_seed", "checked_threads", "default_start", "resolve"]
 
 MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -32,27 +28,6 @@ MOST_RECORDED = 50_000_000
 LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision memory would show
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
-MEMORY_TOLERANCE = 1e-6
-
-
-class Options(TypedDict, total=False):
-    """What a caller may give to a run; `springpot.simulation.simulate` says what each one means."""
-
-    paths: int
-    duration: float | None
-    step: float | None
-    window: tuple[float, float] | None
-    seed: int
-    threads: int | None
-    scheme: Scheme
-    start: StartKind | None
-    initial_position: float | None
-    initial_velocity: float | None
-    derivative: Derivative
-    memory_tolerance: float
-    contact_tolerance: float
-    record: int
-    record_every: int
 
 
 @dataclass(frozen=True)
@@ -96,8 +71,8 @@ class Settings:
     initial_position: float | None = None
     initial_velocity: float = 0.0
     derivative: Derivative = "caputo"
-    memory_tolerance: float = MEMORY_TOLERANCE
-    contact_tolerance: float = CONTACT_TOLERANCE
+    memory_tolerance: float = DEFAULTS["memory_tolerance"]
+    contact_tolerance: float = DEFAULTS["contact_tolerance"]
     record: int = 0
     record_every: int = 1
 
@@ -147,25 +122,7 @@ def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> flo
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
-def resolve(
-    oscillator: Oscillator,
-    *,
-    paths: int = 5000,
-    duration: float | None = None,
-    step: float | None = None,
-    window: tuple[float, float] | None = None,
-    seed: int = 1,
-    threads: int | None = None,
-    scheme: Scheme = "default",
-    start: StartKind | None = None,
-    initial_position: float | None = None,
-    initial_velocity: float | None = None,
-    derivative: Derivative = "caputo",
-    memory_tolerance: float = MEMORY_TOLERANCE,
-    contact_tolerance: float = CONTACT_TOLERANCE,
-    record: int = 0,
-    record_every: int | None = None,
-) -> Settings:
+def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
     """Check what the caller gave and complete what was left out.
 
     Raises
@@ -175,18 +132,20 @@ def resolve(
     """
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    _one_of(scheme, "scheme", get_args(Scheme))
-    _one_of(derivative, "derivative", get_args(Derivative))
+    asked = cast(Options, {**DEFAULTS, **given})
+    _one_of(asked["scheme"], "scheme", get_args(Scheme))
+    _one_of(asked["derivative"], "derivative", get_args(Derivative))
+    start = asked["start"]
     if start is None:
-        start, _ = default_start(oscillator, initial_position, initial_velocity, derivative)
+        start, _ = default_start(oscillator, asked)
     _one_of(start, "start", get_args(StartKind))
-    paths = _whole(paths, "paths", 1, MOST_PATHS)
-    seed = checked_seed(seed)
-    threads = checked_threads(threads)
-    duration, step, steps = _grid(oscillator, duration, step, scheme)
-    window = _window(window, duration, step)
-    record, record_every = _record(record, record_every, paths, steps)
-    position = _initial_position(oscillator, initial_position, start, derivative)
+    paths = _whole(asked["paths"], "paths", 1, MOST_PATHS)
+    seed = checked_seed(asked["seed"])
+    threads = checked_threads(asked["threads"])
+    duration, step, steps = _grid(oscillator, asked["duration"], asked["step"], asked["scheme"])
+    window = _window(asked["window"], duration, step)
+    record, record_every = _record(asked["record"], asked["record_every"], paths, steps)
+    position = _initial_position(oscillator, asked["initial_position"], start, asked["derivative"])
     return Settings(
         paths=paths,
         duration=duration,
@@ -194,24 +153,19 @@ def resolve(
         window=window,
         seed=seed,
         threads=threads,
-        scheme=scheme,
+        scheme=asked["scheme"],
         start=start,
         initial_position=position,
-        initial_velocity=_initial_velocity(initial_velocity),
-        derivative=derivative_at(oscillator.springpot.order, derivative),
-        memory_tolerance=finite_number(memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
-        contact_tolerance=finite_number(contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
+        initial_velocity=_initial_velocity(asked["initial_velocity"]),
+        derivative=derivative_at(oscillator.springpot.order, asked["derivative"]),
+        memory_tolerance=finite_number(asked["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
+        contact_tolerance=finite_number(asked["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
         record_every=record_every,
     )
 
 
-def default_start(
-    oscillator: Oscillator,
-    initial_position: float | None = None,
-    initial_velocity: float | None = None,
-    derivative: Derivative = "caputo",
-) -> tuple[StartKind, str]:
+def default_start(oscillator: Oscillator, given: Options = DEFAULTS) -> tuple[StartKind, str]:
     """The start of a run for which none is asked, and why it is not the stationary one where that needs a word.
 
     It is the stationary one, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which speak of a start
@@ -226,12 +180,13 @@ def default_start(
     Examples
     --------
     >>> from springpot import Springpot
-    >>> default_start(Oscillator()), default_start(Oscillator(), initial_position=1.0)
+    >>> default_start(Oscillator()), default_start(Oscillator(), {"initial_position": 1.0})
     (('stationary', ''), ('rest', ''))
     >>> default_start(Oscillator(springpot=Springpot(0.5, 0.0)))[0]
     'rest'
     """
-    if initial_position is not None or initial_velocity is not None or derivative != "caputo":
+    asked = {**DEFAULTS, **given}
+    if any(asked[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
     if reason := _not_stationary(oscillator):
         return "rest", reason

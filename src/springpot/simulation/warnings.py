@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from springpot.options import Options
 from springpot.oscillator import Oscillator
 from springpot.simulation.cost import per_cent
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import SINGLE_PRECISION, Options, default_start
+from springpot.simulation.settings import SINGLE_PRECISION, default_start
 from springpot.simulation.simulation import Adapted, Simulation
 from springpot.simulation.slow_impacts import (
     impacts_are_countable,
@@ -48,8 +49,7 @@ def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
     """Of a run that nobody asked to start from rest, and that does."""
     if given.get("start") is not None:
         return []
-    initial = given.get("initial_position"), given.get("initial_velocity")
-    _, reason = default_start(oscillator, *initial, given.get("derivative", "caputo"))
+    _, reason = default_start(oscillator, given)
     return [f"the run starts from rest, for there is no stationary state: {reason}."] if reason else []
 
 

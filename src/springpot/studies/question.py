@@ -20,12 +20,14 @@ from pydantic import (
     Field,
     ValidationError,
     WithJsonSchema,
+    create_model,
     model_validator,
 )
 
 from springpot.arguments import finite_number
 from springpot.faults import FileFault, shown
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.options import hints
+from springpot.oscillator import Oscillator
 from springpot.studies.toml import read_toml
 from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS
@@ -137,7 +139,17 @@ class Fixed(_Strict):
     barrier: bool = True
 
 
-class MonteCarlo(_Strict):
+_Settings = create_model(  # a study has a seed of its own, and stores no paths
+    "_Settings",
+    __base__=_Strict,
+    **{
+        name: (Annotated[hint, Field(strict=False)] if name == "window" else hint, None)
+        for name, hint in hints("seed", "threads", "record", "record_every").items()
+    },
+)  # type: ignore[call-overload]
+
+
+class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: one of ``rtol``, ``path_times`` or the settings of a run.
 
     ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (adapted runs scaled to each
@@ -147,17 +159,6 @@ class MonteCarlo(_Strict):
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
     path_times: float | None = Field(None, ge=1e3, le=1e9)
-    paths: int | None = Field(None, ge=1)
-    duration: float | None = Field(None, gt=0.0)
-    step: float | None = Field(None, gt=0.0)
-    window: Annotated[tuple[float, float] | None, Field(strict=False)] = None
-    scheme: Literal["default", "grunwald"] | None = None
-    start: Literal["rest", "stationary"] | None = None
-    initial_position: float | None = None
-    initial_velocity: float | None = None
-    derivative: Literal["caputo", "riemann-liouville"] | None = None
-    memory_tolerance: float | None = None
-    contact_tolerance: float | None = None
 
     @model_validator(mode="after")
     def _one_way(self) -> MonteCarlo:
@@ -322,15 +323,7 @@ def _twice(names: Iterable[Any]) -> Any:
 
 def oscillator_of(point: Mapping[str, Any]) -> Oscillator:
     """The oscillator at a point of a grid."""
-    wall = Barrier(point["position"], point["restitution"], point["side"])
-    if not point["barrier"] and wall != Barrier():
-        raise ValueError("barrier = false leaves no wall for position, restitution or side to describe")
-    return Oscillator(
-        natural_frequency=point["natural_frequency"],
-        springpot=Springpot(point["order"], point["coefficient"]),
-        barrier=wall if point["barrier"] else None,
-        excitation=WhiteNoise(point["intensity"]),
-    )
+    return Oscillator.from_numbers(**point)
 
 
 def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
