@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import springpot as sp
-from springpot.theory.linear import relaxation
+from springpot.theory.numerics.contours import relaxation
 
 order, steps = 0.5, np.array([0.1, 0.05, 0.02, 0.01, 0.005, 0.002])
 free = sp.Oscillator(springpot=sp.Springpot(order, 0.5), barrier=None, excitation=sp.WhiteNoise(0.0))

@@ -12,22 +12,45 @@ if TYPE_CHECKING:
 
     from springpot import figures, theory
     from springpot.atlases import atlas
-    from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+    from springpot.oscillator import Oscillator
+    from springpot.parts import (
+        Barrier,
+        Circuit,
+        ColouredNoise,
+        Constant,
+        Contact,
+        Dashpot,
+        FilteredNoise,
+        Harmonic,
+        Mass,
+        Maxwell,
+        ParametricNoise,
+        PoissonImpulses,
+        PolynomialDashpot,
+        PolynomialSpring,
+        Series,
+        Spring,
+        Springpot,
+        ThermalNoise,
+        VanDerPol,
+        WhiteNoise,
+    )  # fmt: skip
     from springpot.simulation.loaded import load_run
     from springpot.simulation.run import run, simulate
     from springpot.studies import open_study, study
+    from springpot.system import System
 
     __version__: str
 
 __all__ = [
-    "Barrier", "Oscillator", "Springpot", "WhiteNoise", "atlas", "figures", "load_run", "open_study", "run", "simulate",
-    "study", "theory",
+    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Harmonic", "Mass",
+    "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "Series",
+    "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "figures", "load_run",
+    "open_study", "run", "simulate", "study", "theory",
 ]  # fmt: skip
 _LATER = {
-    "Barrier": "springpot.oscillator",
     "Oscillator": "springpot.oscillator",
-    "Springpot": "springpot.oscillator",
-    "WhiteNoise": "springpot.oscillator",
+    "System": "springpot.system",
     "atlas": "springpot.atlases",
     "figures": "springpot.figures",
     "load_run": "springpot.simulation",
@@ -44,12 +67,13 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("springpot")
-    if name not in _LATER:
+    if name not in __all__:
         raise AttributeError(f"module 'springpot' has no attribute {name!r}")
     import importlib
 
-    module = importlib.import_module(_LATER[name])
-    return module if _LATER[name] == f"springpot.{name}" else getattr(module, name)
+    place = _LATER.get(name, "springpot.parts")
+    module = importlib.import_module(place)
+    return module if place == f"springpot.{name}" else getattr(module, name)
 
 
 def __dir__() -> list[str]:

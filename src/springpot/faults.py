@@ -1,4 +1,4 @@
-"""What is wrong with a file, and how names and values stand in a sentence."""
+"""Errors that several rooms raise, and how names and values stand in a sentence."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
 
-__all__ = ["FileFault", "listed", "meant", "shown"]
+__all__ = ["FileFault", "NotCovered", "listed", "meant", "shown"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -15,6 +15,10 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
 
 class FileFault(ValueError):
     """A file cannot be used; the sentence names its keys as they stand in it, not flags or arguments."""
+
+
+class NotCovered(ValueError):
+    """A method does not cover this problem; the message says what it covers."""
 
 
 def shown(value: object) -> str:

@@ -19,134 +19,9 @@ from typing import Any, Literal
 from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 from springpot.faults import listed, shown
+from springpot.parts import Barrier, Springpot, WhiteNoise
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
-
-
-def _set(instance: object, name: str, value: object) -> None:
-    object.__setattr__(instance, name, value)
-
-
-@dataclass(frozen=True)
-class Springpot:
-    """The element with power-law memory: a force C D^alpha x per unit mass.
-
-    Parameters
-    ----------
-    order : float
-        Order alpha of the derivative, in [0, 1]: a spring at 0, a dashpot at 1.
-    coefficient : float
-        C >= 0 per unit mass, unit s^(alpha - 2).
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a number is not one, not finite or out of its range.
-
-    Examples
-    --------
-    >>> Springpot(order=0.5, coefficient=1.0)
-    Springpot(order=0.5, coefficient=1.0)
-    """
-
-    order: float
-    coefficient: float
-
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            "order",
-            finite_number(self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."),
-        )
-        _set(
-            self,
-            "coefficient",
-            finite_number(
-                self.coefficient,
-                "coefficient",
-                low=0.0,
-                high=LARGEST,
-                hint="It is the springpot's force per unit of D^alpha x.",
-            ),
-        )
-
-
-@dataclass(frozen=True)
-class Barrier:
-    """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
-
-    Parameters
-    ----------
-    position : float
-        Place b of the wall, in m, measured from the spring's equilibrium.
-    restitution : float
-        Coefficient r in (0, 1]: 1 for an elastic wall.
-    side : {"above", "below"}
-        The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
-        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a number is not one, not finite or out of its range, or ``side`` is another word.
-
-    Examples
-    --------
-    >>> Barrier(position=-0.5, restitution=0.9)
-    Barrier(position=-0.5, restitution=0.9, side='above')
-    """
-
-    position: float = 0.0
-    restitution: float = 1.0
-    side: Literal["above", "below"] = "above"
-
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            "position",
-            finite_number(self.position, "position", low=-LARGEST, high=LARGEST, hint="It is the place of the wall."),
-        )
-        _set(
-            self,
-            "restitution",
-            finite_number(
-                self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."
-            ),
-        )
-        if not isinstance(self.side, str) or self.side not in ("above", "below"):
-            raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {self.side!r}.")
-
-
-@dataclass(frozen=True)
-class WhiteNoise:
-    """Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
-
-    Parameters
-    ----------
-    intensity : float
-        q >= 0 in m^2 s^-3; its two-sided spectral density is q / (2 pi) per rad/s.  0 gives the free response.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not a number, not finite or negative.
-
-    Examples
-    --------
-    >>> WhiteNoise(intensity=2).intensity
-    2.0
-    """
-
-    intensity: float = 1.0
-
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            "intensity",
-            finite_number(
-                self.intensity, "intensity", low=0.0, high=LARGEST, hint="It is q = sigma^2 of the white noise."
-            ),
-        )
 
 
 @dataclass(frozen=True)
@@ -180,23 +55,18 @@ class Oscillator:
     excitation: WhiteNoise = field(default_factory=WhiteNoise)
 
     def __post_init__(self) -> None:
-        _set(
-            self,
-            "natural_frequency",
-            finite_number(
-                self.natural_frequency,
-                "natural_frequency",
-                low=1.0 / LARGEST,
-                high=LARGEST,
-                hint="It is Omega in rad/s.",
-            ),
+        frequency = finite_number(
+            self.natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."
         )
+        object.__setattr__(self, "natural_frequency", frequency)
         if not isinstance(self.springpot, Springpot):
             raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
         if not isinstance(self.barrier, Barrier | None):
             raise TypeError(f"barrier must be a Barrier or None, not {self.barrier!r}.")
         if not isinstance(self.excitation, WhiteNoise):
             raise TypeError(f"excitation must be a WhiteNoise, not {self.excitation!r}.")
+        if self.excitation.on != "mass":
+            raise ValueError("excitation must act on the mass; white noise of the ground has the same law.")
 
     @classmethod
     def from_device(
@@ -382,7 +252,12 @@ class Oscillator:
         >>> Oscillator().to_dict()["springpot"]
         {'order': 0.5, 'coefficient': 1.0}
         """
-        return asdict(self)
+        return {
+            "natural_frequency": self.natural_frequency,
+            "springpot": asdict(self.springpot),
+            "barrier": None if self.barrier is None else asdict(self.barrier),
+            "excitation": {"intensity": self.excitation.intensity},
+        }
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -391,7 +266,7 @@ class Oscillator:
         return {
             **asdict(self.springpot),
             "natural_frequency": self.natural_frequency,
-            **asdict(self.excitation),
+            "intensity": self.excitation.intensity,
             **asdict(wall),
             "barrier": self.barrier is not None,
         }

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory.linear import dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.exact import Exact, exact
+from springpot.theory.numerics.contours import dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
 
 

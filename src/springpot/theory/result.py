@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from springpot.faults import NotCovered
 from springpot.oscillator import Oscillator
 
 __all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]
@@ -26,10 +27,6 @@ MOMENTS = (
 
 class NoStationaryState(ValueError):
     """A stationary number was asked of an oscillator whose motion never becomes stationary."""
-
-
-class NotCovered(ValueError):
-    """The method does not cover this oscillator; the message says what it covers."""
 
 
 class NoConvergence(ArithmeticError):

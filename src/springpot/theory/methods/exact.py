@@ -13,7 +13,7 @@ from scipy import special
 from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.linear import Relaxation, dashpot_mean_squares, mean_squares, relaxation
+from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.problem import Units, at_rest, canonical, checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
 
@@ -259,7 +259,7 @@ def exact(oscillator: Oscillator) -> Exact:
     -----
     Order 1, elastic wall: the joint density is proportional to exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)) beyond the
     wall [1]_.  No wall: <x^2> = int S dw and <v^2> = int w^2 S dw with
-    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.linear`.  Order 0 is a
+    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.numerics.contours`.  Order 0 is a
     spring of stiffness Omega^2 + C (for the Riemann-Liouville derivative, and for Caputo's from x(0) = 0).
 
     References

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from springpot.theory.linear import dashpot_decay, dashpot_mean_squares
+from springpot.theory.numerics.contours import dashpot_decay, dashpot_mean_squares
 from springpot.theory.problem import Problem
 
 __all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]

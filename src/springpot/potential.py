@@ -1,0 +1,104 @@
+"""The potential of a system's springs, soft contacts and constant forces, and the walls it is cut off at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+
+from springpot.parts import Contact
+
+__all__ = ["Potential"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Potential:
+    """The potential energy U(x) per unit mass, between the walls.
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        Those of the force U'(x) = c0 + c1 x + c2 x^2 + ...; c0 is minus the constant force.
+    contacts : tuple of Contact
+        Per unit mass.
+    low, high : float
+        Places of the walls, in m; infinite where there is none.
+
+    Examples
+    --------
+    >>> duffing = Potential((0.0, 1.0, 0.0, 4.0))
+    >>> float(duffing.energy(1.0)), float(duffing.force(1.0)), float(duffing.curvature(1.0))
+    (1.5, 5.0, 13.0)
+    """
+
+    coefficients: tuple[float, ...]
+    contacts: tuple[Contact, ...] = ()
+    low: float = -math.inf
+    high: float = math.inf
+
+    def energy(self, x: float | FloatArray) -> FloatArray:
+        """U(x), in m^2/s^2, 0 at x = 0 but for contacts that reach there."""
+        powers = [0.0, *(c / (n + 1) for n, c in enumerate(self.coefficients))]
+        energy = polynomial.polyval(x, powers)
+        for contact in self.contacts:
+            energy = energy + contact.stiffness * _depth(contact, x) ** (contact.exponent + 1) / (contact.exponent + 1)
+        return np.asarray(energy, float)
+
+    def force(self, x: float | FloatArray) -> FloatArray:
+        """U'(x), in m/s^2: what pulls towards smaller x."""
+        force = polynomial.polyval(x, self.coefficients)
+        for contact in self.contacts:
+            force = force - _outwards(contact) * contact.stiffness * _depth(contact, x) ** contact.exponent
+        return np.asarray(force, float)
+
+    def curvature(self, x: float | FloatArray) -> FloatArray:
+        """U''(x), in 1/s^2."""
+        derivative = polynomial.polyder(self.coefficients) if len(self.coefficients) > 1 else [0.0]
+        curvature = polynomial.polyval(x, derivative)
+        for contact in self.contacts:
+            power = contact.exponent
+            depth = _depth(contact, x)
+            slope = np.where(depth > 0.0, power * contact.stiffness * np.maximum(depth, 1e-300) ** (power - 1.0), 0.0)
+            curvature = curvature + slope
+        return np.asarray(curvature, float)
+
+    def open_ends(self) -> tuple[str, ...]:
+        """The sides, "left" or "right", to which the mass can escape: no wall, and a potential that falls for ever."""
+        ends = []
+        for side, end, sign in (("left", self.low, -1.0), ("right", self.high, 1.0)):
+            if math.isinf(end) and self._falls(sign):
+                ends.append(side)
+        return tuple(ends)
+
+    def holds(self) -> bool:
+        """Whether the potential rises without end on both sides, or a wall is there."""
+        return all(math.isfinite(end) or self._rises(sign) for end, sign in ((self.low, -1.0), (self.high, 1.0)))
+
+    def _leading(self, sign: float) -> tuple[float, float]:
+        """Power and size of the force towards ``sign`` infinity that grows fastest there; positive if it pulls back."""
+        terms = {float(n): c * sign ** (n + 1) for n, c in enumerate(self.coefficients) if c != 0.0}
+        for contact in self.contacts:
+            if _outwards(contact) == -sign:
+                terms[contact.exponent] = terms.get(contact.exponent, 0.0) + contact.stiffness
+        terms = {power: size for power, size in terms.items() if size != 0.0}
+        return max(terms.items(), default=(0.0, 0.0))
+
+    def _falls(self, sign: float) -> bool:
+        return self._leading(sign)[1] < 0.0
+
+    def _rises(self, sign: float) -> bool:
+        return self._leading(sign)[1] > 0.0
+
+
+def _outwards(contact: Contact) -> float:
+    """The sign of the contact's force on the mass."""
+    return 1.0 if contact.side == "above" else -1.0
+
+
+def _depth(contact: Contact, x: float | FloatArray) -> FloatArray:
+    return np.maximum(0.0, _outwards(contact) * (contact.position - x))

@@ -1,0 +1,277 @@
+"""A problem as a sum of parts: one mass with any springs, dampers, walls, contacts, circuits and excitations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+from springpot import parts as kinds
+from springpot.faults import NotCovered, listed, meant, shown
+from springpot.oscillator import Oscillator
+from springpot.parts import (
+    Barrier,
+    Constant,
+    Contact,
+    Dashpot,
+    Mass,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.potential import Potential
+
+__all__ = ["KINDS", "System", "kind_of"]
+
+Part = TypeVar("Part")
+
+
+def kind_of(part: object) -> str:
+    """The name of a part's kind in files and in names.
+
+    Examples
+    --------
+    >>> kind_of(Spring(1.0)), kind_of(PolynomialSpring((1.0,)))
+    ('spring', 'polynomial_spring')
+    """
+    name = type(part).__name__ if not isinstance(part, type) else part.__name__
+    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name)[1:]
+
+
+KINDS: dict[str, type] = {kind_of(getattr(kinds, name)): getattr(kinds, name) for name in kinds.__all__}
+"""Every kind of part by its name in a file."""
+
+
+@dataclass(frozen=True, init=False)
+class System:
+    """One mass on one coordinate x, with the parts that act on it.
+
+    Parameters
+    ----------
+    *parts
+        The parts, of `springpot.parts`.  With a `Mass` they are in SI units; without one, everything is per unit mass.
+    **named
+        More parts, with names of your own.  A part without one is called by its kind, with a number where there are
+        several: ``barrier_1``, ``barrier_2``.
+
+    Attributes
+    ----------
+    parts : tuple
+        All parts, in the order given.
+    names : tuple of str
+        A name for each.
+
+    Raises
+    ------
+    TypeError
+        If something is not a part.
+    ValueError
+        If the parts do not fit together: two masses, walls that leave no room, a potential that lets the mass escape.
+
+    Examples
+    --------
+    >>> device = System(Mass(0.2), Spring(80.0), Springpot(0.5, 1.2), Barrier(-0.003, 0.7), WhiteNoise(0.02))
+    >>> device.names
+    ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
+    >>> device.canonical().natural_frequency
+    20.0
+    """
+
+    parts: tuple[Any, ...]
+    names: tuple[str, ...]
+
+    def __init__(self, *parts: object, **named: object) -> None:
+        for part in (*parts, *named.values()):
+            _check_part(part)
+        object.__setattr__(self, "parts", (*parts, *named.values()))
+        object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
+        _check_together(self)
+
+    @classmethod
+    def of_oscillator(cls, oscillator: Oscillator) -> System:
+        """An oscillator as a sum of its parts, per unit mass.
+
+        Parameters
+        ----------
+        oscillator : Oscillator
+
+        Returns
+        -------
+        System
+
+        Examples
+        --------
+        >>> System.of_oscillator(Oscillator()).canonical() == Oscillator()
+        True
+        """
+        wall = () if oscillator.barrier is None else (oscillator.barrier,)
+        return cls(Spring(oscillator.natural_frequency**2), oscillator.springpot, *wall, oscillator.excitation)
+
+    def of(self, *kinds: type[Part]) -> tuple[Part, ...]:
+        """The parts of these kinds, in the order given."""
+        return tuple(part for part in self.parts if isinstance(part, kinds))
+
+    def named(self) -> Iterator[tuple[str, Any]]:
+        """Each part with its name."""
+        return zip(self.names, self.parts, strict=True)
+
+    def name_of(self, part: object) -> str:
+        """The name of one of its parts."""
+        return next(name for name, own in self.named() if own is part)
+
+    @property
+    def mass(self) -> float:
+        """m in kg; 1 without a `Mass`."""
+        return next((mass.value for mass in self.of(Mass)), 1.0)
+
+    @cached_property
+    def per_unit_mass(self) -> System:
+        """The same motion with every part divided by the mass; forces of the ground are forces on the mass."""
+        divided = {name: part.per_mass(self.mass) for name, part in self.named() if not isinstance(part, Mass)}
+        return System(**divided)
+
+    @cached_property
+    def potential(self) -> Potential:
+        """The potential energy per unit mass, with the walls."""
+        coefficients = [0.0] * 10
+        for part in self.of(Spring, PolynomialSpring, Springpot, Constant):
+            match part:
+                case Spring():
+                    coefficients[1] += part.stiffness / self.mass
+                case PolynomialSpring():
+                    for power, k in enumerate(part.coefficients, start=1):
+                        coefficients[power] += k / self.mass
+                case Springpot(order=0.0):
+                    coefficients[1] += part.coefficient / self.mass
+                case Constant():
+                    coefficients[0] -= part.force / self.mass
+        last = max((n for n, c in enumerate(coefficients) if c != 0.0), default=0)
+        walls = self.of(Barrier)
+        return Potential(
+            tuple(coefficients[: last + 1]),
+            tuple(contact.per_mass(self.mass) for contact in self.of(Contact)),
+            max((wall.position for wall in walls if wall.side == "above"), default=-math.inf),
+            min((wall.position for wall in walls if wall.side == "below"), default=math.inf),
+        )
+
+    @property
+    def stiffness(self) -> float:
+        """Of the linear springs, in N/m."""
+        linear = sum(part.stiffness for part in self.of(Spring))
+        return linear + sum(part.coefficients[0] for part in self.of(PolynomialSpring))
+
+    @property
+    def natural_frequency(self) -> float:
+        """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
+        return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
+
+    def canonical(self) -> Oscillator:
+        """The same problem as an `Oscillator`.
+
+        Returns
+        -------
+        Oscillator
+
+        Raises
+        ------
+        NotCovered
+            If it is more than one spring, one springpot, one wall and white noise; the sentence names the part.
+
+        Examples
+        --------
+        >>> System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0)).canonical().springpot
+        Springpot(order=1.0, coefficient=0.1)
+        """
+        unit = self.per_unit_mass
+        for name, part in unit.named():
+            linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not any(part.coefficients[1:])
+            if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
+                raise NotCovered(f"{name} is no part of an Oscillator: {_CANONICAL}.")
+        if len(unit.of(Barrier)) > 1:
+            raise NotCovered(f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}.")
+        dashpot = sum(part.coefficient for part in unit.of(Dashpot))
+        dashpot += sum(part.coefficients[0] for part in unit.of(PolynomialDashpot))
+        pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
+        orders = {pot.order for pot in pots} | ({1.0} if dashpot > 0.0 else set())
+        if len(orders) > 1:
+            raise NotCovered(f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
+                             f"than one: {_CANONICAL}.")  # fmt: skip
+        order = orders.pop() if orders else 1.0
+        coefficient = sum(pot.coefficient for pot in pots) + (dashpot if order == 1.0 else 0.0)
+        if not unit.stiffness > 0.0:
+            raise NotCovered(f"the stiffness of the springs is {self.stiffness:g}, not positive: {_CANONICAL}.")
+        return Oscillator(
+            natural_frequency=unit.natural_frequency,
+            springpot=Springpot(order, coefficient),
+            barrier=next(iter(unit.of(Barrier)), None),
+            excitation=WhiteNoise(sum(noise.intensity for noise in unit.of(WhiteNoise))),
+        )
+
+
+_CANONICAL = "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall, and white noise"
+
+
+def _check_part(part: object) -> None:
+    if isinstance(part, type) and part in KINDS.values():
+        raise TypeError(f"a system's parts must be made with their numbers, as {part.__name__}(...), not the class.")
+    if isinstance(part, Oscillator):
+        raise TypeError("a system's parts must not be an Oscillator: System.of_oscillator(...) takes it apart.")
+    if type(part) not in KINDS.values():
+        near = meant(type(part).__name__, [kind.__name__ for kind in KINDS.values()])
+        raise TypeError(f"a system's parts must be such as Spring(80.0), not {shown(part)}{near}.")
+
+
+def _names(parts: tuple[object, ...], taken: set[str]) -> Iterator[str]:
+    """A name for each part: its kind, and a number where there are several."""
+    all_kinds = [kind_of(part) for part in parts]
+    for place, kind in enumerate(all_kinds):
+        alone = all_kinds.count(kind) == 1
+        name = kind if alone else f"{kind}_{all_kinds[: place + 1].count(kind)}"
+        if name in taken:
+            raise ValueError(f"{name} is the name of two parts: give one of them another name.")
+        yield name
+
+
+def _check_together(system: System) -> None:
+    """What only the whole can know."""
+    if not system.parts:
+        raise ValueError("a system must have parts, such as Spring(80.0) and WhiteNoise(0.02).")
+    if len(system.of(Mass)) > 1:
+        raise ValueError("a system must have one Mass at most: this one has a single coordinate.")
+    _check_walls(system)
+    if ends := system.potential.open_ends():
+        raise ValueError(
+            f"the potential must hold the mass: it falls without end to the {' and '.join(ends)}. Add a stiffening "
+            "spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
+        )
+    if len(system.of(ThermalNoise)) > 1:
+        raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
+    if system.of(ThermalNoise):
+        for name, part in system.named():
+            nonlinear = isinstance(part, PolynomialDashpot) and any(part.coefficients[1:])
+            if nonlinear or isinstance(part, VanDerPol):
+                raise ValueError(f"{name} must not be beside ThermalNoise, which has no noise that matches it.")
+
+
+def _check_walls(system: System) -> None:
+    walls = [(name, part) for name, part in system.named() if isinstance(part, Barrier)]
+    for name, wall in walls:
+        for other, before in walls:
+            hidden = before.position > wall.position if wall.side == "above" else before.position < wall.position
+            if other != name and before.side == wall.side and (hidden or before.position == wall.position):
+                raise ValueError(f"{name} at {wall.position:g} must not lie behind {other}, at {before.position:g}: "
+                                 "it would never be struck.")  # fmt: skip
+    low, high = system.potential.low, system.potential.high
+    if not low < high:
+        raise ValueError(f"the walls must leave room: x >= {low:g} and x <= {high:g} cannot both hold.")
+    for name, part in system.named():
+        if isinstance(part, Contact):
+            out_of_reach = part.position <= low if part.side == "above" else part.position >= high
+            if out_of_reach:
+                raise ValueError(f"{name} at {part.position:g} must not lie behind a wall: it is never touched.")
