@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.parts.checks import positive, put, signed
@@ -57,8 +58,8 @@ class Springpot:
         """Its force in the equation of motion."""
         return signed(self.coefficient, f"D^{self.order:.6g} x")
 
-    def modulus(self, p: complex) -> complex:
-        """Force per displacement at the Laplace variable p, C p^alpha."""
+    def modulus(self, p: Any) -> Any:
+        """Force per displacement at the Laplace variable p, C p^alpha: of a number or an array."""
         return self.coefficient * p**self.order
 
 
@@ -111,7 +112,7 @@ class Series:
         pot = self.springpot
         return f" + F[{self.spring.stiffness:.6g} in series with {pot.coefficient:.6g} D^{pot.order:.6g}]"
 
-    def modulus(self, p: complex) -> complex:
+    def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
         pot, k = self.springpot.modulus(p), self.spring.stiffness
         return k * pot / (k + pot)
@@ -157,6 +158,6 @@ class Maxwell:
         """Its force in the equation of motion."""
         return f" + F[{self.stiffness:.6g} in series with {self.coefficient:.6g} D]"
 
-    def modulus(self, p: complex) -> complex:
+    def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
         return self.stiffness * self.coefficient * p / (self.stiffness + self.coefficient * p)

@@ -14,14 +14,18 @@ if TYPE_CHECKING:
     from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
+    from springpot.theory.methods.systems.energy import ExactLaw
+    from springpot.theory.methods.systems.linear import LinearResponse, linear
+    from springpot.theory.methods.systems.linearisation import Linearisation, linearisation
     from springpot.theory.reliability import Trust, best_guess, recommended, trust, why_none_is_recommended
     from springpot.theory.result import Moments, NoConvergence, NoStationaryState, NotCovered, Result
     from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
-    "Averaging", "Closure", "Envelope", "Exact", "FokkerPlanck", "Moments", "NoConvergence",
-    "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging", "best_guess", "closure",
-    "envelope", "exact", "fokker_planck", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
+    "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "LinearResponse", "Linearisation",
+    "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging",
+    "best_guess", "closure", "envelope", "exact", "fokker_planck", "linear", "linearisation", "recommended",
+    "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
@@ -29,6 +33,9 @@ _PLACES = {
     "methods.envelope.method": ("Envelope", "envelope"),
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
+    "methods.systems.energy": ("ExactLaw",),
+    "methods.systems.linear": ("LinearResponse", "linear"),
+    "methods.systems.linearisation": ("Linearisation", "linearisation"),
     "reliability": ("Trust", "best_guess", "recommended", "trust", "why_none_is_recommended"),
     "result": ("Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result"),
     "solve": ("all_methods", "solve_all", "solve_one"),

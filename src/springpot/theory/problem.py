@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.oscillator import Oscillator
+from springpot.system import System
 from springpot.theory.result import Moments
 
 __all__ = ["Problem", "Units", "at_rest", "canonical", "checked", "endless"]
@@ -99,14 +100,18 @@ class Units:
         )
 
 
-def checked(oscillator: Oscillator) -> Oscillator:
-    """What was asked, if it is an oscillator.
+def checked(oscillator: Oscillator | System) -> Oscillator:
+    """What was asked, if it is an oscillator, or a system that is one.
 
     Raises
     ------
+    NotCovered
+        If it is a system with other parts.
     TypeError
         If it is something else.
     """
+    if isinstance(oscillator, System):
+        return oscillator.canonical()
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
     return oscillator

@@ -9,13 +9,9 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    from springpot.oscillator import Oscillator
-    from springpot.theory.result import Result
-
-__all__ = ["MAPPED", "METHODS", "Method"]
+__all__ = ["MAPPED", "METHODS", "SYSTEM_METHODS", "Method"]
 
 
 @dataclass(frozen=True)
@@ -56,8 +52,8 @@ class Method:
     mapped: bool = False
     over_order: Literal["", "at once", "one by one"] = ""
 
-    def solve(self, oscillator: Oscillator) -> Result:
-        """The method's result.
+    def solve(self, oscillator: Any) -> Any:
+        """The method's result, a `springpot.theory.Result`; a method for systems takes a `springpot.System`.
 
         Examples
         --------
@@ -66,10 +62,8 @@ class Method:
         0.78
         """
         module, _, function = self.function.rpartition(".")
-        found: Result = getattr(importlib.import_module(f"springpot.theory.methods.{module}"), function)(
-            oscillator, **self.options
-        )
-        return found
+        solve = getattr(importlib.import_module(f"springpot.theory.methods.{module}"), function)
+        return solve(oscillator, **self.options)
 
 
 _LISTED = (
@@ -88,3 +82,11 @@ METHODS: Mapping[str, Method] = {method.name: method for method in _LISTED}
 """Every method by name, in the order of tables, from the simplest to the most exact."""
 MAPPED: tuple[str, ...] = tuple(method.name for method in _LISTED if method.mapped)
 """Names of the methods that are on the validity map."""
+
+_FOR_SYSTEMS = (
+    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0)),
+    Method("linear", "linear", "systems.linear.linear", "black", (4.0, 2.0), exact=True),
+    Method("exact", "exact", "systems.energy.exact_law", "black", exact=True),
+)
+SYSTEM_METHODS: Mapping[str, Method] = {method.name: method for method in _FOR_SYSTEMS}
+"""The methods for systems of parts by name; the others cover a system that is an `springpot.Oscillator`."""

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import overload
+
 from springpot.oscillator import Oscillator
+from springpot.system import System
+from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.problem import checked
-from springpot.theory.registry import METHODS
+from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
 from springpot.theory.reliability import recommended, why_none_is_recommended
 from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
 
-__all__ = ["all_methods", "solve_all", "solve_one"]
+__all__ = ["all_methods", "methods_for", "solve_all", "solve_one"]
 
 
-def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]]:
-    """Every method's answer to one oscillator.
+@overload
+def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]]: ...
+@overload
+def solve_all(oscillator: System) -> tuple[dict[str, Result | SystemResult], dict[str, str]]: ...
+def solve_all(oscillator: Oscillator | System) -> tuple[Mapping[str, Result | SystemResult], dict[str, str]]:
+    """Every method's answer to one oscillator or system.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
 
     Returns
     -------
@@ -38,10 +47,11 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
     ([1.0], [])
     """
-    checked(oscillator)
-    answers: dict[str, Result] = {}
+    if not isinstance(oscillator, System):
+        checked(oscillator)
+    answers: dict[str, Result | SystemResult] = {}
     statements: dict[str, str] = {}
-    for name in METHODS:
+    for name in methods_for(oscillator):
         result, statement = solve_one(oscillator, name)
         if result is None:
             statements[name] = statement
@@ -50,14 +60,18 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
     return answers, statements
 
 
-def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
-    """One method's answer to one oscillator.
+@overload
+def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]: ...
+@overload
+def solve_one(oscillator: System, method: str) -> tuple[Result | SystemResult | None, str]: ...
+def solve_one(oscillator: Oscillator | System, method: str) -> tuple[Result | SystemResult | None, str]:
+    """One method's answer to one oscillator or system.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
     method : str
-        A key of `springpot.theory.registry.METHODS`, such as ``"envelope"``.
+        A key of `springpot.theory.registry.METHODS`, such as ``"envelope"``; of a system, or of ``SYSTEM_METHODS``.
 
     Returns
     -------
@@ -76,15 +90,30 @@ def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
     >>> round(result.x_mean, 2), statement
     (0.78, '')
     """
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}.")
+    methods = methods_for(oscillator)
+    if not isinstance(method, str) or method not in methods:
+        raise ValueError(f"method must be one of {', '.join(methods)}, not {method!r}.")
     try:
-        result = METHODS[method].solve(oscillator)
+        result = methods[method].solve(oscillator)
     except (NotCovered, NoConvergence) as refusal:
         return None, str(refusal)
     if isinstance(result.stationary, str):
         return None, result.stationary
     return result, ""
+
+
+def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
+    """The methods that may cover a problem, by name; those for an Oscillator cover a system that is one.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> list(methods_for(System(Spring(1.0))))[-3:]
+    ['linearisation', 'linear', 'exact']
+    """
+    if not isinstance(oscillator, System):
+        return METHODS
+    return {name: method for name, method in METHODS.items() if name not in SYSTEM_METHODS} | dict(SYSTEM_METHODS)
 
 
 def all_methods(oscillator: Oscillator) -> dict[str, object]:

@@ -326,7 +326,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
     >>> round(averaging(oscillator, form="printed").amplitude_mean_square, 3)
     3.519
     """
-    checked(oscillator)
+    oscillator = checked(oscillator)
     if not isinstance(form, str) or form not in _METHODS:
         raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
     _check_covered(oscillator, form)

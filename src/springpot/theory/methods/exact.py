@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from springpot.oscillator import Oscillator
+from springpot.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
+from springpot.theory.methods.systems.energy import ExactLaw, exact_law
 from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.problem import Units, at_rest, canonical, checked, endless
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
@@ -234,19 +237,24 @@ class _Normals:
         return rayleigh(speed, 2.0 * self.v_spread**2)
 
 
-def exact(oscillator: Oscillator) -> Exact:
+@overload
+def exact(oscillator: Oscillator) -> Exact: ...
+@overload
+def exact(oscillator: System) -> ExactLaw: ...
+def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
     """Solve the oscillator exactly, where that can be done.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
         Without a wall; or of order 1 with an elastic wall anywhere; or with a springpot that dissipates nothing
-        (order 0, or C = 0) and an elastic wall or none, where there is no stationary state.
+        (order 0, or C = 0) and an elastic wall or none, where there is no stationary state.  Of a system of parts see
+        `springpot.theory.methods.systems.energy.exact_law`.
 
     Returns
     -------
-    Exact
-        Its moments are exact to about 1e-13 of their size.
+    Exact or ExactLaw
+        Its moments are exact to about 1e-13 of their size; those of a system to about 1e-10.
 
     Raises
     ------
@@ -259,8 +267,9 @@ def exact(oscillator: Oscillator) -> Exact:
     -----
     Order 1, elastic wall: the joint density is proportional to exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)) beyond the
     wall [1]_.  No wall: <x^2> = int S dw and <v^2> = int w^2 S dw with
-    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of `springpot.theory.numerics.contours`.  Order 0 is a
-    spring of stiffness Omega^2 + C (for the Riemann-Liouville derivative, and for Caputo's from x(0) = 0).
+    S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of
+    `springpot.theory.numerics.contours`.  Order 0 is a spring of stiffness Omega^2 + C (for the Riemann-Liouville
+    derivative, and for Caputo's from x(0) = 0).
 
     References
     ----------
@@ -275,6 +284,8 @@ def exact(oscillator: Oscillator) -> Exact:
     >>> round(exact(Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
+    if isinstance(oscillator, System):
+        return exact_law(oscillator)
     checked(oscillator)
     _check_covered(oscillator)
     stationary = _stationary(oscillator)

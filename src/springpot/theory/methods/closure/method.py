@@ -45,7 +45,7 @@ from springpot.theory.methods.closure.steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.problem import Units, at_rest, canonical, endless
+from springpot.theory.problem import Units, at_rest, canonical, checked, endless
 from springpot.theory.reliability import map_warnings
 from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered
 
@@ -255,6 +255,7 @@ def closure(oscillator: Oscillator) -> Closure:
     >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
     [0.5, 0.5, 1.0]
     """
+    oscillator = checked(oscillator)
     problem, units = canonical(oscillator)
     alpha = problem.order if problem.coefficient > 0.0 else 1.0  # no springpot counts as a dashpot of strength 0
     _check_covered(oscillator, alpha)

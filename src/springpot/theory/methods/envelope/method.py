@@ -59,7 +59,7 @@ from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem, Units, at_rest, canonical, endless
+from springpot.theory.problem import Problem, Units, at_rest, canonical, checked, endless
 from springpot.theory.reliability import map_warnings
 from springpot.theory.result import ROUNDED, Moments, NotCovered
 
@@ -359,6 +359,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
+    oscillator = checked(oscillator)
     problem, units = canonical(oscillator, order_0_is_spring=True)
     without = endless(oscillator) or _endless_in_floating_point(oscillator)
     found, struck = None, None

@@ -13,7 +13,7 @@ from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
-from springpot.theory.problem import at_rest, canonical, endless
+from springpot.theory.problem import at_rest, canonical, checked, endless
 from springpot.theory.result import Moments, NotCovered
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
@@ -117,6 +117,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4
     (1.4917, 0.3346, True)
     """
+    oscillator = checked(oscillator)
     problem, units = canonical(oscillator)
     _check_covered(oscillator)
     if statement := endless(oscillator):

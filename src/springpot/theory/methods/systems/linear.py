@@ -1,0 +1,360 @@
+"""Linear systems without walls: moments, spectra and frequency response, for any memory and any spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springpot.faults import NotCovered
+from springpot.parts import (
+    Circuit,
+    ColouredNoise,
+    Constant,
+    Dashpot,
+    FilteredNoise,
+    Harmonic,
+    Maxwell,
+    ParametricNoise,
+    PoissonImpulses,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Series,
+    Spring,
+    Springpot,
+    ThermalNoise,
+    WhiteNoise,
+)
+from springpot.system import System
+from springpot.theory.distributions import real_array
+from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
+from springpot.theory.numerics.frequencies import integral, resonances
+
+__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "moments_of"]
+
+FloatArray = NDArray[np.float64]
+
+_REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
+_NOISES = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses)
+
+
+@dataclass(frozen=True)
+class Companion:
+    """A linear system per unit mass: what its spectra are made of.
+
+    Parameters
+    ----------
+    stiffness, damping : float
+        Of springs and dashpots, per unit mass.
+    elements : tuple
+        Elements with memory, per unit mass: each has ``modulus(p)``.
+    circuits : tuple of Circuit
+    noises : tuple
+        Stationary noises, each with ``density(w)``.
+    temperature : float
+        kT per unit mass of matched noise; 0 without.
+    harmonics : tuple of Harmonic
+    force : float
+        Constant force per unit mass.
+    parametric : float
+        Intensity of the noise that multiplies x, per unit mass.
+    """
+
+    stiffness: float
+    damping: float
+    elements: tuple[Springpot | Series | Maxwell, ...]
+    circuits: tuple[Circuit, ...]
+    noises: tuple[WhiteNoise | ColouredNoise | FilteredNoise | PoissonImpulses, ...]
+    temperature: float
+    harmonics: tuple[Harmonic, ...]
+    force: float
+    parametric: float
+
+    def dissipative(self, w: FloatArray) -> NDArray[np.complex128]:
+        """Force over displacement of dampers, memory and circuits at frequencies w."""
+        p = 1j * np.asarray(w, float)
+        found = self.damping * p
+        for element in self.elements:
+            found = found + element.modulus(p)
+        for circuit in self.circuits:
+            found = found + circuit.coupling**2 / circuit.capacitance * p / (p + 1.0 / circuit.time)
+        return np.asarray(found)
+
+    def dynamic_stiffness(self, w: FloatArray) -> NDArray[np.complex128]:
+        """Force over displacement, D(w) = k - w^2 + ..., per unit mass."""
+        return np.asarray(self.stiffness - np.asarray(w, float) ** 2 + self.dissipative(w))
+
+    def force_density(self, w: float) -> float:
+        """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
+        found = math.fsum(noise.density(w) for noise in self.noises)
+        if self.temperature > 0.0:
+            found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
+        return found
+
+    @property
+    def scales(self) -> list[float]:
+        """Frequencies around which something changes."""
+        stiff = self.stiffness
+        found = [math.sqrt(stiff), self.damping, stiff / self.damping if self.damping > 0.0 else 0.0]
+        for element in self.elements:
+            match element:
+                case Springpot(order=order, coefficient=c) if c > 0.0:
+                    found.append(c ** (1.0 / (2.0 - order)))
+                    if order > 0.02:  # below, the element is a spring over any range of frequency
+                        found.append(_limited((stiff / c) ** (1.0 / order)))
+                case Series(springpot=pot, spring=spring):
+                    found += [math.sqrt(stiff + spring.stiffness), pot.coefficient ** (1.0 / (2.0 - pot.order))]
+                    found.append(_limited((spring.stiffness / pot.coefficient) ** (1.0 / pot.order)))
+                case Maxwell(stiffness=k, coefficient=c):
+                    found += [math.sqrt(stiff + k), k / c]
+        for circuit in self.circuits:
+            found += [1.0 / circuit.time, math.sqrt(stiff + circuit.coupling**2 / circuit.capacitance)]
+        for noise in self.noises:
+            if isinstance(noise, ColouredNoise):
+                found.append(1.0 / noise.correlation_time)
+            elif isinstance(noise, FilteredNoise):
+                found.append(noise.frequency)
+        return [scale for scale in found if scale > 0.0]
+
+    @property
+    def slowest(self) -> float:
+        """Matched noise of a springpot has a spectral density like w^(order - 1) at low frequency."""
+        orders = [_order_of(element) for element in self.elements] if self.temperature > 0.0 else []
+        return min([1.0, *(order for order in orders if order > 0.0)])
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether anything takes energy from the motion."""
+        pots = [e for e in self.elements if not isinstance(e, Springpot) or (e.order > 0.0 and e.coefficient > 0.0)]
+        return self.damping > 0.0 or bool(pots) or bool(self.circuits)
+
+
+def _order_of(element: Springpot | Series | Maxwell) -> float:
+    match element:
+        case Springpot(order=order):
+            return order
+        case Series(springpot=pot):
+            return pot.order
+        case _:
+            return 1.0
+
+
+def _limited(scale: float) -> float:
+    """A frequency that may lie beyond what matters, or overflow."""
+    return min(max(scale, 1e-200), 1e200)
+
+
+@dataclass(frozen=True)
+class LinearResponse(SystemResult):
+    """The stationary state of a linear system, and how it responds at a frequency.
+
+    Notes
+    -----
+    The parameters are those of `SystemResult`, and the linear system per unit mass.
+    """
+
+    companion: Companion
+
+    def frequency_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Displacement over force, in m/N (s^2 in a system without a `Mass`).
+
+        Parameters
+        ----------
+        frequency : array_like
+            w in rad/s.
+
+        Raises
+        ------
+        TypeError
+            If a frequency is not a number.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0))
+        >>> complex(sp.theory.linear(device).frequency_response(2.0))
+        -1.25j
+        """
+        w = real_array(frequency, "frequency")
+        return np.asarray(1.0 / (self.system.mass * self.companion.dynamic_stiffness(w)))
+
+    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+        """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
+
+        Parameters
+        ----------
+        frequency : array_like
+            In rad/s, of either sign, not 0 with `ThermalNoise`.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If a frequency is not a number.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0))
+        >>> float(sp.theory.linear(device).spectrum(1.0).round(4))
+        0.1592
+        """
+        moments = self.moments
+        w = np.abs(real_array(frequency, "frequency"))
+        force = np.vectorize(self.companion.force_density, otypes=[float])(w)
+        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
+        return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
+
+
+def linear(system: System) -> LinearResponse:
+    """The exact stationary moments of a linear system without walls.
+
+    Parameters
+    ----------
+    system : System
+        Linear springs, dashpots, springpots, arms and circuits; constant, harmonic, white, coloured, filtered, Poisson,
+        parametric and thermal excitation.
+
+    Returns
+    -------
+    LinearResponse
+        Its moments are those of the equation of motion, to about 1e-9 of their size.
+
+    Raises
+    ------
+    NotCovered
+        If the system has a wall, a contact or something nonlinear; the sentence names the part.
+    TypeError
+        If it is not a System.
+
+    Notes
+    -----
+    <x^2> = int S(w) / \\|D(w)\\|^2 dw and <v^2> with w^2.  A harmonic force F cos(nu t + phase) of random phase adds
+    F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it, so that the force
+    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory.
+
+    Examples
+    --------
+    A harvester with a springpot:
+
+    >>> import springpot as sp
+    >>> harvester = sp.System(
+    ...     sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Circuit(0.5, 3.2, 0.625), sp.WhiteNoise(1.0)
+    ... )
+    >>> result = linear(harvester)
+    >>> round(result.x_mean_square, 5), round(result.harvested_power, 5)
+    (1.17038, 0.18032)
+    """
+    companion = companion_of(checked_system(system))
+    return LinearResponse(
+        method="linear",
+        system=system,
+        stationary=moments_of(system, companion),
+        assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
+        warnings=(),
+        companion=companion,
+    )
+
+
+def companion_of(system: System) -> Companion:
+    """The linear system, or the sentence that names the part which is not linear.
+
+    Raises
+    ------
+    NotCovered
+        If there is a wall, a contact or something nonlinear.
+    """
+    unit = system.per_unit_mass
+    known = (
+        Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Series, Maxwell, Circuit, Constant, Harmonic,
+        ParametricNoise, ThermalNoise, *_NOISES,
+    )  # fmt: skip
+    for name, part in unit.named():
+        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and any(part.coefficients[1:])
+        if nonlinear or not isinstance(part, known):
+            raise NotCovered(f"{_REACH}, not {name}.")
+    return Companion(
+        stiffness=unit.stiffness,
+        damping=sum(part.coefficient for part in unit.of(Dashpot))
+        + sum(part.coefficients[0] for part in unit.of(PolynomialDashpot)),
+        elements=unit.of(Springpot, Series, Maxwell),
+        circuits=unit.of(Circuit),
+        noises=unit.of(*_NOISES),
+        temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
+        harmonics=unit.of(Harmonic),
+        force=sum(part.force for part in unit.of(Constant)),
+        parametric=sum(noise.intensity for noise in unit.of(ParametricNoise)),
+    )
+
+
+def moments_of(system: System, companion: Companion) -> SystemMoments | str:
+    """The stationary moments of a linear system, or why there are none."""
+    static = companion.stiffness + sum(
+        e.coefficient for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0
+    )
+    if not static > 0.0:
+        return "There is no stationary state: no spring pulls the mass back, so that it wanders without end."
+    if not companion.dissipates:
+        return "There is no stationary state: nothing dissipates energy."
+    if static != companion.stiffness:  # a springpot of order 0 is a spring
+        kept = tuple(e for e in companion.elements if not _is_spring(e))
+        return moments_of(system, replace(companion, stiffness=static, elements=kept))
+    cuts = resonances(companion.dynamic_stiffness, companion.scales, slowest=companion.slowest)
+
+    def mean_square(density: Callable[[float], float]) -> float:
+        return integral(lambda w: density(w) / abs(complex(companion.dynamic_stiffness(np.array([w]))[0])) ** 2, cuts)
+
+    x_mean = companion.force / static
+    x_square = mean_square(companion.force_density)
+    v_square = mean_square(lambda w: companion.force_density(w) * w * w)
+    power = _power(companion, mean_square, companion.force_density)
+    for force in companion.harmonics:
+        nu = force.frequency
+        response = 0.5 * force.amplitude**2 / abs(complex(companion.dynamic_stiffness(np.array([nu]))[0])) ** 2
+        x_square += response
+        v_square += response * nu**2
+        power += sum(response * _voltage_square(circuit, nu) / circuit.resistance for circuit in companion.circuits)
+    x_square += x_mean**2
+    if companion.parametric > 0.0:
+        x_unit = mean_square(lambda w: 1.0 / (2.0 * math.pi))
+        v_unit = mean_square(lambda w: w * w / (2.0 * math.pi))
+        if not companion.parametric * x_unit < 1.0:
+            return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
+        x_square = x_square / (1.0 - companion.parametric * x_unit)
+        fed = companion.parametric * x_square
+        v_square += fed * v_unit
+        power += fed * _power(companion, mean_square, lambda w: 1.0 / (2.0 * math.pi))
+    omega = system.natural_frequency
+    return SystemMoments(
+        amplitude_mean_square=x_square + v_square / omega**2,
+        x_mean=x_mean,
+        x_mean_square=x_square,
+        v_mean_square=v_square,
+        impact_rate=0.0,
+        impact_speed_mean=math.nan,
+        impact_speed_mean_square=math.nan,
+        harvested_power=power * system.mass if companion.circuits and companion.temperature == 0.0 else math.nan,
+    )
+
+
+def _power(
+    companion: Companion, mean_square: Callable[[Callable[[float], float]], float], density: Callable[[float], float]
+) -> float:
+    """Mean of V^2 / R of all circuits, per unit mass."""
+    return math.fsum(
+        mean_square(lambda w, circuit=circuit: density(w) * _voltage_square(circuit, w)) / circuit.resistance  # type: ignore[misc]
+        for circuit in companion.circuits
+    )
+
+
+def _voltage_square(circuit: Circuit, w: float) -> float:
+    """\\|V / x\\|^2 at a frequency."""
+    return (circuit.coupling / circuit.capacitance * w) ** 2 / (w * w + 1.0 / circuit.time**2)
+
+
+def _is_spring(element: object) -> bool:
+    return isinstance(element, Springpot) and element.order == 0.0

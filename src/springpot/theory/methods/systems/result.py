@@ -1,0 +1,114 @@
+"""What every method for systems answers with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from springpot.parts import Barrier, Contact
+from springpot.system import System
+from springpot.theory.result import MOMENTS, Moments, NoStationaryState, no_answer
+
+__all__ = ["SystemMoments", "SystemResult", "checked_system", "walls_of"]
+
+
+@dataclass(frozen=True)
+class SystemMoments(Moments):
+    """Stationary moments of a system.
+
+    Parameters
+    ----------
+    amplitude_mean_square : float
+        <x^2> + <v^2> / Omega^2 in m^2, with Omega the root of the linear stiffness over the mass; NaN where that is not
+        positive.
+    impact_rate : float
+        Of all walls and contacts together, per second.
+    barrier_impact_rate, barrier_impact_speed_mean : tuple of float
+        Of each wall and contact, in the order of the parts.
+    harvested_power : float
+        Mean power in the resistors of the circuits, in W; NaN without one.
+    """
+
+    barrier_impact_rate: tuple[float, ...] = ()
+    barrier_impact_speed_mean: tuple[float, ...] = ()
+    harvested_power: float = math.nan
+
+
+@dataclass(frozen=True)
+class SystemResult:
+    """The answer of one method to one system.
+
+    Parameters
+    ----------
+    method : str
+        Name of the method.
+    system : System
+        What was asked.
+    stationary : SystemMoments or str
+        The stationary moments, or the sentence that says why there are none.
+    assumptions : tuple of str
+        What the method assumes, one sentence each.
+    warnings : tuple of str
+        Where this system strains the assumptions, one sentence each.
+
+    Notes
+    -----
+    The moments are read as attributes of the result (``result.x_mean`` ...).  Reading one where there is no stationary
+    state raises `NoStationaryState`.
+    """
+
+    method: str
+    system: System
+    stationary: SystemMoments | str
+    assumptions: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def moments(self) -> SystemMoments:
+        """The stationary moments, all together."""
+        if isinstance(self.stationary, str):
+            raise NoStationaryState(self.stationary)
+        return self.stationary
+
+    def __getattr__(self, name: str) -> object:
+        if name in _NAMES:
+            return getattr(self.moments, name)
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *_NAMES})
+
+    def to_dict(self) -> dict[str, object]:
+        """The result as plain numbers, strings and lists, ready for JSON; a number that does not exist is None."""
+        if isinstance(self.stationary, str):
+            numbers = no_answer(self.stationary)
+        else:
+            numbers = {name: _plain(getattr(self.stationary, name)) for name in _NAMES}
+        return {**numbers, "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
+
+
+_NAMES = (*MOMENTS, "barrier_impact_rate", "barrier_impact_speed_mean", "harvested_power")
+
+
+def _plain(value: float | tuple[float, ...]) -> object:
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    return None if math.isnan(value) else value
+
+
+def checked_system(system: object) -> System:
+    """What was asked, if it is a system.
+
+    Raises
+    ------
+    TypeError
+        If it is something else.
+    """
+    if not isinstance(system, System):
+        raise TypeError(f"system must be a System, not {system!r}.")
+    return system
+
+
+def walls_of(system: System) -> tuple[Barrier | Contact, ...]:
+    """Walls and contacts in the order of the parts."""
+    return system.of(Barrier, Contact)

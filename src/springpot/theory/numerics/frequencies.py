@@ -1,0 +1,123 @@
+"""Integrals over frequency of what resonates: in the logarithm of the frequency, cut at every resonance."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import warnings
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import integrate, optimize
+
+from springpot.theory.result import NoConvergence
+
+__all__ = ["integral", "resonances"]
+
+FloatArray = NDArray[np.float64]
+
+_FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
+_POINTS = 4000
+_MOST_ERROR = 1e-7
+_WIDTHS = (0.3, 1.0, 3.0, 10.0, 100.0, 1000.0)  # of a resonance, at which the integral is cut
+
+
+def resonances(
+    stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales: Iterable[float], *, slowest: float = 1.0
+) -> list[float]:
+    """Logarithms of the frequencies at which to cut an integral of 1 / \\|stiffness\\|^2.
+
+    Parameters
+    ----------
+    stiffness : callable
+        The dynamic stiffness D(w) of arrays of frequencies w > 0.
+    scales : iterable of float
+        Frequencies around which it changes; its resonances lie within a factor of 1e4 of them.
+    slowest : float
+        The integrand is like w^(slowest - 1) or smaller at low frequency.
+
+    Returns
+    -------
+    list of float
+        Sorted, the ends of the integral included.
+
+    Examples
+    --------
+    >>> cuts = resonances(lambda w: 1.0 - w**2 + 1e-3j * w, [1.0])
+    >>> min(abs(cut) for cut in cuts) < 1e-6
+    True
+    """
+    logs = [math.log(scale) for scale in scales if 0.0 < scale < math.inf]
+    low, high = min(logs), max(logs)
+    grid = np.linspace(low - 9.0, high + 9.0, _POINTS)
+    size = np.abs(stiffness(np.exp(grid)))
+    start = low - _FAR / slowest
+    cuts = {start, high + _FAR, *logs}
+    for place in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:])) + 1:
+        peak = _refined(stiffness, grid[place - 1], grid[place + 1])
+        width = _half_width(stiffness, peak)
+        cuts |= {peak, *(peak + sign * width * factor for factor in _WIDTHS for sign in (-1.0, 1.0))}
+    return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
+
+
+def integral(density: Callable[[float], float], cuts: list[float]) -> float:
+    """The integral of a density over all frequencies, positive and negative, of an even function of w.
+
+    Parameters
+    ----------
+    density : callable
+        Of one frequency w > 0.
+    cuts : list of float
+        Of `resonances`.
+
+    Raises
+    ------
+    NoConvergence
+        If the integral is not known to a tenth of a millionth.
+
+    Examples
+    --------
+    >>> cuts = resonances(lambda w: 1.0 - w**2 + 0.4j * w, [1.0])
+    >>> round(integral(lambda w: 1.0 / abs(1.0 - w**2 + 0.4j * w) ** 2 / (2.0 * math.pi), cuts), 12)  # 1 / (2 c)
+    1.25
+    """
+
+    def of_logarithm(u: float) -> float:
+        w = math.exp(u)
+        return density(w) * w
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", integrate.IntegrationWarning)  # of rounding, which the error below bounds
+        pieces = [
+            integrate.quad(of_logarithm, start, end, epsabs=0.0, epsrel=1e-10, limit=400)
+            for start, end in itertools.pairwise(cuts)
+            if end - start > 1e-14 * max(1.0, abs(start))
+        ]
+    value, error = math.fsum(value for value, _ in pieces), math.fsum(error for _, error in pieces)
+    if not error <= _MOST_ERROR * value:
+        raise NoConvergence("an integral over frequency did not settle: the resonance is too narrow, or too far off.")
+    return 2.0 * value
+
+
+def _refined(stiffness: Callable[[FloatArray], NDArray[np.complex128]], low: float, high: float) -> float:
+    """The logarithm of the frequency at which the real part vanishes, or else the size is least."""
+
+    def real(u: float) -> float:
+        return float(stiffness(np.array([math.exp(u)]))[0].real)
+
+    if real(low) * real(high) < 0.0:
+        return float(optimize.brentq(real, low, high, xtol=1e-15, rtol=1e-15))
+    least = optimize.minimize_scalar(
+        lambda u: float(abs(stiffness(np.array([math.exp(u)]))[0])), bounds=(low, high), method="bounded"
+    )
+    return float(least.x)
+
+
+def _half_width(stiffness: Callable[[FloatArray], NDArray[np.complex128]], peak: float) -> float:
+    """Half the width of a resonance in the logarithm of the frequency, from the slope of the real part."""
+    step = 1e-5
+    below, there, above = stiffness(np.exp([peak - step, peak, peak + step]))
+    slope = abs((above - below).real) / (2.0 * step)
+    width = abs(there.imag) / slope if slope > 0.0 else 1.0
+    return min(max(width, 1e-12), 1.0)
