@@ -15,7 +15,7 @@ from springpot.simulation.levels import levels_of
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
-from springpot.simulation.slow_impacts import even_step, slow_impact_order
+from springpot.simulation.slow_impacts import extrapolation_step, slow_impact_order
 from springpot.simulation.statistics import controlled, standard_error
 from tests.sizes import validation
 
@@ -335,6 +335,6 @@ def test_a_preload_needs_shorter_steps() -> None:
         wanted = getattr(exact, name)
         assert found.values[name] == pytest.approx(wanted, abs=4.0 * found.errors[name] + 0.003 * wanted)
         assert found.errors[name] < 0.004 * wanted
-    assert math.isinf(even_step(oscillator(1.0, 0.3, position=1.0)))
-    assert math.isinf(even_step(oscillator(1.0, 0.3, position=1e-200, restitution=0.5)))
-    assert math.isinf(even_step(oscillator(1.0, 0.3, position=0.0, restitution=0.5)))
+    assert math.isinf(extrapolation_step(oscillator(1.0, 0.3, position=1.0)))
+    assert math.isinf(extrapolation_step(oscillator(1.0, 0.3, position=1e-200, restitution=0.5)))
+    assert math.isinf(extrapolation_step(oscillator(1.0, 0.3, position=0.0, restitution=0.5)))

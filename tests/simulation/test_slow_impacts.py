@@ -60,7 +60,7 @@ def test_quantiles_of_the_impact_speed_say_what_the_step_does_to_them(restitutio
 
 @pytest.mark.parametrize(("restitution", "position"), [(0.5, 2.0), (0.3, 1.0)])
 def test_behind_a_preload_the_lowest_may_be_too_low(restitution: float, position: float) -> None:
-    """Longer than `even_step` the step has a chatter in it, whose impacts are slower than those that noise leaves."""
+    """A step longer than `extrapolation_step` ends in chattering, whose impacts are slower than those under noise."""
     found, (speed, below) = observed(restitution, position).to_dict(), truth(restitution, position)
     at, error, bias = (
         np.array(found[f"impact_speed_quantile{part}"], dtype=float) for part in ("", "_se", "_step_bias")

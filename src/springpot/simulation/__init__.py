@@ -1,11 +1,10 @@
 """Monte Carlo of the impacting fractional oscillator.
 
-A run goes through the modules in this order: ``run`` takes the arguments, ``settings`` checks and completes them, with
+A run goes through the modules in this order: ``run`` takes the arguments; ``settings`` checks and completes them, with
 the rates and times of ``scales``; ``adapted`` finds x(0) of a stationary start; ``simulation`` makes the `Simulation`,
-for which ``compose`` turns the problem into the kernel's ``parts``; the ``kernel`` advances blocks of paths, and
-``compose`` takes their sums back into the user's units; ``statistics`` makes estimates of them, ``results`` and
-``warnings`` what the user gets.  With a tolerance, ``accuracy`` repeats this in rounds: ``levels`` of paths, their
-``budget``, a ``decision``.
+for which ``compose`` turns the problem into the kernel's ``parts``; the ``kernel`` advances blocks of paths;
+``compose`` converts their sums to the user's units; ``statistics`` computes estimates; ``results`` and ``warnings``
+are returned.  With ``rtol``, ``accuracy`` repeats this in rounds, with ``levels``, ``budget`` and ``decision``.
 """
 
 from springpot.simulation.budget import CONTROLLED, Budget

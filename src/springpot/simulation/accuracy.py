@@ -1,19 +1,17 @@
-"""The error budget: "this quantity to 1 %", and where the per cent goes.
+"""Runs to a tolerance (``rtol``): total errors are estimated and reduced until they are small enough.
 
-The run starts adapted.  Two levels estimate each quantity: many paths at a coarse step h, and fewer pairs of paths at h
-and h/2 on the same noise, whose mean difference D is added (Giles, "Multilevel Monte Carlo methods", Acta Numerica 24,
-2015).  D also tells the step's bias: a method of order p that changes by D from h to h/2 is still off by D/(2^p - 1).
-Paths that strike a wall soon part whatever noise they share, so the difference keeps a fifth to a half of the variance
-and more levels would not pay; the budget needs the pairs all the same.
+The start is stationary.  Two levels estimate each quantity: many paths at a coarse step h, and fewer pairs of paths at
+h and h/2 with the same noise, whose mean difference D is added (Giles, "Multilevel Monte Carlo methods", Acta Numerica
+24, 2015).  D also gives the step bias: with a method of order p, D/(2^p - 1) remains at h/2.  Impacts soon separate two
+paths with the same noise, so the difference has 20 to 50 % of the variance and more levels would not pay.
 
-The energy balance is a control variate: what springpot and wall took out and the motion gained, less what the noise is
-expected to feed in, has mean zero exactly, at every step of the default scheme.  A path that was fed more than its
-share swings wider, so its part in the balance explains nine tenths of the variance of energies, and half or more of
-that of the mean; what is left of each estimate is its regression's residual.
+The energy balance is a control variate: dissipated power plus gain of energy less expected input power has mean zero
+exactly, at every step of the default scheme.  A path with a larger input has a larger amplitude, so regression on the
+balance removes 90 % of the variance of energies, and half or more of that of the mean.
 
-Paths are added until the sum of the parts is below what was asked for, and the step is halved where its bias stands in
-the way; `springpot.simulation.decision` decides which.  Behind a lossy wall the impact rate is that of
-`springpot.simulation.completed_rate`, in which the slow impacts that a step cannot resolve are put back.
+Paths are added until the total errors are below the tolerance, and the step is halved where its bias is too large;
+`springpot.simulation.decision` chooses.  With a lossy wall the impact rate is that of
+`springpot.simulation.completed_rate`, which adds the slow impacts that a step cannot resolve.
 """
 
 from __future__ import annotations
@@ -51,13 +49,13 @@ __all__ = ["Reached", "checked_quantities", "reach"]
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
 PILOT_PATHS = (2048, 262_144)
-PILOTS_DO = 2e-3  # rtol down to which the fewest pilots do
+PILOTS_DO = 2e-3  # smallest rtol for which the fewest pilot paths are enough
 MOST_PATH_STEPS = 3e11
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Outcome of `reach`.
+    """Result of `reach`.
 
     Attributes
     ----------
@@ -72,12 +70,12 @@ class Reached:
     pairs : int
         Number of pairs of paths.
     shortfall : str
-        Empty, or one sentence that says what could not be reached and why.
+        Empty, or one sentence: what could not be reached, and why.
     reason : str
         What took the time.
     path_steps : float
-        What was done in whole rounds.  How many paths a round has depends on the clock only where there is a
-        ``max_time``: it may make the first round smaller, and ends the run.
+        Steps of all paths in whole rounds.  The sizes of the rounds depend on elapsed time only with ``max_time``,
+        which may make the first round smaller, and ends the run.
     """
 
     settings: Settings
@@ -94,7 +92,7 @@ class Reached:
 
 @dataclass(frozen=True)
 class _Request:
-    """What was asked for."""
+    """The arguments of `reach`, checked."""
 
     oscillator: Oscillator
     rtol: float
@@ -104,17 +102,17 @@ class _Request:
     most_path_steps: float
 
     def settings(self, step: float) -> Settings:
-        """Of the coarse level at this step."""
+        """Settings of the coarse level at this step."""
         return level_settings(self.oscillator, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
 
 
 @dataclass(frozen=True, eq=False)
 class _Outcome:
-    """What is known after a round, and what to do next."""
+    """Estimates after a round, and the next move."""
 
     levels: Levels
     estimates: Estimates
-    known: tuple[Known, ...]  # of what was asked for
+    known: tuple[Known, ...]  # of the controlled quantities
     move: Move
 
     @property
@@ -123,21 +121,21 @@ class _Outcome:
 
     @property
     def off(self) -> float:
-        """The largest relative total error of what was asked for."""
+        """The largest relative total error of the controlled quantities."""
         return max(known.off for known in self.known)
 
 
 class _Report:
-    """Says how far the run is, block by block, and ends it when its time is over or whoever asked raises."""
+    """Calls ``progress`` after each block, and ends the run when the time is over or ``progress`` raises."""
 
     def __init__(self, clock: Clock, progress: Progress | None) -> None:
         self.clock, self.progress = clock, progress
-        self.said = FractionDone(0.0)
+        self.latest = FractionDone(0.0)
 
     @property
     def time_left(self) -> str:
-        """What is still to come, in words; empty before there is an estimate."""
-        return in_words(self.said.estimate.seconds) if self.said.estimate is not None else ""
+        """Estimated time left, in words; empty before there is an estimate."""
+        return in_words(self.latest.estimate.seconds) if self.latest.estimate is not None else ""
 
     def block(self, _: float) -> None:
         """After a block of paths."""
@@ -146,12 +144,12 @@ class _Report:
 
     def say(self, fraction: float, estimate: Estimate) -> None:
         """After a round."""
-        self.said = FractionDone(fraction, estimate)
+        self.latest = FractionDone(fraction, estimate)
         self._pass_on()
 
     def _pass_on(self) -> None:
         if self.progress is not None:
-            self.progress(self.said)
+            self.progress(self.latest)
 
 
 def reach(
@@ -178,9 +176,9 @@ def reach(
     seed, threads
         As in `springpot.simulate`.
     most_path_steps : float
-        Work after which the run ends with a shortfall; the first round is made whatever it takes.
+        Work after which the run ends with a shortfall; the first round is always run.
     max_time : float
-        Seconds after which the run ends with what the whole rounds so far have reached.
+        Seconds after which the run ends with the result of the whole rounds so far.
     progress : callable
         Called with an estimate of the fraction done, a `FractionDone`, after every block of paths.
 
@@ -259,7 +257,7 @@ def reach(
 
 
 def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
-    """The names of quantities that can be controlled for this oscillator, or a sentence that says which could be."""
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this oscillator."""
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     allowed = tuple(
         name
@@ -276,7 +274,7 @@ def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tup
 
 
 def _pilots(oscillator: Oscillator, rtol: float) -> int:
-    """Paths of the pilot runs: more for a small tolerance, fewer where each is long beside the energy's memory."""
+    """Paths of the pilot runs: more for a small tolerance, fewer if each is much longer than the energy time."""
     (fewest, most), scales = PILOT_PATHS, scales_of(oscillator)
     cycles = 5.0 / oscillator.natural_frequency
     longest = max(scales.energy_time, cycles)
@@ -286,7 +284,7 @@ def _pilots(oscillator: Oscillator, rtol: float) -> int:
 
 
 def _measure_speed(level: Level, report: _Report) -> None:
-    """Measure how many path-steps a second there are, by a few that are thrown away."""
+    """Measure the path-steps per second with a short run."""
     settings = level.simulation.settings
     steps = min(settings.steps, 8192)
     length = steps * settings.step
@@ -298,14 +296,14 @@ def _measure_speed(level: Level, report: _Report) -> None:
 
 
 def _affordable(levels: Levels, targets: tuple[int, int], clock: Clock) -> tuple[int, int]:
-    """The first round's paths and pairs, or the fewest where there is little time."""
+    """Paths and pairs of the first round, or the fewest if there is little time."""
     if clock.seconds(levels.work(*targets)) > 0.25 * clock.left:
         return FEWEST_PATHS, FEWEST_PATHS // 2
     return targets
 
 
 def _round(levels: Levels, targets: tuple[int, int], report: _Report, patience: float) -> Levels:
-    """Levels with so many paths and pairs; `OutOfTime` where they would take ``patience`` times the time left."""
+    """Levels with so many paths and pairs; `OutOfTime` if they would take over ``patience`` times the time left."""
     clock, begun = report.clock, time.perf_counter()
     if clock.seconds(levels.work(*targets)) > patience * clock.left:
         raise OutOfTime
@@ -315,7 +313,7 @@ def _round(levels: Levels, targets: tuple[int, int], report: _Report, patience: 
 
 
 def _outcome(request: _Request, levels: Levels, spent: float, step_can_be_halved: bool) -> _Outcome:
-    """What the levels say, and the move that it asks for."""
+    """Estimates from the levels, and the next move."""
     estimates = combine(levels)
     known = tuple(estimates.known[name] for name in request.wanted)
     standing = Standing(
@@ -365,7 +363,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
 
 
 def _why_no_better(request: _Request, outcome: _Outcome, spent: float) -> str:
-    """Why the run ends here, if it has not reached what was asked for."""
+    """Why the run ends before the tolerance is reached."""
     known = outcome.estimates.known[outcome.move.worst]
     if outcome.move.kind == "stop":
         if math.isinf(outcome.off):
@@ -384,7 +382,7 @@ def _too_short(report: _Report) -> str:
 
 
 def _shortfall(best: _Outcome, rtol: float, why: str) -> str:
-    """One sentence, or nothing if the tolerance was reached."""
+    """One sentence; empty if the tolerance was reached."""
     if best.off <= rtol:
         return ""
     worst = max(best.known, key=lambda known: known.off)

@@ -1,10 +1,10 @@
-"""The adapted start: the initial displacement from which the springpot remembers nothing that is not stationary.
+"""The stationary start: an initial displacement without a slow transient of the mean.
 
-From rest the mean displacement climbs to its stationary value, and the element remembers that climb as a force
-C E[x] t^-alpha / Gamma(1 - alpha) which dies only like t^-alpha: for a small order a "long" run is not stationary.
-With Caputo's derivative, empty modes and x(0) = E[x] that force is absent.  E[x] is not known beforehand, so it is
-found as the fixed point of "mean displacement of a run that starts at m": short pilot runs on one stream of normals, a
-secant iteration, and a last pilot on fresh normals that measures what is left.
+From rest the mean displacement rises to its stationary value, and the memory of this rise is a force
+C E[x] t^-alpha / Gamma(1 - alpha), which decays only like t^-alpha: with a small order even a long run is not
+stationary.  With Caputo's derivative, an empty memory and x(0) = E[x] there is no such force.  E[x] is the fixed point
+of the function m -> mean displacement of a run that starts at m.  It is found by a secant iteration over short pilot
+runs with the same normals; a last pilot run with independent normals measures the residual.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ PILOT_PATHS = (8192, 65536)
 FEWEST_PATHS = 1024
 PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot
 WANTED = 0.002  # change of x(0), relative to the root mean square displacement, at which the iteration ends
-SETTLED = 3.0  # relaxation times that a pilot must leave out before its average
+SETTLED = 3.0  # relaxation times before a pilot run may begin to average
 MOST_PILOTS = 8  # before the one that measures the residual
 
 
 def adapt(
     oscillator: Oscillator, settings: Settings, *, paths: int | None = None, progress: Progress | None = None
 ) -> Adapted:
-    """Find x(0) = E[x] for an adapted start.
+    """Find x(0) = E[x] for a stationary start.
 
     Parameters
     ----------
@@ -64,20 +64,20 @@ def adapt(
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
         simulation = simulation_of(oscillator, replace(pilot, initial_position=sign * position))
-        found = simulation.samples(simulation.advance(stream=stream, progress=alive).rows)
-        means = controlled(found["x_mean"][1], found["energy_residual"][1][:, None])
-        return sign * float(means.mean()), standard_error(means), found["x_mean_square"][0] ** 0.5
+        estimates = simulation.samples(simulation.advance(stream=stream, progress=alive).rows)
+        means = controlled(estimates["x_mean"][1], estimates["energy_residual"][1][:, None])
+        return sign * float(means.mean()), standard_error(means), estimates["x_mean_square"][0] ** 0.5
 
     tried: list[tuple[float, float]] = []  # starts and the means they reached
     while True:
         reached, error, spread = mean(now, 1)
         tried.append((now, reached))
-        # paths that strike a wall soon forget that they share their normals: two pilots differ by their errors at least
+        # impacts separate paths with the same normals, so that two pilots differ at least by their standard errors
         if abs(reached - now) <= max(WANTED * spread, error) or len(tried) == MOST_PILOTS:
             break
         now = max(wall, now + (reached - now) / (1.0 - _slope(tried)))
     check, its_error, spread = mean(now, 2)
-    # both last pilots, on independent normals, say where the fixed point is
+    # the fixed point from the last two pilots, which have independent normals
     settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
     return Adapted(
         position=sign * max(wall, settled),
@@ -91,7 +91,7 @@ def adapt(
 def _slope(tried: list[tuple[float, float]]) -> float:
     """Change of the mean reached per change of the start, from the last two pilots.
 
-    A run forgets part of its start, so the slope lies in [0, 1); anything else is sampling error.
+    The influence of the start decays, so the slope lies in [0, 1); anything else is sampling error.
     """
     if len(tried) < 2 or tried[-1][0] == tried[-2][0]:
         return 0.0
@@ -100,7 +100,7 @@ def _slope(tried: list[tuple[float, float]]) -> float:
 
 
 def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
-    """Ten relaxation times at a coarse step of the default scheme, the first four left out of the average."""
+    """Ten relaxation times at a coarse step of the default scheme; the average is over the last six."""
     scales = scales_of(oscillator)
     step = 8.0 * (Splitting.default_step / scales.fastest_rate)
     cycle = 5.0 / oscillator.natural_frequency

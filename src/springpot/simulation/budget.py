@@ -1,4 +1,4 @@
-"""From the levels of a run to a tolerance to values, standard errors and budgets of every quantity."""
+"""Values, standard errors and error budgets of all quantities, from the levels of a run with ``rtol``."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ CONTROLLED = MOMENTS
 """Quantities that have a budget."""
 
 WITH_MEMORY = 1.5  # bound on the fine step's bias over the difference, with a wall and an order below 1
-RESTORED = 0.03  # bound on the error of what is put back of slow impacts, over what is put back
-UNCERTAIN_ORDER = 0.4  # what the bias left behind a lossy wall has, at least, beyond the order of the plain rate
-SINGLE_PRECISION = 1e-4  # largest relative effect of memory in single precision that was ever seen, twice over
+RESTORED = 0.03  # bound on the relative error of the number of slow impacts that is added
+UNCERTAIN_ORDER = 0.4  # the rate with slow impacts added has at least this much higher order than the plain rate
+SINGLE_PRECISION = 1e-4  # twice the largest relative effect of single-precision memory observed
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What one estimate may be off by, in its own unit.
+    """The parts of the error of one estimate, in its unit.
 
     Attributes
     ----------
     standard_error : float
         Of the value, from the spread between independent paths.
     step_bias, memory_bias, transient : float
-        Bounds on what the step, the memory's approximation and the start leave.
+        Bounds on the biases due to the step, the approximation of the memory and the start.
     """
 
     standard_error: float
@@ -54,7 +54,7 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """What the levels say.
+    """Estimates from all levels.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Estimates:
     budgets : dict
         A `Budget` for each of CONTROLLED.
     known : dict
-        What decides on the next round, for each of CONTROLLED.
+        Input of `springpot.simulation.decision`, for each of CONTROLLED.
     """
 
     values: dict[str, float]
@@ -75,7 +75,7 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Of one estimate: what paths of the coarse level contribute, and pairs to the difference fine less coarse."""
+    """Samples of one estimate: of the paths of the coarse level, and of the differences fine less coarse."""
 
     many: Floats
     difference: Floats
@@ -87,10 +87,10 @@ def combine(levels: Levels) -> Estimates:
     oscillator, settings = simulation.oscillator, simulation.settings
     values, errors, budgets, known = {}, {}, {}, {}
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
-    energy = _left_of_the_energy(simulation)
-    for name, found in samples.items():
-        values[name] = float(found.many.mean() + found.difference.mean())
-        errors[name] = math.hypot(standard_error(found.many), standard_error(found.difference))
+    energy = _energy_transient(simulation)
+    for name, sample in samples.items():
+        values[name] = float(sample.many.mean() + sample.difference.mean())
+        errors[name] = math.hypot(standard_error(sample.many), standard_error(sample.difference))
     plain = values.pop("plain_rate", math.nan)
     errors.pop("plain_rate", None)
     restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
@@ -123,23 +123,22 @@ def combine(levels: Levels) -> Estimates:
 
 
 def _samples(levels: Levels) -> dict[str, _Samples]:
-    """The samples of every estimate, with what the energy balance explains of their spread taken out."""
+    """The samples of every estimate, with the energy balance as control variate."""
     many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
     control = "energy_residual"
     controls = np.stack([coarse[control], fine[control]], axis=1)
-    found = {
+    samples = {
         name: _Samples(controlled(many[name], many[control][:, None]), controlled(fine[name] - coarse[name], controls))
         for name in many
     }
-    return found | {control: _Samples(many[control], fine[control] - coarse[control])}
+    return samples | {control: _Samples(many[control], fine[control] - coarse[control])}
 
 
 def _bias_weight(oscillator: Oscillator, name: str) -> float:
     """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
 
-    The order is 1 at order alpha = 1 and without a wall.  A wall and a memory together were seen to leave somewhat more
-    than order 1 says.  Where slow impacts have been put back, the order is that of the next term: about half an order
-    more than the plain rate's.
+    The order is 1 at alpha = 1 and without a wall.  With a wall and memory the observed bias is somewhat larger.  If
+    slow impacts have been added, the order is that of the next term: about 0.5 more than that of the plain rate.
     """
     if name.startswith("impact") and are_crowded(oscillator):
         order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
@@ -149,7 +148,7 @@ def _bias_weight(oscillator: Oscillator, name: str) -> float:
     return 1.0
 
 
-def _left_of_the_energy(simulation: Simulation) -> float:
-    """Share of the energy's transient in the average over the window."""
+def _energy_transient(simulation: Simulation) -> float:
+    """Relative effect of the energy's transient on the average over the window."""
     relaxation, (begin, end) = simulation.scales.energy_time, simulation.settings.window
     return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

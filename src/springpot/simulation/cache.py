@@ -1,11 +1,11 @@
-"""A disk cache of compiled kernels that never serves a wrong one.
+"""A disk cache of compiled kernels that never returns a wrong one.
 
-Numba's own cache looks at the one file a function is defined in; a kernel here is compiled from several.  So the key
-also holds a digest of every source file of this folder.  And Numba numbers its files in an index that processes which
-compile at the same moment take from one another, so that one may be handed the other's kernel; here each kernel has a
-file of its own, named by its key, that says whose it is and carries a checksum.
+Numba's own cache checks only the file in which a function is defined, but a kernel is compiled from several.  So the
+key also contains a digest of every source file of this folder.  Numba also numbers its files in one index, and two
+processes that compile at the same time can mix them up; here each kernel has its own file, named by its key, with the
+key and a checksum in it.
 
-A kernel with a part from elsewhere is not kept on disk, for nobody can tell what that part's code depends on.
+A kernel with a part that is defined outside this folder is not cached, because changes of that code are not detected.
 
 A file of the cache holds machine code, and loading it runs it.  So only a folder is used that no other user can write
 (:mod:`springpot.trusted`): NUMBA_CACHE_DIR if it is set, else the first of Numba's places that is so, which are beside
@@ -41,7 +41,7 @@ _HERE = __name__.rpartition(".")[0]
 
 
 class _OnlyTrusted:
-    """Mixed into Numba's places for a cache: a folder is made for this user alone, and one of others' is none."""
+    """Mixed into Numba's cache locators: new folders are private, and folders that others can write are not used."""
 
     get_cache_path: Callable[[], str]
 
@@ -97,18 +97,18 @@ class _Files:
         return self.folder / f"{self.base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:24]}.nbc"
 
     def load(self, key: Any) -> Any:
-        """What was saved under a key, or None if nothing was, or it is damaged, or others could have written it."""
+        """The data saved under a key; None if there are none, they are damaged or others could have written them."""
         checksum, _, content = (read(self._place(key), _LARGEST) or b"").partition(b"\n")
         if hashlib.sha256(content).hexdigest().encode() != checksum:
             return None
         try:
             saved_under, data = pickle.loads(content)
         except (pickle.UnpicklingError, EOFError, ValueError, TypeError, AttributeError, ImportError, IndexError):
-            return None  # not one of ours, though its checksum is right
+            return None  # not written by this class
         return data if saved_under == key else None
 
     def save(self, key: Any, data: Any) -> None:
-        """Save under a key: at once or not at all, whoever else does so."""
+        """Save under a key: atomically, also if other processes do the same."""
         content = dumps((key, data))
         if reason_against(self.folder) is None:
             write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content, private=True)
@@ -134,7 +134,7 @@ class _SourceCache(caching.FunctionCache):  # type: ignore[misc]
 
 
 class _NoCache(caching.NullCache):  # type: ignore[misc]
-    """Keeps nothing, and says why when it is first asked."""
+    """Caches nothing, and says why at the first use."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason

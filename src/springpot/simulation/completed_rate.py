@@ -1,13 +1,14 @@
-"""The impact rate behind a lossy wall, with the slow impacts that a step cannot resolve put back by their known law.
+"""The impact rate on a lossy wall, with an estimate of the slow impacts that a step cannot resolve.
 
-Behind a lossy wall the impacts slower than u are a share of all that goes like u^m, with the m of
-`springpot.theory.mckean.slow_impact_power`.  A step h resolves impacts faster than about sqrt(q h) only, so a plain
-count is too low by a share that goes like h^(m / 2), which is slow: 8 % at r = 0.41 and a step of 0.05 / Omega.
+On a lossy wall the share of the impacts slower than u is proportional to u^m, with m of
+`springpot.theory.mckean.slow_impact_power`.  A step h resolves only impacts faster than about sqrt(q h), so the plain
+count is too low by a share proportional to h^(m / 2), which decreases slowly: 8 % at r = 0.41 and a step of
+0.05 / Omega.
 
-What is used instead is the number N(u) of impacts faster than u, at two speeds: the law says that N(0) is
-N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h) with the k of `resolved_speed` what the step still takes from
-N(u) and what it takes from N(2 u) cancel.  k was measured against the Fokker-Planck equation at order 1 (b = 0,
-C = 0.2, h = 0.05, 100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35, 0.41 and 0.5.
+Instead the number N(u) of impacts faster than u is counted at two speeds; by the law,
+N(0) = N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h), with k of `resolved_speed`, the errors that the step
+causes in N(u) and N(2 u) cancel.  k was fitted to the Fokker-Planck equation at order 1 (b = 0, C = 0.2, h = 0.05,
+100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35, 0.41 and 0.5.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _FIRST = len(HEADER)
 
 
 def are_crowded(oscillator: Oscillator) -> bool:
-    """Is the wall lossy, and is the impact rate finite all the same?"""
+    """Whether slow impacts are frequent: the wall is lossy, and the impact rate finite."""
     return oscillator.restitution < 1.0 and impacts_are_countable(oscillator)
 
 
@@ -67,13 +68,13 @@ def _counter() -> Any:
 
 
 def completed_rate(simulation: Simulation, counted: Floats) -> Floats:
-    """Impacts per second of each path, with those that the step cannot resolve.
+    """Impacts per second of each path, including those that the step cannot resolve.
 
     Parameters
     ----------
     simulation : Simulation
     counted : ndarray, shape (paths, 3)
-        What the observer of `counts_of_fast_impacts` left.
+        Counts of the observer of `counts_of_fast_impacts`.
 
     Returns
     -------
@@ -86,16 +87,16 @@ def completed_rate(simulation: Simulation, counted: Floats) -> Floats:
 
 
 def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
-    """Samples of each estimate with the completed impact rate, and ``plain_rate`` for the one that was counted."""
+    """Samples of each estimate with the completed impact rate; the counted rate is ``plain_rate``."""
     completed, rates = completed_rate(simulation, counted), samples["impact_rate"]
-    found = samples | {"impact_rate": completed, "plain_rate": rates}
+    result = samples | {"impact_rate": completed, "plain_rate": rates}
     rate = float(completed.mean())
     if not rate > 0.0:
-        return found
-    # what the impacts put back hand over is next to nothing
+        return result
+    # the added impacts are so slow that rate times speed does not change
     for name in ("impact_speed_mean", "impact_speed_mean_square"):
         plain = float(samples[name].mean())
         flux = plain * rates + float(rates.mean()) * (samples[name] - plain)  # its mean is rate times speed
         speed = float(flux.mean()) / rate
-        found[name] = speed + (flux - speed * completed) / rate
-    return found
+        result[name] = speed + (flux - speed * completed) / rate
+    return result

@@ -1,8 +1,7 @@
-"""From an oscillator and settings to the kernel's parts, and from its sums back: the one place of units and side.
+"""From an oscillator and settings to the kernel's parts, and from its sums back: units and side are converted here.
 
-The kernel always sees a wall below the motion; a wall above is its mirror image, x -> -x.  Its units are powers of two
-near the problem's scales, so that what it computes with is near 1, and a change of scale by a power of two changes no
-bit.
+In the kernel the wall is always below the motion; a wall above is mirrored, x -> -x.  The kernel's units are powers of
+two near the problem's scales, so that its numbers are near 1 and a change of scale by a power of two changes no bit.
 """
 
 from __future__ import annotations
@@ -30,14 +29,14 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Units:
-    """The kernel's units, and the side from which it sees the motion.
+    """The kernel's units, and whether the motion is mirrored.
 
     Attributes
     ----------
     length, time : float
         In m and s.
     sign : float
-        -1 if the kernel sees the mirror image, otherwise 1.
+        -1 if the motion is mirrored, otherwise 1.
     """
 
     length: float
@@ -55,12 +54,12 @@ class Units:
 
     @property
     def state(self) -> tuple[float, float]:
-        """What x and v of the kernel are multiplied by."""
+        """Factors for x and v of the kernel."""
         return self.sign * self.length, self.sign * self.speed
 
     @property
     def columns(self) -> list[float]:
-        """What the COLUMNS of the kernel are multiplied by."""
+        """Factors for the COLUMNS of the kernel."""
         (x, v), square = self.state, self.speed**2
         force, power = v / self.time, square / self.time
         units = {
@@ -73,21 +72,21 @@ class Units:
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """What the kernel needs for one oscillator and one step.
+    """The arguments of the kernel for one oscillator and one step.
 
     Attributes
     ----------
     scheme, wall, load, memory, start
         Parts of the kernel, in its units.
     drive : ndarray
-        Force in each step that stems from x(0), or empty (Caputo's derivative, or x(0) = 0).
+        Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
     frequency : float
         Omega in the kernel's units.
     expected_power : float
-        Mean power that the noise feeds into this scheme's motion, q/2 up to the order of the step; in m^2/s^3.
+        Mean input power of the noise in this scheme, q/2 plus terms of the order of the step; in m^2/s^3.
     units : Units
     history : ExponentialSum
-        The memory before it was given units.
+        The memory without units.
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -108,12 +107,12 @@ class Parts:
 
 
 def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts:
-    """Everything the kernel needs.
+    """The arguments of the kernel.
 
     Raises
     ------
     ValueError
-        If x(0) is not known yet, or the memory has more terms than the kernel holds.
+        If x(0) is not known yet, or the memory has too many terms for the kernel.
     """
     position = settings.initial_position
     if position is None:
@@ -166,7 +165,7 @@ def _memory(
 ) -> Memory:
     if history.rates.size > MOST_MODES:
         raise ValueError(f"memory_tolerance asks for {history.rates.size} memory modes; the kernel holds {MOST_MODES}.")
-    # an even number of modes, for the kernel takes two at a time; the odd one out weighs nothing
+    # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     size = history.rates.size + history.rates.size % 2
     rates, strengths = np.zeros(size), np.zeros(size)
     rates[: history.rates.size], strengths[: history.rates.size] = history.rates, scale * history.weights
@@ -182,7 +181,7 @@ def _memory(
 
 
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:
-    """Riemann-Liouville's x(0) t^-alpha / Gamma(1 - alpha), as the scheme's own weights see it."""
+    """Riemann-Liouville's force x(0) t^-alpha / Gamma(1 - alpha), with the weights of the scheme."""
     if settings.derivative == "caputo" or x0 == 0.0:
         return np.zeros(0, settings.precision)
     weights = direct(settings.numerical_scheme.family, order, settings.steps + GROUP)

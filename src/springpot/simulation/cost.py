@@ -1,4 +1,4 @@
-"""What a run will take, said before and while it runs."""
+"""Estimates of the work and time of a run with ``rtol``, before and during it."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ __all__ = ["Clock", "Estimate", "FractionDone", "OutOfTime", "in_words", "per_ce
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a run to a tolerance will take, as far as it is known now; good to a factor of two or three.
+    """Work and time of a run with ``rtol``, as known now; right to a factor of two or three.
 
     Attributes
     ----------
     path_steps : float
         Steps of all paths together, of the whole run.
     seconds : float
-        From now to its end, on this machine as busy as it is; NaN if nothing was measured yet.
+        From now to its end, at the current speed of the machine; NaN before the first measurement.
     reason : str
         What takes the time.
     aim : float
-        Relative error that will be reached: the one asked for, or the best that can be.
+        Relative error that will be reached: ``rtol``, or the best that is possible.
     unreachable : str
-        Empty, or words that say that the accuracy asked for cannot be reached, and what can.
+        Empty, or words that say that ``rtol`` cannot be reached, and what can.
     """
 
     path_steps: float
@@ -85,7 +85,7 @@ class Clock:
         return path_steps / self.rate
 
     def measure(self, path_steps: float, seconds: float) -> None:
-        """Take notice of how long some work took."""
+        """Set the rate from the time that some work took."""
         if path_steps > 0.0 and seconds > 0.0:
             self.rate = path_steps / seconds
 

@@ -1,4 +1,4 @@
-"""What an accuracy-controlled run does next, as a pure function of what it knows: tested without a simulation."""
+"""The next move of a run with ``rtol``, as a pure function of the estimates so far."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ __all__ = ["NORMAL", "Known", "Move", "Standing", "decide"]
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 SURE = 3.0  # standard errors beyond which a difference between steps is bias
-ROOM = 1.5  # the aim over the part of the error that neither paths nor a shorter step reduce, at least
+ROOM = 1.5  # least ratio of the aim to the part of the error that neither paths nor a shorter step reduce
 LEAST_GROWTH, MOST_GROWTH = 1.2, 4.0  # of the number of paths in one round
-UNSEEN = 1e9  # path-steps after which a run ends in which a quantity still has no value
+UNSEEN = 1e9  # path-steps after which a run ends if a quantity still has no value
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class Known:
     total : float
         Half-width of its total interval.
     variance, difference_variance : float
-        Of what one path contributes at the coarse step, and one pair to the difference of the two steps.
+        Of the samples: of paths at the coarse step, and of the differences of pairs.
     difference, difference_error : float
-        Mean difference of the two steps without its sign, and its standard error.
+        Absolute value of the mean difference of the two steps, and its standard error.
     bias_weight : float
-        Bound on the bias that is left over that difference.
+        Bound on the remaining bias over that difference.
     other_bias : float
-        Bound on the bias that depends on the step, but shows in no difference of two steps.
+        Bound on the bias that depends on the step but is not visible in the difference.
     fixed : float
         Bounds that neither more paths nor a shorter step reduce: memory and start.
     """
@@ -51,14 +51,14 @@ class Known:
 
     @property
     def off(self) -> float:
-        """Relative total error; infinite where there is no value, as for the rate of impacts of which none was seen."""
+        """Relative total error; infinite without a value, such as the impact rate before the first impact."""
         size = abs(self.value)
         return self.total / size if size > 0.0 and math.isfinite(self.total) else math.inf
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a run stands after a round.
+    """State of a run after a round.
 
     Attributes
     ----------
@@ -170,9 +170,9 @@ def _aim(known: Known, standing: Standing) -> float:
 
 
 def _needed(known: Known, aim: float) -> tuple[float, float]:
-    """Paths of the coarse level and pairs that should do: the cheapest split for the standard error still allowed."""
+    """Paths of the coarse level and pairs that are needed: the cheapest split for the allowed standard error."""
     free = aim - known.fixed
-    # what is surely bias counts, but no more than leaves room for more paths to tell
+    # certain bias is subtracted, but at most 70 % of the allowed error
     sure = known.other_bias + known.bias_weight * max(known.difference - 2.0 * known.difference_error, 0.0)
     free = max(0.3 * free, free - sure)
     goal = free / (NORMAL + 1.6 * known.bias_weight)

@@ -1,9 +1,9 @@
-"""Distributions of x, v, amplitude and impact speed, counted while the run goes on, and their quantiles.
+"""Distributions of x, v, amplitude and impact speed, counted during the run, and their quantiles.
 
-They are streaming sketches: counts in bins whose width is 1/64 of the octave they lie in (Masson, Rim and Lee,
-"DDSketch", PVLDB 12, 2019, with bins linear in each octave).  Bins of x are counted from the wall.  They do not depend
-on the data, so sketches of different paths are added exactly and in any order; a quantile is interpolated in its bin,
-which leaves less than 0.1 % of it where the density is smooth.
+They are streaming sketches: counts in bins of 1/64 of an octave (Masson, Rim and Lee, "DDSketch", PVLDB 12, 2019, with
+bins linear in each octave).  Bins of x begin at the wall.  The bins do not depend on the data, so counts of different
+paths can be added in any order.  A quantile is interpolated in its bin, with a relative error below 0.1 % where the
+density is smooth.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _OFFSET = (127 + _LOWEST) * _PARTS - 1
 _SLOTS = {"x": 0, "v": 2 * _BINS, "amplitude": 4 * _BINS, "impact_speed": 5 * _BINS}
 _X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
 FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
-FEWEST_BATCHES = 10  # for a standard error that means something
+FEWEST_BATCHES = 10  # for a usable standard error
 SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
 
 
@@ -49,8 +49,7 @@ def sketches(group_in_time_scales: float) -> Observer:
     Parameters
     ----------
     group_in_time_scales : float
-        Length of four steps in units of the shortest time scale: samples closer than ``SAMPLING`` of it would say
-        little new.
+        Length of four steps in units of the shortest time scale; samples are about ``SAMPLING`` of it apart.
     """
     every = max(1, int(SAMPLING / group_in_time_scales))
     on_steps, on_impacts = _sketch_parts()
@@ -88,7 +87,7 @@ def _sketch_parts() -> tuple[Any, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Distribution:
-    """An estimated distribution: counts in bins, apart for each batch of paths.
+    """An estimated distribution: counts in bins, separately for each batch of paths.
 
     Attributes
     ----------
@@ -104,21 +103,21 @@ class Distribution:
 
     @property
     def size(self) -> float:
-        """How many samples were counted."""
+        """Number of samples."""
         return float(self.counts.sum())
 
     def density(self, bins: int = 80) -> tuple[Floats, Floats, Floats]:
-        """Density over about so many bins, from the 0.01 % to the 99.99 % quantile.
+        """Density from the 0.01 % to the 99.99 % quantile.
 
         Parameters
         ----------
         bins : int
-            About how many.
+            Approximate number of bins.
 
         Returns
         -------
         edges : ndarray, shape (n + 1,)
-            Each is an edge of the counts, so that no count is divided.
+            A subset of the edges of the counts.
         density, standard_error : ndarray, shape (n,)
             In one over the unit.
 
@@ -160,8 +159,8 @@ class Distribution:
 
         Examples
         --------
-        >>> found = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
-        >>> float(found.quantile(0.5)[0])
+        >>> distribution = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
+        >>> float(distribution.quantile(0.5)[0])
         1.0
         """
         p = np.asarray(probability, dtype=float)
@@ -180,7 +179,7 @@ class Distribution:
         return np.asarray(self.edges[bins] + part * width), error
 
     def _error(self, counts: Floats) -> Floats:
-        """Standard error of sums of counts over all samples: batches are independent, and their sizes counted too."""
+        """Standard error of the ratio of sums of counts to the number of samples; batches are independent."""
         batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)
         if batches.size < FEWEST_BATCHES:
             return np.full(counts.shape[1:], np.nan)
@@ -190,7 +189,7 @@ class Distribution:
 
 
 def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
-    """The distributions that `sketches` has counted: shape (batches, size of the observer's array)."""
+    """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
     units, wall = simulation.parts.units, simulation.oscillator.barrier
     place = 0.0 if wall is None else wall.position
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
@@ -198,7 +197,7 @@ def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distri
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
     x, v = units.state
     scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
-    found = {}
+    distributions = {}
     for name, names in SKETCHED.items():
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
         if name in ("x", "v"):
@@ -209,14 +208,14 @@ def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distri
         taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
         if scale[name] < 0.0:
             taken, edges = taken[:, ::-1], edges[::-1]
-        found[name] = Distribution(*names, edges + place if name == "x" else edges, taken)
-    return found
+        distributions[name] = Distribution(*names, edges + place if name == "x" else edges, taken)
+    return distributions
 
 
 def sample_quantiles(samples: Floats, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Quantiles of independent samples, and their standard errors from the binomial law of the ranks.
 
-    NaN among the samples is left out.  So far in a tail that fewer than four samples lie beyond it there is no error.
+    NaN samples are ignored.  A quantile with fewer than four samples beyond it has no error.
 
     Examples
     --------

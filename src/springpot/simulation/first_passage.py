@@ -1,18 +1,17 @@
-"""First passage: when a quantity of each path first passes a level, watched as the run goes on; no path is stored.
+"""First passage: when a quantity of each path first passes a level.  It is detected during the run; no path is stored.
 
-The clock starts where the window starts.  A run from rest that is given no window is watched from t = 0 to its end.  In
-the stationary state the window begins when the transient is over, and the clock with it; its first observation is the
-end of the first step of the window.
+Times count from the start of the window.  From rest and without a given window they count from t = 0.  In the
+stationary state the window begins when the transient is over; the first observation is the end of its first step.
 
-States are seen at the ends of steps.  What happens between two of them is added as follows.
+States are observed at the ends of steps.  Passages between two of them are detected as follows.
 
-- The velocity is continuous, so x has a largest value between two ends where the velocity changes sign; it is that of
-  the cubic through both states.  The error is of higher order in the step h.
-- v, speed, energy and amplitude are driven by white noise of intensity q: between two ends they exceed what is seen by
-  0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and Kou, "A
-  continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that, for an
-  observable as well, with s from its difference in v.
-- An impact happens at the wall at a known speed: the state just before it is looked at as well.
+- The velocity is continuous, so x has an extreme value in a step in which the velocity changes sign; it is that of the
+  cubic through both states.  The error is of higher order in the step h.
+- v, speed, energy and amplitude are driven by white noise of intensity q: between two ends they exceed the observed
+  values by 0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and
+  Kou, "A continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that.
+  For an observable s comes from its difference in v.
+- At an impact the state just before it is checked too: position of the wall, and the impact speed.
 """
 
 from __future__ import annotations
@@ -47,13 +46,13 @@ Wanted = Mapping[str, Any]
 QUANTITIES = {
     "x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2",
 }  # fmt: skip
-"""What can pass a level beside an observable, and the units of the levels."""
+"""Quantities that can pass a level, other than observables, and the units of the levels."""
 
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
-SETTLED = 2.0  # relaxation times before the rate of passages is taken to be constant
+SETTLED = 2.0  # relaxation times after which the rate of passages is assumed constant
 _FIRST = len(HEADER)
 _LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
-# for each lane, from _FIRST on: what is remembered of the step before, then numbers that do not change
+# for each lane, from _FIRST on: state of the previous step, then constants
 _PASSED, _SEEN, _X, _V, _STRUCK, _LEVEL, _SIGN, _REFERENCE, _ROOT, _OMEGA = (_FIRST + LANES * i for i in range(10))
 
 
@@ -77,14 +76,14 @@ class Passage:
 
 
 def from_the_start(settings: Settings, wanted: Wanted | None, window: object) -> Settings:
-    """The settings of a run that watches first passages: from rest the window is the whole run if none was given."""
+    """The settings of a run with first passages: from rest the window is the whole run if none is given."""
     if not wanted or window is not None or settings.start != "rest":
         return settings
     return replace(settings, window=(0.0, settings.duration))
 
 
 def checked(oscillator: Oscillator, settings: Settings, wanted: Wanted | None) -> tuple[Passage, ...]:
-    """Check and compile what a caller wants watched.
+    """Check and compile the requested first passages.
 
     Parameters
     ----------
@@ -131,7 +130,7 @@ def _passage(oscillator: Oscillator, settings: Settings, name: str, given: Any) 
 
 
 def _direction(oscillator: Oscillator, settings: Settings, name: str, level: float) -> float:
-    """1 if the level is passed upwards: it lies above where the run starts, or above rest in the stationary state."""
+    """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest)."""
     if name == "v":
         begins = settings.initial_velocity
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
@@ -147,7 +146,7 @@ def _direction(oscillator: Oscillator, settings: Settings, name: str, level: flo
 
 
 def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:
-    """What the observer of a level has left, as times since the clock started.
+    """The passage times from the array of the level's observer.
 
     Parameters
     ----------
@@ -272,8 +271,8 @@ def _parts(name: str) -> tuple[Any, Any]:
 
 @njit(**INLINE)
 def _inside(before, after, slope_before, slope_after, h):
-    """Time within a step at which a smooth quantity first reaches 0, or -1: below at both ends, with a largest value
-    in between if it rises at first and falls in the end."""
+    """Time within a step at which a smooth quantity that is negative at both ends first reaches 0; -1 if it does not.
+    It can only if it rises at the beginning and falls at the end."""
     if not (slope_before > 0.0 and slope_after < 0.0):
         return -1.0
     s = slope_before / (slope_before - slope_after)
@@ -285,7 +284,7 @@ def _inside(before, after, slope_before, slope_after, h):
 
 
 def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
-    """``on_steps`` and ``on_impacts`` for a quantity that has passed where ``value`` is not negative."""
+    """``on_steps`` and ``on_impacts`` for a quantity that has passed the level if ``value`` is not negative."""
     smooth = slope is not None
     slope = _x_slope if slope is None else slope
 
@@ -310,17 +309,17 @@ def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
                 if not seen:
                     at = t if after >= 0.0 else -1.0
                 else:
-                    past = value(t - h, before, speed_before, level, sign, reference, omega)
-                    if n + j == 0 and past >= 0.0:
+                    value_before = value(t - h, before, speed_before, level, sign, reference, omega)
+                    if n + j == 0 and value_before >= 0.0:
                         at = 0.0
                     else:
-                        past += shift(t - h, before, speed_before, sign, omega, root)
+                        value_before += shift(t - h, before, speed_before, sign, omega, root)
                         shifted = after + shift(t, here, speed, sign, omega, root)
                         if shifted >= 0.0:
-                            at = t - h * (shifted / (shifted - past) if past < 0.0 else 1.0)
+                            at = t - h * (shifted / (shifted - value_before) if value_before < 0.0 else 1.0)
                         elif smooth:
                             inside = _inside(
-                                past, after, slope(before, speed_before, sign, reference),
+                                value_before, after, slope(before, speed_before, sign, reference),
                                 slope(here, speed, sign, reference), h,
                             )  # fmt: skip
                             at = t - h + inside if inside >= 0.0 else -1.0

@@ -1,12 +1,12 @@
-"""How long a run takes to forget its start: the energy exponentially, slow displacements by a power of the time.
+"""The transient of a run: exponential for the energy, a power of time for slow displacements.
 
-A path starts with an empty memory, so after a time t its displacement lacks the part of the variance that the response
-to older noise would have, q times the integral of h^2 from t on, h being the response to an impulse without a wall.
-Slowly, h follows the creep under spring and springpot, C D^alpha x + Omega^2 x = delta:
-t^(alpha - 1) / (C Gamma(alpha)) at first, and alpha C t^(-1 - alpha) / (Omega^4 Gamma(1 - alpha)) after the time of
-creep (Podlubny, "Fractional Differential Equations", 1999, sections 1.2 and 5).  Up to order 1/2 each is a bound at all
-times.  Above it the second is none: near order 1 the creep ends almost like exp(-Omega^2 t / C), and the power comes
-late and small.  There h is summed from its exponentials,
+A path starts with an empty memory, so at time t a part of the variance of x is missing: the response to earlier noise,
+q times the integral of h^2 from t on, where h is the impulse response without a wall.  For large t, h follows the creep
+of spring and springpot, C D^alpha x + Omega^2 x = delta: t^(alpha - 1) / (C Gamma(alpha)) before the creep time, and
+alpha C t^(-1 - alpha) / (Omega^4 Gamma(1 - alpha)) after it (Podlubny, "Fractional Differential Equations", 1999,
+sections 1.2 and 5).  Up to order 1/2 each is a bound at all times.  Above order 1/2 the second is not: near order 1 the
+creep ends almost like exp(-Omega^2 t / C), and the power law is late and small.  There h is integrated as a sum of
+exponentials,
 
     h(t) = (1 / (pi alpha Omega^2)) int_0^(pi alpha) s exp(-s t) du,   C s^alpha / Omega^2 = sin u / sin(pi alpha - u).
 """
@@ -23,16 +23,16 @@ from springpot.simulation.settings import Settings
 
 __all__ = ["is_stationary", "missing_variance", "shares_missing", "transient_left"]
 
-MOST_TRANSIENT = 0.01  # left where the window begins
-LATE = math.log(1e6)  # of the time over that of creep, from which on the late power is all there is
+MOST_TRANSIENT = 0.01  # share left at the start of the window
+LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
 SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
         "impact_speed_mean_square": 0.5}  # fmt: skip
-"""Relative change of a quantity over that of the displacement's variance; energies of the motion are not in it."""
+"""Relative change of a quantity over that of the variance of x; v^2 and A^2 are treated separately."""
 
 
 def missing_variance(oscillator: Oscillator, time: float) -> float:
-    """Bound on the variance of x that a run lacks at a time long against the cycle, in m^2.
+    """Bound on the missing variance of x at a time much longer than a cycle, in m^2.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def missing_variance(oscillator: Oscillator, time: float) -> float:
 
 
 def _squared_powers(oscillator: Oscillator, time: float) -> float:
-    """Integral of h^2 from a time on, with the smaller of the two powers for h; by logarithms, for they are steep."""
+    """Integral of h^2 from a time on, with the smaller of the two power laws for h; logarithms avoid overflow."""
     order, now = oscillator.springpot.order, math.log(time)
     coefficient, stiffness = math.log(oscillator.springpot.coefficient), 2.0 * math.log(oscillator.natural_frequency)
     early = -coefficient - math.lgamma(order)  # times t^(order - 1)
@@ -87,9 +87,10 @@ def _squared_creep(oscillator: Oscillator, time: float) -> float:
 
 
 def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, amplitude: float) -> dict[str, float]:
-    """Bound on the share of each quantity that slow displacements lack at a time, given <x^2> and <A^2>.
+    """Bound on the missing share of each quantity at a time due to slow displacements, given <x^2> and <A^2>.
 
-    Impacts across a gap of b are as rare as exp(-b^2 / (2 <x^2>)), so their rate changes b^2 / <x^2> times as much.
+    With a gap b the impact rate is proportional to exp(-b^2 / (2 <x^2>)), which adds b^2 / (2 <x^2>) to its relative
+    change.
     """
     factor = 1.0 if oscillator.barrier is None else WALL
     missing = factor * missing_variance(oscillator, time)
@@ -103,14 +104,14 @@ def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, am
 
 
 def transient_left(oscillator: Oscillator, settings: Settings) -> float:
-    """Share of the transient that is left where the window begins."""
+    """Share of the transient that is left at the start of the window."""
     return math.exp(-settings.window[0] / scales_of(oscillator).relaxation_time)
 
 
 def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:
-    """Whether averages over the window are those of the stationary state, as far as the settings say.
+    """Whether the settings make averages over the window stationary.
 
-    A springpot at a wall remembers a start from rest like t^-alpha, so such a run is not.
+    Not with a wall, memory and a start from rest, whose transient decays only like t^-alpha.
     """
     remembered = settings.start == "rest" and oscillator.barrier is not None and 0.0 < oscillator.springpot.order < 1.0
     settled = transient_left(oscillator, settings) <= MOST_TRANSIENT

@@ -1,9 +1,8 @@
-"""The block kernel: lanes of paths, memory, walls, loads and sums.  It knows no law of physics; the parts do.
+"""The block kernel: it advances a block of paths.  The physics is in `springpot.simulation.parts`.
 
-Four steps make a group.  In each group every lane is first advanced as if there were no wall, which the compiler turns
-into vector code; the few lanes that may have met the wall are then advanced again from the saved state with the impacts
-in it.  The memory modes take all four increments in one pass, and inside the group the newest increments count with
-their exact weights.
+Four steps make a group.  In each group every lane is first advanced as if there were no wall, which compiles to vector
+code.  The few lanes that may have reached the wall are then advanced again from the saved state, with impacts.  The
+memory modes are updated once per group; within the group the newest increments have their exact weights.
 """
 
 from __future__ import annotations
@@ -31,23 +30,23 @@ from springpot.simulation.random import draw
 
 __all__ = ["COLUMNS", "Memory", "block"]
 
-# What a block leaves for every path: sums over the steps of the window, then values at instants.
+# Output of a block for every path: sums over the steps of the window, then values at instants.
 COLUMNS = (
     "x", "x_square", "v_square", "force", "power", "virial",
     "impacts", "impact_speeds", "impact_speed_squares", "collapses",
     "energy_first", "energy_last", "x_end", "v_end",
 )  # fmt: skip
-STOP_EVERY = 256  # groups between two looks at the stop flag
+STOP_EVERY = 256  # groups between two checks of the stop flag
 
 
 class Memory(NamedTuple):
-    """The springpot's past, in units of force: modes (their powers and weights) and the newest increments."""
+    """Weights of the springpot's memory, in units of force: of the modes and of the newest increments."""
 
     powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 - 1 of each mode
     weights: npt.NDArray[np.floating]  # (4 * modes,) w a, w a^2, w a^3, w a^4
     newest: np.floating  # weight of the last increment
-    older: np.floating  # what the one before weighs beyond its part in the modes
-    recent1: np.floating  # weight of the one before without the modes, and so on
+    older: np.floating  # extra weight of the one before it, which is in the modes already
+    recent1: np.floating  # full weight of the one before the last, which is not in the modes yet; and so on
     recent2: np.floating
     recent3: np.floating
 
@@ -60,11 +59,11 @@ _modes = stack_array(MOST_MODES * LANES)
 
 @njit(**INLINE)
 def _remember(z, d, h, modes, powers, weights):
-    """Take four increments into every mode, and leave in ``h`` what the modes exert on the next four steps."""
+    """Add four increments to every mode, and write the force of the modes in the next four steps to ``h``."""
     for i in range(GROUP * LANES):
         h[i] = powers[0] * f32(0)
     for k in range(0, modes, 2):
-        # the loss a^4 - 1 instead of a^4: slow modes would lose their rate to the rounding of a number so close to 1
+        # a^4 - 1 is stored, not a^4: for slow modes a^4 rounds to 1
         a1, a2, a3, a_loss = powers[4 * k], powers[4 * k + 1], powers[4 * k + 2], powers[4 * k + 3]
         b1, b2, b3, b_loss = powers[4 * k + 4], powers[4 * k + 5], powers[4 * k + 6], powers[4 * k + 7]
         u1, u2, u3, u4 = weights[4 * k], weights[4 * k + 1], weights[4 * k + 2], weights[4 * k + 3]
@@ -84,13 +83,13 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, accumulators, lane, walled, watched):
-    """One step of one lane; the increment goes to ``d``, what observers look at to place ``at`` of ``seen``.
+def _step(scheme, wall, load, n, x, v, e, memory_force, g, at, d, seen, counts, accumulators, lane, walled, watched):
+    """One step of one lane; the increment is written to ``d``, the observed state to index ``at`` of ``seen``.
 
-    Returns the state, the clearance and what the step adds to the sums (nothing if ``counts[0]`` is 0).
+    Returns the state, the clearance and the terms to add to the sums (0 if ``counts[0]`` is 0).
     """
     pushed, e = push(load, n, x, v, e, f64(g[at]))
-    kicked, pull = kick(scheme, x, v, f64(past), pushed)
+    kicked, pull = kick(scheme, x, v, f64(memory_force), pushed)
     if walled:
         x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, kicked, accumulators, lane, counts[0], counts[1])
     else:
@@ -100,42 +99,46 @@ def _step(scheme, wall, load, n, x, v, e, past, g, at, d, seen, counts, accumula
         seen.x[at] = x_seen
         seen.v[at] = v_seen
     x_counted, force = counts[0] * x_seen, counts[0] * pull
-    found = (
+    terms = (
         x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen,
         force, force * (0.5 * (v + kicked)), force * x,
     )  # fmt: skip
-    return x_next, v_next, e, clearance(scheme, wall, x, x_seen, x_next), found
+    return x_next, v_next, e, clearance(scheme, wall, x, x_seen, x_next), terms
 
 
 @njit(**INLINE)
 def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, accumulators, lane, walled, watched):
-    """Four steps of one lane: -> x, v, e, least clearance, what they add to the sums.
+    """Four steps of one lane.  Returns x, v, e, the least clearance and the terms to add to the sums.
 
-    The newest increments count with their exact weights; sums of the past are of the type in which memory is kept.
-    ``c`` holds 1 for each step that counts, 0 for the others, and one more for the half step after the last.
+    The newest increments have their exact weights.  The memory force is summed in the precision of the memory.
+    ``c`` is 1 for each step in the window and 0 for the others; its last entry is for the half step after the group.
     """
     at = lane
-    past = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
+    memory_force = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
     x, v, e, c0, s0 = _step(
-        scheme, wall, load, n, x, v, e, past, g, at, d, seen, (c[0], c[1]), accumulators, lane, walled, watched
-    )
+        scheme, wall, load, n, x, v, e, memory_force, g, at, d, seen, (c[0], c[1]),
+        accumulators, lane, walled, watched,
+    )  # fmt: skip
     at = LANES + lane
-    past = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
+    memory_force = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
     x, v, e, c1, s1 = _step(
-        scheme, wall, load, n + 1, x, v, e, past, g, at, d, seen, (c[1], c[2]), accumulators, lane, walled, watched
-    )
+        scheme, wall, load, n + 1, x, v, e, memory_force, g, at, d, seen, (c[1], c[2]),
+        accumulators, lane, walled, watched,
+    )  # fmt: skip
     at = 2 * LANES + lane
-    past = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
-    past += m.recent2 * d[LANES + lane] + p[2]
+    memory_force = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
+    memory_force += m.recent2 * d[LANES + lane] + p[2]
     x, v, e, c2, s2 = _step(
-        scheme, wall, load, n + 2, x, v, e, past, g, at, d, seen, (c[2], c[3]), accumulators, lane, walled, watched
-    )
+        scheme, wall, load, n + 2, x, v, e, memory_force, g, at, d, seen, (c[2], c[3]),
+        accumulators, lane, walled, watched,
+    )  # fmt: skip
     at = 3 * LANES + lane
-    past = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
-    past += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
+    memory_force = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
+    memory_force += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
     x, v, e, c3, s3 = _step(
-        scheme, wall, load, n + 3, x, v, e, past, g, at, d, seen, (c[3], c[4]), accumulators, lane, walled, watched
-    )
+        scheme, wall, load, n + 3, x, v, e, memory_force, g, at, d, seen, (c[3], c[4]),
+        accumulators, lane, walled, watched,
+    )  # fmt: skip
     sums = (
         s0[0] + s1[0] + s2[0] + s3[0], s0[1] + s1[1] + s2[1] + s3[1], s0[2] + s1[2] + s2[2] + s3[2],
         s0[3] + s1[3] + s2[3] + s3[3], s0[4] + s1[4] + s2[4] + s3[4], s0[5] + s1[5] + s2[5] + s3[5],
@@ -144,7 +147,7 @@ def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, accumula
 
 
 @njit(**INLINE)
-def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, watched):
+def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, watched):
     """Four steps of every lane as if there were no wall: vector code."""
     for lane in range(LANES):
         saved.x[lane], saved.v[lane], saved.e[lane] = now.x[lane], now.v[lane], now.e[lane]
@@ -169,24 +172,24 @@ def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c
             watched,
         )
         if watched:
-            _put(found, lane, sums)
+            _put(terms, lane, sums)
 
 
 @njit(**INLINE)
-def _put(found, lane, sums):
-    found.x[lane], found.xx[lane], found.vv[lane] = sums[0], sums[1], sums[2]
-    found.force[lane], found.power[lane], found.virial[lane] = sums[3], sums[4], sums[5]
+def _put(terms, lane, sums):
+    terms.x[lane], terms.xx[lane], terms.vv[lane] = sums[0], sums[1], sums[2]
+    terms.force[lane], terms.power[lane], terms.virial[lane] = sums[3], sums[4], sums[5]
 
 
 @njit(**INLINE)
-def _add(sums, found, lane):
-    """Add what a group of one lane found to the sums of the window."""
-    sums.x[lane] += found.x[lane]
-    sums.xx[lane] += found.xx[lane]
-    sums.vv[lane] += found.vv[lane]
-    sums.force[lane] += found.force[lane]
-    sums.power[lane] += found.power[lane]
-    sums.virial[lane] += found.virial[lane]
+def _add(sums, terms, lane):
+    """Add the sums of one group to those of the window, for one lane."""
+    sums.x[lane] += terms.x[lane]
+    sums.xx[lane] += terms.xx[lane]
+    sums.vv[lane] += terms.vv[lane]
+    sums.force[lane] += terms.force[lane]
+    sums.power[lane] += terms.power[lane]
+    sums.virial[lane] += terms.virial[lane]
 
 
 @njit(**INLINE)
@@ -197,7 +200,7 @@ def _counts(n, low, high):
 
 @njit(**INLINE)
 def _draw(group, first, stream, k0, k1, halved, g, fine):
-    """The normals of four steps; if ``halved``, of steps that are pairs of the steps of a run twice as fine."""
+    """The normals of four steps; with ``halved``, each combines two normals of a run with half the step."""
     if not halved:
         draw(group, first, stream, k0, k1, g)
         return
@@ -217,7 +220,7 @@ class State(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Lane arrays of what observers look at, at the end of each of four steps."""
+    """Lane arrays of the observed state at the end of each of four steps."""
 
     x: Any
     v: Any
@@ -242,12 +245,12 @@ def block(
 ):  # fmt: skip
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
-    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` holds the
-    deterministic force of each step (empty: none), ``halved`` says that the noise is that of a run twice as fine,
-    ``record`` takes x and v of the first paths after every ``every`` steps (empty: none), ``stop`` holds a flag that
-    ends the block early, ``out`` takes one row of COLUMNS per lane.
+    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` is the
+    deterministic force of each step (may be empty).  ``halved``: the noise is that of a run with half the step.
+    Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``, one row of
+    COLUMNS per lane.  The block ends early when ``stop[0]`` is not 0.
     """
-    zero = memory.newest * f32(0)  # of the type in which memory is kept
+    zero = memory.newest * f32(0)  # in the precision of the memory
     modes = memory.powers.size // 4
     z = _modes(zero)
     h = _four(zero)
@@ -257,7 +260,7 @@ def block(
     now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
     clear = _state(0.0)
     seen = Seen(_four(0.0), _four(0.0))
-    found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
+    terms = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
@@ -287,9 +290,9 @@ def block(
         )  # fmt: skip
         watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
         if watched:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, True)
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, True)
         else:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, found, False)
+            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, False)
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])
@@ -300,14 +303,14 @@ def block(
                         scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane], saved.e[lane],
                         g, h, d, seen, c, accumulators, lane, True, True,
                     )  # fmt: skip
-                    _put(found, lane, again)
+                    _put(terms, lane, again)
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
         for lane in range(LANES):
             d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
         if watched:
             for lane in range(LANES):
-                _add(sums, found, lane)
+                _add(sums, terms, lane)
             if n + GROUP > low and n < high:
                 show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
         for j in range(GROUP):

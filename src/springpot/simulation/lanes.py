@@ -1,4 +1,4 @@
-"""What every compiled part of the simulation stands on: compile flags, stack buffers, and the two bit casts.
+"""Shared by all compiled code of the simulation: compile flags, stack buffers, and two bit casts.
 
 A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that
 no two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
@@ -18,16 +18,16 @@ __all__ = [
     "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
 ]  # fmt: skip
 
-LANES = 64  # paths advanced side by side; a block
+LANES = 64  # paths of a block, advanced together
 GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
 MOST_MODES = 128
 
-# without the two flags that would let the compiler assume away NaN and infinity: a run that blows up must show it
+# without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
 FAST: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
     "error_model": "numpy",
 }
-# called from compiled code only: no entry from Python, which would take a quarter of the compiler's time
+# called from compiled code only: no wrapper for Python, which would take a quarter of the compile time
 INLINE: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST}
 
 u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64

@@ -1,4 +1,4 @@
-"""The three levels of a run to a tolerance: many paths at a step h, and fewer pairs at h and h/2 on the same noise."""
+"""The levels of a run with ``rtol``: many paths at a step h, and fewer pairs at h and h/2 with the same noise."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from springpot.simulation.lanes import LANES
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, derivative_at
 from springpot.simulation.simulation import Adapted, Progress, Simulation, simulation_of
-from springpot.simulation.slow_impacts import even_step
+from springpot.simulation.slow_impacts import extrapolation_step
 from springpot.theory import exact
 
 __all__ = ["Level", "Levels", "first_step", "first_targets", "level_settings", "levels_of"]
 
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
-LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # times longer, for a loose tolerance, where the energy is remembered so long
-FORGET = 20.0  # the start, at least, before the window begins
-SLOWLY = 0.2  # share of the tolerance that slow displacements may lack when the window begins
+LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if the energy time is so long
+FORGET = 20.0  # least decay of the transient before the window begins
+SLOWLY = 0.2  # share of the tolerance that may be missing from slow displacements when the window begins
 RELAXATIONS = 10.0  # in the window, at least
 FIRST_RELAXATIONS = 2.0  # rtol^2 of the relaxations in the first round's windows
-FIRST_PATHS, FEWEST_PATHS = (512, 2048), 128  # in the first round; the fewest where each is dear
+FIRST_PATHS, FEWEST_PATHS = (512, 2048), 128  # in the first round; the fewest if each is long
 FIRST_PATH_STEPS = 1e9
 PRECISE = 1e-3  # rtol below which the memory is kept in double precision
 
@@ -46,7 +46,7 @@ class Level:
         Whether the noise is that of half the step, summed in pairs.
     rows : ndarray, shape (paths, len(COLUMNS))
     counted : ndarray, shape (paths, 3)
-        What `counts_of_fast_impacts` has counted; empty where slow impacts do not crowd.
+        Counts of `counts_of_fast_impacts`; empty if slow impacts are not frequent.
     """
 
     simulation: Simulation
@@ -57,34 +57,34 @@ class Level:
 
     @property
     def paths(self) -> int:
-        """How many there are."""
+        """Number of paths."""
         return len(self.rows)
 
     def extended(self, paths: int, progress: Progress | None) -> Level:
-        """The same with so many paths, or a few more to fill a block."""
+        """The same with so many paths, rounded up to whole blocks."""
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
         crowded = are_crowded(self.simulation.oscillator)
-        found = self.simulation.but(paths=more).advance(
+        ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
             halved=self.halved,
             observers=(counts_of_fast_impacts(self.simulation),) if crowded else (),
             progress=progress,
         )
-        rows, counted = np.concatenate([self.rows, found.rows]), np.concatenate([self.counted, *found.observed])
+        rows, counted = np.concatenate([self.rows, ensemble.rows]), np.concatenate([self.counted, *ensemble.observed])
         return replace(self, rows=rows, counted=counted)
 
     def samples(self) -> dict[str, Floats]:
-        """What each path contributes to each estimate."""
-        found = {name: samples for name, (_, samples) in self.simulation.samples(self.rows).items()}
-        return with_completed_rate(self.simulation, found, self.counted) if self.counted.size else found
+        """Samples of each estimate, one per path."""
+        per_path = {name: samples for name, (_, samples) in self.simulation.samples(self.rows).items()}
+        return with_completed_rate(self.simulation, per_path, self.counted) if self.counted.size else per_path
 
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """Paths at the coarse step, and pairs of paths at the coarse and the fine step on the same noise."""
+    """Paths at the coarse step, and pairs of paths at the coarse and the fine step with the same noise."""
 
     coarse: Level
     pair_coarse: Level
@@ -97,7 +97,7 @@ class Levels:
         return sum(float(level.paths) * level.simulation.settings.steps for level in levels)
 
     def work(self, paths: int, pairs: int) -> float:
-        """Path-steps that are still to do for so many paths and pairs."""
+        """Path-steps still needed for so many paths and pairs."""
         paths, pairs = paths - self.coarse.paths, pairs - self.pair_coarse.paths
         return float(self.coarse.simulation.settings.steps * (paths + 3.0 * pairs))
 
@@ -125,7 +125,10 @@ def levels_of(oscillator: Oscillator, settings: Settings, adapted: Adapted) -> L
 def level_settings(
     oscillator: Oscillator, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
 ) -> Settings:
-    """A window of ten relaxation times, or as long as the time before it, that begins when the start is forgotten."""
+    """Settings of the coarse level.
+
+    The window begins after the transient; its length is ten relaxation times, or half the time before it if longer.
+    """
     relaxation = scales_of(oscillator).forgetting_time
     begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(oscillator, rtol, wanted))
     length = max(RELAXATIONS * relaxation, 0.5 * begin)
@@ -143,16 +146,16 @@ def level_settings(
 
 
 def first_step(oscillator: Oscillator, rtol: float) -> float:
-    """The longest step worth trying; longer where a loose tolerance meets paths that are dear."""
+    """The step of the first round; longer for a loose tolerance and long paths."""
     scales = scales_of(oscillator)
     longest = COARSEST_STEP / scales.fastest_rate
     if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(oscillator):
         longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
-    return min(longest, 4.0 * even_step(oscillator))
+    return min(longest, 4.0 * extrapolation_step(oscillator))
 
 
 def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
-    """Paths and pairs of the first round: about what the tolerance needs, fewer where each path is dear."""
+    """Paths and pairs of the first round: about what the tolerance needs, fewer if each path is long."""
     begin, end = simulation.settings.window
     relaxations = (end - begin) / simulation.scales.forgetting_time
     fewest, most = FIRST_PATHS
@@ -163,7 +166,7 @@ def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
 
 
 def _slow_time(oscillator: Oscillator, rtol: float, wanted: Sequence[str]) -> float:
-    """When what slow displacements lack is a small part of the tolerance, in s, by the variances without a wall."""
+    """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
     try:
         free = exact(replace(oscillator, barrier=None))
         x_mean_square, amplitude = free.x_mean_square, free.amplitude_mean_square

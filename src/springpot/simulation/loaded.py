@@ -1,4 +1,4 @@
-"""A saved run read back: what `springpot.simulation.saved` wrote, checked against its checksum, and nothing else."""
+"""Read a run that `springpot.simulation.saved` wrote, and verify its checksum."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ def load_run(path: str | Path) -> Run:
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the file holds no run, was damaged, or is a table.
+        If the file has no run in it, was damaged, or is a table.
 
     Examples
     --------
     >>> import tempfile
     >>> import springpot as sp
-    >>> found = sp.run(sp.Oscillator(), paths=640, duration=1.0, distributions=True, record=2)
-    >>> again = sp.load_run(found.save(Path(tempfile.mkdtemp()) / "run.nc"))
-    >>> again.settings == found.settings, bool((again.record == found.record).all())
+    >>> run = sp.run(sp.Oscillator(), paths=640, duration=1.0, distributions=True, record=2)
+    >>> again = sp.load_run(run.save(Path(tempfile.mkdtemp()) / "run.nc"))
+    >>> again.settings == run.settings, bool((again.record == run.record).all())
     (True, True)
-    >>> float(again.distributions["x"].quantile(0.5)[0]) == float(found.distributions["x"].quantile(0.5)[0])
+    >>> float(again.distributions["x"].quantile(0.5)[0]) == float(run.distributions["x"].quantile(0.5)[0])
     True
     """
     place = Path(path)
@@ -69,27 +69,27 @@ def load_run(path: str | Path) -> Run:
         raise ValueError(f"{str(path)!r} is not a file.")
     try:
         words, arrays = _read_netcdf(place) if place.suffix == ".nc" else _read_json(place)
-        found = _put_together(words, arrays)
+        value = _put_together(words, arrays)
     except _Foreign as reason:
         raise ValueError(f"{str(path)!r} cannot be read as a run: {reason}.") from None
-    if not isinstance(found, Run):
+    if not isinstance(value, Run):
         raise ValueError(f"{str(path)!r} cannot be read as a run: it holds something else.")
-    return found
+    return value
 
 
 class _Foreign(ValueError):
-    """A file does not hold what `save_run` writes; the message says what is wrong."""
+    """The file is not one that `save_run` wrote; the message says why."""
 
 
 @cache
 def _classes() -> dict[str, type]:
-    """Dataclasses that a run can hold, by name: those that the fields of `Run` name, and their fields in turn."""
-    found: dict[str, type] = {}
+    """Dataclasses that a run can contain, by name: the types of the fields of `Run`, and of their fields."""
+    classes: dict[str, type] = {}
 
     def look(kind: Any) -> None:
         if dataclasses.is_dataclass(kind) and isinstance(kind, type):
-            if kind.__name__ not in found:
-                found[kind.__name__] = kind
+            if kind.__name__ not in classes:
+                classes[kind.__name__] = kind
                 for part in typing.get_type_hints(kind).values():
                     look(part)
         else:
@@ -97,7 +97,7 @@ def _classes() -> dict[str, type]:
                 look(part)
 
     look(Run)
-    return found
+    return classes
 
 
 def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
@@ -106,7 +106,7 @@ def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
     Raises
     ------
     _Foreign
-        If the words are not such as it makes.
+        If the words have another form.
     """
     match words:
         case None | bool() | int() | float() | str():
@@ -141,7 +141,7 @@ def _checked(words: str, arrays: Arrays, checksum: object) -> tuple[Any, Arrays]
 def _read_netcdf(path: Path) -> tuple[Any, Arrays]:
     import h5py
 
-    # with h5py itself: it says plainly what it cannot read, and decodes nothing
+    # h5py itself rather than xarray: its errors are clear, and it decodes nothing
     try:
         with h5py.File(path, "r") as file:
             own = file.get(GROUP)
@@ -168,7 +168,7 @@ def _numbers(dataset: Any) -> npt.NDArray[Any]:
 
 
 def _array_names(words: str) -> set[str]:
-    """Names of the arrays that the words speak of."""
+    """Names of the arrays that the words refer to."""
 
     def walk(part: Any) -> Iterator[str]:
         if isinstance(part, dict):
@@ -186,21 +186,21 @@ def _array_names(words: str) -> set[str]:
         raise _Foreign(_DAMAGED) from None
 
 
-def _check_format(found: int) -> None:
-    if found > FORMAT:
+def _check_format(version: int) -> None:
+    if version > FORMAT:
         raise _Foreign("it was written by a newer version of springpot")
-    if found != FORMAT:
+    if version != FORMAT:
         raise _Foreign(_NOT_OURS)
 
 
-def _unpacked(found: Any) -> npt.NDArray[Any]:
-    kind, shape = np.dtype(found["kind"]), tuple(found["shape"])
+def _unpacked(packed: Any) -> npt.NDArray[Any]:
+    kind, shape = np.dtype(packed["kind"]), tuple(packed["shape"])
     if kind.kind not in "fiub" or not all(isinstance(n, int) and n >= 0 for n in shape):
         raise _Foreign(_DAMAGED)
     size = math.prod(shape) * kind.itemsize
     if size > _MOST_BYTES:
         raise _Foreign("an array in it is too large")
-    content = zlib.decompressobj().decompress(base64.b64decode(found["zlib_base64"], validate=True), size + 1)
+    content = zlib.decompressobj().decompress(base64.b64decode(packed["zlib_base64"], validate=True), size + 1)
     if len(content) != size:
         raise _Foreign(_DAMAGED)
     return np.frombuffer(content, kind).reshape(shape).copy()
@@ -208,10 +208,10 @@ def _unpacked(found: Any) -> npt.NDArray[Any]:
 
 def _read_json(path: Path) -> tuple[Any, Arrays]:
     try:
-        found = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (ValueError, RecursionError):
         raise _Foreign("it is not JSON, or was cut short") from None
-    own = found.get(GROUP) if isinstance(found, dict) else None
+    own = content.get(GROUP) if isinstance(content, dict) else None
     if not isinstance(own, dict) or not isinstance(own.get(WORDS), str):
         raise _Foreign(_NOT_OURS)
     try:

@@ -1,8 +1,7 @@
-"""What is observed beside the moments: a user's own observables and extremes.
+"""Observers of user-defined observables and of extremes.
 
-Each observer is compiled for itself and called by the kernel through its address (see
-:mod:`springpot.simulation.observers`), so that none of them costs a new kernel, or a run that does not ask for it
-anything.
+Each observer is compiled separately, and the kernel calls it through its address (see
+:mod:`springpot.simulation.observers`).  So it needs no new kernel, and runs without it are not slower.
 """
 
 from __future__ import annotations
@@ -45,12 +44,12 @@ They are taken at the ends of the steps and at the impacts.
 def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
     """Sum of a user's function: of (t, x, v) over the steps of the window, or of the speed over its impacts.
 
-    What the function captures is taken as it is when the run starts.
+    Variables that the function captures have their values at the start of the run.
 
     Raises
     ------
     TypeError, ValueError
-        If the name cannot be one, or the function is none or cannot be compiled.
+        If the name is not valid, or the function cannot be compiled.
     """
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
@@ -71,7 +70,7 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
 
 
 def taken_names() -> set[str]:
-    """Names of everything else in the results of a run."""
+    """Names that the results of a run use already."""
     budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
     biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
@@ -82,7 +81,7 @@ def taken_names() -> set[str]:
 
 
 def cause_of(reason: Exception) -> str:
-    """The line of a compiler's message that says what is wrong."""
+    """The line with the cause, from a compiler's message."""
     lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
     telling = [line for line in lines if any(word in line for word in _TELLING)]
     return (telling or lines or [type(reason).__name__])[-1]
@@ -144,7 +143,7 @@ def _extreme_parts() -> tuple[Any, Any]:
 
     @cfunc(ON_IMPACTS, **FAST)
     def on_impacts(count, speed, lane, array):
-        # at an impact the mass is at the wall, and as fast as it will be there
+        # the state just before the impact is an extreme of the step
         wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed
         array[FIRST + lane] = min(array[FIRST + lane], wall)
         array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)

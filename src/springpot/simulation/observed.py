@@ -1,4 +1,4 @@
-"""What a caller wants observed beside the moments, and what came of it."""
+"""Requests for observables, distributions, spectrum and first passages, and their results."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ class Requested:
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """All of them, in the order in which `read` finds what they left."""
+        """All observers, in the order in which `read` takes their results."""
         return (
             *self.observables.values(), *self.impact_observables.values(), *self.distributions, *self.spectrum,
             *(passage.observer for passage in self.passages),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
-        """What the observers have left after a run."""
+        """The results of the observers after a run."""
         left, settings = iter(ensemble.observed), simulation.settings
         low, high = settings.window_steps
         means = {name: next(left)[:, 0] / (high - low) for name in self.observables}
@@ -71,7 +71,7 @@ class Requested:
         if self.distributions:
             counted = distributions_in(simulation, next(left))
             largest = next(left)
-            # what was never seen, the speed of no impact, is no number
+            # without an impact the largest impact speed is NaN
             per_path = dict(zip(EXTREMES, np.where(np.isfinite(largest), largest, np.nan).T, strict=True))
         spectrum = None
         if self.spectrum:
@@ -82,12 +82,12 @@ class Requested:
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """What observers have left.
+    """Results of the observers of a run.
 
     Attributes
     ----------
     means : dict
-        Of each observable what every path contributes: its mean over the window, or its sum over impacts per second.
+        Samples of each observable, one per path: its mean over the window, or its sum over impacts per second.
     distributions : dict
     extremes : dict
     spectrum : Spectrum or None
@@ -112,13 +112,12 @@ def requested(
     spectrum: npt.ArrayLike | None,
     first_passage: Mapping[str, Any] | None = None,
 ) -> Requested:
-    """Check and compile what a caller wants observed.
+    """Check and compile the requested observers.
 
     Raises
     ------
     TypeError, ValueError
-        One sentence, before any work: a name that cannot be one, a function that cannot be compiled, a frequency that
-        is none.
+        One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
     state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
     for name, given in (("observables", state), ("impact_observables", impact)):

@@ -1,8 +1,8 @@
 """Observers of a block of paths: called through addresses, so that a new observer needs no new kernel.
 
-An observer is compiled for itself.  The kernel knows only two addresses of it (either may be missing): one to call with
-every group of four steps of all lanes, one to call with every impact.  What it accumulates lies in an array of doubles
-of the block, which starts with a header (:data:`HEADER`) that turns the kernel's units into the user's.
+An observer is compiled separately.  The kernel has two addresses of it (either may be missing): one is called with
+every group of four steps of all lanes, one with every impact.  It accumulates in an array of doubles, one for each
+block, that starts with a header (:data:`HEADER`) for the conversion of the kernel's units to the user's.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ __all__ = [
 
 Floats = npt.NDArray[np.float64]
 
-BATCHES = 64  # groups of paths whose counts are kept apart, for standard errors
+BATCHES = 64  # groups of paths with separate counts, for standard errors
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
 
-``length`` and ``speed`` are negative for a wall above the motion, which the kernel sees as its mirror image;
-``frequency`` is Omega and ``wall`` the place of the wall (0 without one), both in the kernel's units; the lanes from
-``lanes`` on are no paths of the run.
+``length`` and ``speed`` are negative for a wall above the motion, which is mirrored in the kernel; ``frequency`` is
+Omega and ``wall`` the position of the wall (0 without one), both in the kernel's units; only the first ``lanes`` lanes
+are paths of the run.
 """
 
 _numbers = types.CPointer(types.float64)
 ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
 """(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
 ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
-"""(count, speed, lane, array): so many impacts at this speed."""
+"""(count, speed, lane, array): ``count`` impacts at this speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +51,9 @@ class Observer:
     on_steps, on_impacts : compiled function or None
         Of the signatures ``ON_STEPS`` and ``ON_IMPACTS``.
     initial : ndarray of float
-        What the array holds at the start of a block, the header left out.
+        Content of the array at the start of a block, without the header.
     per_path : bool
-        Whether the array holds LANES numbers for each thing observed, or counts of the whole block.
+        Whether the array has LANES numbers for each observed quantity, or counts of the whole block.
     every : int
         Groups of steps between two calls of ``on_steps``.
     """
@@ -78,7 +78,7 @@ NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(4)))
 
 
 class Accumulators(NamedTuple):
-    """What impacts are added to: sums for each lane, and the observers."""
+    """Sums of impacts for each lane, and the observers."""
 
     impacts: Any
     speeds: Any
@@ -112,7 +112,7 @@ _call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
 
 @njit(**INLINE)
 def show_steps(observers, x, v, step, n, low, high):
-    """Show the observers four steps of all lanes, first those in which the window begins."""
+    """Call the observers with four steps of all lanes; the first call is for the group in which the window begins."""
     for i in range(observers.on_steps.size):
         if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
             _call_on_steps(observers.on_steps[i], (x, v, step, n, low, high, observers.place[i]))
@@ -120,7 +120,7 @@ def show_steps(observers, x, v, step, n, low, high):
 
 @njit(**INLINE)
 def add_impacts(accumulators, lane, weight, count, speed):
-    """Add ``count`` impacts at one speed, if they lie in the window (``weight`` 1, otherwise 0)."""
+    """Add ``count`` impacts at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
     if weight > 0.0:
         accumulators.impacts[lane] += count
         accumulators.speeds[lane] += count * speed

@@ -1,6 +1,6 @@
-"""One path with its whole past summed directly, O(N^2): the oracle for the exponential sums.
+"""One path with direct summation over its history, O(N^2): the reference for the exponential sums.
 
-The same schemes, walls and normals as the kernel; only the memory differs.
+Schemes, walls and normals are those of the kernel; only the memory differs.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class DirectPath:
 
 
 def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
-    """Path number ``path`` of a simulation, with the direct sum over the past.
+    """Path number ``path`` of a simulation, with direct summation over its history.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
     settings, parts = simulation.settings, simulation.parts
     weights = oracle_weights(simulation)
     g = normals(settings.seed, path + 1, settings.steps)[path]
-    x, v = np.zeros((2, settings.steps + 1))  # the walk leaves the first to us
+    x, v = np.zeros((2, settings.steps + 1))  # `_walk` writes from t = h on
     impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
     accumulators = Accumulators(impacts, speeds, squares, collapses, NO_OBSERVERS)
     _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, accumulators)
@@ -75,7 +75,7 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
 
 
 def oracle_weights(simulation: Simulation) -> Floats:
-    """What each increment of the past weighs, newest first, in the kernel's units of force."""
+    """Weights of all increments, newest first, in the kernel's units of force."""
     spring, settings = simulation.oscillator.springpot, simulation.settings
     order, scale = spring.order, spring.coefficient * settings.step**-spring.order * simulation.parts.units.time**2
     scheme = settings.numerical_scheme
@@ -92,11 +92,11 @@ def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, accumulators):
     increments = np.empty(steps + 1)
     increments[0] = x - start.x
     for n in range(steps):
-        past = f64(drive[n]) if drive.size > 0 else 0.0
+        memory_force = f64(drive[n]) if drive.size > 0 else 0.0
         for j in range(n + 1):
-            past += weights[j] * increments[n - j]
+            memory_force += weights[j] * increments[n - j]
         pushed, e = push(load, n, x, v, e, f64(g[n]))
-        v, _ = kick(scheme, x, v, past, pushed)
+        v, _ = kick(scheme, x, v, memory_force, pushed)
         xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, accumulators, n, 1.0, 1.0)
         increments[n + 1] = x_next - x
         x = x_next

@@ -1,33 +1,33 @@
-"""The parts a kernel is composed of: schemes, walls and loads, and their answers to the kernel's questions.
+"""The parts of a kernel: schemes, walls and loads, and the functions that the kernel calls for them.
 
-A part is a ``NamedTuple`` of numbers.  Its *type* chooses the code at compile time, its values stay arguments, so one
-kernel serves every oscillator and a new part does not touch the kernel: a module of its own registers its answers with
-:func:`answers` and hands the part to `springpot.simulation.kernel.block`.  The questions:
+A part is a ``NamedTuple`` of numbers.  Its *type* chooses the code at compile time; its values stay arguments, so one
+kernel serves every oscillator.  A new part needs no change of the kernel: its module registers the part's functions
+with :func:`answers` and passes the part to `springpot.simulation.kernel.block`.  The functions:
 
 ``push(load, n, x, v, e, g)``
-    The impulse of step ``n`` that is neither the linear spring's nor the springpot's (noise, a nonlinear spring, a
-    harmonic or recorded force), and the next value of ``e``, one number of the load's own (a filter's state, say).
+    The impulse of step ``n`` other than those of the linear spring and the springpot (noise, a nonlinear spring, a
+    harmonic or recorded force), and the next value of ``e``, one state variable of the load (of a filter, say).
 ``begin(scheme, wall, start, accumulators, lane, weight)``
     From the state at time 0 to the first kick.
-``kick(scheme, x, v, past, push)``
-    The velocity after the whole impulse of a step (that of the spring if the scheme kicks it, memory, load) and the
-    springpot's force in it.
+``kick(scheme, x, v, memory_force, push)``
+    The velocity after the whole impulse of a step (memory, load, and the spring if the scheme puts it here), and the
+    springpot's force during it.
 ``drift(scheme, x, v)``
     From one kick to the next as if there were no wall: state at the observation, state at the end.
 ``clearance(scheme, wall, x0, xm, x)``
-    How far a drift that looks like this stays from the wall; negative if it may have met it.  Asked of every lane.
+    Distance between such a drift and the wall; negative if it may have reached the wall.  Called for every lane.
 ``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
-    The drift again, with the wall in it.  Asked of the few lanes that were struck; impacts are added to the
-    accumulators with the weight (0 or 1) of the half of the step they happen in.
+    The drift with the wall.  Called only for lanes that may have reached it.  Each impact is added to the accumulators
+    if its half step lies in the window (weight 1, otherwise 0).
 
 Two schemes:
 
-``Splitting`` (the default).  The flow of the bare oscillator, exact, with the wall in it, from kick to kick; at each
-kick the whole impulse of a step: memory and load.  The springpot's force answers its own impulse through the mean of
-its kernel, which makes the kick implicit but scalar.  Since the kick moves only v and the drift is exact, no impact is
-missed between two noisy points, and at order 1 with an elastic wall the stationary law is exact at every step size.
+``Splitting`` (the default).  Between kicks the bare oscillator moves exactly, impacts included; each kick applies the
+impulse of memory and load over a whole step.  The springpot's reaction to this impulse is averaged over the step, which
+makes the kick implicit but scalar.  No impact between two kicks is missed, and at order 1 with an elastic wall the
+stationary distribution is exact for every step.
 
-``Euler``, as the paper did it.  v += h (force at x_n) + noise, x += h v, and the velocity is reversed when x is within
+``Euler``, the paper's scheme.  v += h (force at x_n) + noise, x += h v, and the velocity is reversed when x is within
 ``contact`` of the wall or beyond it and moves towards it.
 """
 
@@ -50,9 +50,9 @@ __all__ = [
     "answers", "begin", "bounce", "clearance", "drift", "euler", "fly", "kick", "push", "splitting",
 ]  # fmt: skip
 
-# A chatter against a preload is over when a hop lasts less than this fraction of a half step.
+# Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
-SHORTEST_ELASTIC_HOP = 1e-12  # elastic hops are counted, not walked, down to what rounding leaves of them
+SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
 
 
 class Splitting(NamedTuple):
@@ -66,9 +66,9 @@ class Splitting(NamedTuple):
     whole_cosine: float  # of the whole step
     whole_sine_over_frequency: float
     whole_sine_times_frequency: float
-    share: float  # 1 / (1 + answer h): what the springpot's answer leaves of an impulse
+    share: float  # 1 / (1 + answer h): part of an impulse that is left after the springpot's reaction
     damping: float  # weight of the present velocity in the springpot's force
-    answer: float  # the springpot's mean force per impulse of its own step
+    answer: float  # the springpot's mean force within a step per unit of impulse in that step
 
 
 class Euler(NamedTuple):
@@ -96,11 +96,11 @@ class Start(NamedTuple):
     x: float
     v: float
     energy: float
-    early: float  # displacement to add at the first kick: Riemann-Liouville's force before it
+    early: float  # displacement at the first kick due to the Riemann-Liouville force before it
 
 
 class NoWall(NamedTuple):
-    """No wall at all (the field is there because an empty tuple has no type)."""
+    """No wall (with an unused field, because Numba cannot type an empty tuple)."""
 
     unused: float
 
@@ -130,7 +130,7 @@ def splitting(frequency: float, order: float, coefficient: float, step: float) -
     0.995
     """
     phase = 0.5 * frequency * step
-    # mean over a step of the force that answers an impulse spread evenly over the same step
+    # mean over a step of the springpot's force due to a unit impulse spread evenly over the same step
     answer = coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
     return Splitting(
         step=step,
@@ -148,24 +148,24 @@ def splitting(frequency: float, order: float, coefficient: float, step: float) -
 
 
 def weight_of_last_impulse(order: float) -> float:
-    """Weight, in units of h^(1 - alpha), of the impulse at the last kick beyond what increments say of it.
+    """Correction of the memory weight for the velocity jump at the last kick, in units of h^(1 - alpha).
 
-    An impulse stands for a force spread over the step around it, and the springpot's force is wanted as a mean over the
-    step around a later kick: the kernel's integral t^(1 - alpha) / Gamma(2 - alpha) between them, averaged twice.  The
-    sum of what that changes over all kicks before the present one is -1 / Gamma(4 - alpha) - zeta(alpha - 1) /
-    Gamma(2 - alpha), most of it due to the last; for smooth motion the sum is all that counts up to order h^2.
+    An impulse stands for a force spread over the step around it, and the springpot's force is its mean over the step
+    around a later kick: the integral of the kernel between them, t^(1 - alpha) / Gamma(2 - alpha), averaged twice.
+    Summed over all earlier kicks the correction is -1 / Gamma(4 - alpha) - zeta(alpha - 1) / Gamma(2 - alpha).  All of
+    it is given to the last kick, which has most of it; for smooth motion only the sum matters up to order h^2.
     """
-    # first moment of the kernel over every step of the past, summed
+    # first moments of the kernel over all earlier steps, summed
     moment = -(1.0 + float(special.zetac(order - 1.0))) / math.gamma(2.0 - order)
     return moment - 1.0 / math.gamma(4.0 - order)
 
 
 def newest_weights_splitting(order: float) -> tuple[float, float]:
-    """What the newest two displacement increments weigh beyond their L1 weights, in units of h^-alpha.
+    """Corrections to the L1 weights of the newest two displacement increments, in units of h^-alpha.
 
-    The present velocity less the mean velocity of the last step, which the force's damping weighs by 2 / Gamma(4 -
-    alpha), is half a step of the spring's acceleration, which every step of the past has too.  The last impulse is the
-    change of the mean velocity between the last two steps less twice this difference.
+    The damping term, of weight 2 / Gamma(4 - alpha), uses the present velocity.  It differs from the mean velocity of
+    the last step by half a step of the spring's acceleration, as in every earlier step.  The last impulse is the change
+    of the mean velocity between the last two steps less twice this difference.
     """
     last = weight_of_last_impulse(order)
     return last - 2.0 / math.gamma(4.0 - order), -last
@@ -201,7 +201,7 @@ def begin(scheme: Any, wall: Any, start: Any, accumulators: Any, lane: Any, weig
     raise NotImplementedError
 
 
-def kick(scheme: Any, x: Any, v: Any, past: Any, push: Any) -> Any:
+def kick(scheme: Any, x: Any, v: Any, memory_force: Any, push: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -225,7 +225,7 @@ _ANSWERED: set[tuple[object, ...]] = set()
 
 
 def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register a function as the answer to ``question`` for parts of these types (its first arguments).
+    """Register the function that the kernel calls as ``question`` for parts of these types (its first arguments).
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     Raises
     ------
     ValueError
-        If parts of these names and fields have an answer already: compiled code tells types apart by name and fields.
+        If parts of these names and fields have one already: compiled code tells types apart by name and fields.
 
     Examples
     --------
@@ -265,10 +265,10 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
         names = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
 
         def matches(*arguments: Any) -> Callable[..., Any] | None:
-            found = tuple(getattr(a, "instance_class", None) for a in arguments[: len(kinds)])
-            return function if found == kinds else None
+            given = tuple(getattr(a, "instance_class", None) for a in arguments[: len(kinds)])
+            return function if given == kinds else None
 
-        # overload() wants a function with the question's own argument names
+        # overload() needs a function with the same argument names
         choose = eval(f"lambda {names}: matches({names})", {"matches": matches})
         overload(question, jit_options=INLINE)(choose)
         return function
@@ -282,8 +282,8 @@ def _push_white(load, n, x, v, e, g):
 
 
 @answers(kick, Splitting)
-def _kick_splitting(scheme, x, v, past, push):
-    force = past + scheme.damping * v
+def _kick_splitting(scheme, x, v, memory_force, push):
+    force = memory_force + scheme.damping * v
     impulse = scheme.share * (push - scheme.step * force)
     return v + impulse, force + scheme.answer * impulse
 
@@ -335,10 +335,10 @@ def _clearance_splitting(scheme, wall, x0, xm, x):
 
 @njit(**INLINE)
 def _reach(scheme, wall):
-    """Place above which both ends of half a step must lie for the wall not to be met in it.
+    """Position above which both ends of a half step must lie so that it has no impact.
 
-    With a gap the spring pulls away from the wall, and a path may dip under it between two points that lie above: by at
-    most (acceleration at the wall) (half step)^2 / 8 below the lower of them.
+    With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
+    most (acceleration at the wall) (half step)^2 / 8.
     """
     dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
     return wall.position + dip
@@ -346,7 +346,7 @@ def _reach(scheme, wall):
 
 @njit(**INLINE)
 def _half_step(scheme, wall, x, v, accumulators, lane, weight):
-    """Half a step with the wall in it; its trigonometry is for the few that meet the wall."""
+    """Half a step with the wall; trigonometric functions are called only near the wall."""
     xh = scheme.cosine * x + scheme.sine_over_frequency * v
     vh = scheme.cosine * v - scheme.sine_times_frequency * x
     if min(x, xh) > _reach(scheme, wall):
@@ -366,8 +366,8 @@ def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
 def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
-    Returns x and v; impacts are added to the accumulators.  A chatter that has shrunk to hops shorter than
-    ``SHORTEST_HOP`` of the flight has collapsed: the mass rests on the wall until the flight ends.
+    Returns x and v; impacts are added to the accumulators.  When the flights of a chattering sequence are shorter than
+    ``SHORTEST_HOP`` of ``phase``, the mass rests on the wall until the end.
     """
     u = v / frequency
     left = phase
@@ -380,7 +380,7 @@ def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weigh
             struck = True
             x = position
             u = restitution * arriving
-        if position > 0.0 and x == position and u >= 0.0:  # a preload: the mass hops
+        if position > 0.0 and x == position and u >= 0.0:  # a preload brings the mass back to the wall
             hop = 2.0 * math.atan2(u, position)
             if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
@@ -391,7 +391,7 @@ def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weigh
                 accumulators.collapses[lane] += 1.0 if struck else 0.0
                 return position, 0.0
         square = u * u + (x - position) * (x + position)
-        if not square > 0.0:  # a gap never closed (or a path that is no number any more)
+        if not square > 0.0:  # the gap is never closed (or the state is NaN)
             break
         height = math.sqrt(square)  # u at the wall
         until = math.atan2(height, position) - math.atan2(-u, x)
@@ -405,8 +405,8 @@ def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weigh
 
 
 @answers(kick, Euler)
-def _kick_euler(scheme, x, v, past, push):
-    return v + (push - scheme.step * (scheme.stiffness * x + past)), past
+def _kick_euler(scheme, x, v, memory_force, push):
+    return v + (push - scheme.step * (scheme.stiffness * x + memory_force)), memory_force
 
 
 @answers(drift, Euler)
@@ -417,7 +417,7 @@ def _drift_euler(scheme, x, v):
 
 @answers(clearance, Euler, Rigid)
 def _clearance_euler(scheme, wall, x0, xm, x):
-    # a path that moves away behind the wall is asked again too, and told that nothing happened
+    # `bounce` is called also for a path behind the wall that moves away; it changes nothing then
     return x - (wall.position + scheme.contact)
 
 

@@ -1,8 +1,7 @@
-"""Times of first passage of independent paths, some of them cut off by the end of the run, and what follows from them.
+"""First-passage times of independent paths, censored by the end of the run: survival curve, quantiles, mean.
 
-All paths are watched for the same time, so the Kaplan-Meier estimate of the survival curve is the share of the paths
-that have not passed yet.  The mean of a time that is cut off is not known without an assumption; the mean of
-min(time, horizon) is.
+All paths are observed for the same time, so the Kaplan-Meier estimate of the survival curve is the share of the paths
+that have not passed yet.  The mean of censored times needs an assumption; the mean of min(time, horizon) does not.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ __all__ = ["PassageTimes"]
 
 Floats = npt.NDArray[np.float64]
 
-FEWEST_LATE = 20  # passages in the second half of the horizon, for a rate of them
-FEWEST_AT_ALL = 5  # the same where the paths that have not passed add less than a standard error to the mean
-MOST_DRIFT = 3.0  # standard errors between the rates of its two halves
+FEWEST_LATE = 20  # passages needed in the second half of the horizon to estimate their rate
+FEWEST_AT_ALL = 5  # the same if censored paths add less than a standard error to the mean
+MOST_DRIFT = 3.0  # largest difference between the rates in the two halves of it, in standard errors
 POINTS = 101  # of the survival curve in files
 
 
@@ -32,18 +31,17 @@ class PassageTimes:
     ----------
     quantity : str
     level, reference : float
-        The level, and the place that a distance is counted from (NaN for other quantities).
+        The level, and the position from which a distance is measured (NaN for other quantities).
     unit : str
         Of the level; empty for an observable.
     begin : float
-        Time at which the clock starts, in s: 0 from rest, the start of the window from the stationary state.
+        Start of the observation, in s: 0 from rest, the start of the window from the stationary state.
     horizon : float
-        How long each path is watched, in s.
+        Duration of the observation, in s.
     settling : float
-        Time after which the rate of passages is taken to be constant, in s: needed for a mean if some paths are cut
-        off.
+        Time after which the rate of passages is assumed constant, in s: needed for a mean if some paths are censored.
     times : ndarray, shape (paths,)
-        Since ``begin``, in s; 0 for a path beyond the level when the clock starts, infinite for one that did not pass.
+        Since ``begin``, in s; 0 for a path beyond the level at ``begin``, infinite for one that did not pass.
     """
 
     quantity: str
@@ -57,12 +55,12 @@ class PassageTimes:
 
     @property
     def paths(self) -> int:
-        """How many paths were watched."""
+        """Number of paths."""
         return int(self.times.size)
 
     @property
     def share_at_start(self) -> float:
-        """Share of the paths that were beyond the level when the clock started."""
+        """Share of the paths that were beyond the level at ``begin``."""
         return float(np.mean(self.times == 0.0))
 
     @property
@@ -85,12 +83,12 @@ class PassageTimes:
         Raises
         ------
         ValueError
-            If a time lies outside; nothing was seen there.
+            If a time lies outside.
 
         Examples
         --------
-        >>> found = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0, np.inf]))
-        >>> found.survival([0.0, 2.5])[0]
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0, np.inf]))
+        >>> passages.survival([0.0, 2.5])[0]
         array([1. , 0.5])
         """
         t = np.asarray(time, dtype=float)
@@ -121,8 +119,8 @@ class PassageTimes:
 
         Examples
         --------
-        >>> found = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0, np.inf]))
-        >>> found.quantile([0.5, 0.9])[0]
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0, np.inf]))
+        >>> passages.quantile([0.5, 0.9])[0]
         array([ 2., nan])
         """
         p = np.asarray(probability, dtype=float)
@@ -141,23 +139,22 @@ class PassageTimes:
 
     @property
     def restricted_mean(self) -> tuple[float, float]:
-        """Mean of min(time, horizon), and its standard error, in s: known whatever share of the paths is cut off."""
+        """Mean of min(time, horizon), and its standard error, in s: known for any share of censored paths."""
         seen = np.minimum(self.times, self.horizon)
         return float(seen.mean()), _standard_error(seen)
 
     @cached_property
     def mean(self) -> tuple[float, float, str]:
-        """Mean time in s, its standard error, and what was assumed or why there is none.
+        """Mean time in s, its standard error, and a sentence: the assumption, or why there is no mean.
 
-        If every path has passed it is the mean of the times.  Otherwise those that have not are taken to pass at the
-        constant rate that the others had in the second half of the horizon.  Where that adds more than a standard error
-        to the mean, there is none (NaN) if the rate is not seen to be constant there, or from too few passages, or the
-        half begins too early.
+        If every path has passed it is the mean of the times.  Otherwise the remaining paths are assumed to pass at the
+        constant rate of passages in the second half of the horizon.  If that adds more than a standard error, the mean
+        is NaN where the rate is not constant, comes from too few passages, or that half begins before ``settling``.
 
         Examples
         --------
-        >>> found = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0]))
-        >>> found.mean[0], found.mean[2]
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.array([1.0, 2.0, 3.0]))
+        >>> passages.mean[0], passages.mean[2]
         (2.0, '')
         """
         censored = np.isinf(self.times)
@@ -173,14 +170,14 @@ class PassageTimes:
         refusal = "" if small else self._no_mean(share, half, late, exposure)
         if refusal:
             return math.nan, math.nan, refusal
-        # to first order in the spread: mean = restricted + censored * exposure / late
+        # linearised: mean = restricted + censored * exposure / late
         value = float(seen.mean() + c * e / d)
         samples = seen + censored * (e / d) + exposure * (c / d) - late * (c * e / d**2)
         assumed = f"{share}; the mean time takes them to pass at the rate of the second half, {d / e:.3g} per s."
         return value, _standard_error(samples), assumed
 
     def _no_mean(self, share: str, half: float, late: npt.NDArray[np.bool_], exposure: Floats) -> str:
-        """Why the paths that have not passed leave no mean; empty if they do."""
+        """Why there is no mean; empty if there is one."""
         seen = np.minimum(self.times, self.horizon)
         if half < self.settling:
             wanted = "quantiles or the survival curve"
@@ -206,16 +203,16 @@ class PassageTimes:
 
     @property
     def mean_time(self) -> float:
-        """The mean time in s, NaN if there is none; `mean` has its standard error and what it assumes."""
+        """The mean time in s, NaN if there is none; `mean` also has its standard error and its assumption."""
         return self.mean[0]
 
     def numbers(self) -> dict[str, tuple[float, str, str]]:
-        """Scalars for tables and files, by name: value, unit and what it is."""
+        """Scalars for tables and files, by name: value, unit and description."""
         name = f"{self.quantity}_first_passage"
         what = f"first passage of {self.quantity} through {self.level:g} {self.unit}".rstrip()
         (mean, error, _), (restricted, its_error) = self.mean, self.restricted_mean
         n = self.paths
-        found = {
+        entries = {
             f"{name}_mean": (mean, error, "s", f"mean time of the {what}"),
             f"{name}_restricted_mean": (restricted, its_error, "s", f"mean of the time cut off at {self.horizon:g} s"),
             f"{name}_censored": (self.share_censored, float(_share_error(self.share_censored, n)), "1",
@@ -224,7 +221,7 @@ class PassageTimes:
                                  "share of the paths beyond the level when the clock starts"),
         }  # fmt: skip
         numbers = {}
-        for key, (value, se, unit, text) in found.items():
+        for key, (value, se, unit, text) in entries.items():
             numbers[key] = value, unit, text
             numbers[f"{key}_se"] = se, unit, f"standard error of {key}"
         return numbers
@@ -236,15 +233,17 @@ class PassageTimes:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What has to be said about it."""
+        """Warnings: one sentence each."""
         name, (mean, error, assumed) = f"{self.quantity}_first_passage", self.mean
-        found = []
+        sentences = []
         if assumed and not mean - self.restricted_mean[0] < error:
-            found.append(f"{name}: {assumed}")
+            sentences.append(f"{name}: {assumed}")
         if self.share_at_start > 0.0:
             share = f"{100.0 * self.share_at_start:.2g} %"
-            found.append(f"{name}: {share} of the paths were beyond the level when the clock started; their time is 0.")
-        return tuple(found)
+            sentences.append(
+                f"{name}: {share} of the paths were beyond the level when the clock started; their time is 0."
+            )
+        return tuple(sentences)
 
 
 def _standard_error(samples: Floats) -> float:
@@ -252,6 +251,6 @@ def _standard_error(samples: Floats) -> float:
 
 
 def _share_error(share: npt.ArrayLike, count: int) -> Floats:
-    """Standard error of a share, with one path more on either side: none of ``count`` paths is not none at all."""
+    """Standard error of a share, computed with one path more on either side, so that it is not 0 for a share of 0."""
     likely = (np.asarray(share, dtype=float) * count + 1.0) / (count + 2.0)
     return np.asarray(np.sqrt(likely * (1.0 - likely) / count))

@@ -5,7 +5,7 @@ and the transform of Box and Muller two pairs of normals.  Nothing depends on th
 gives the same path for any number of threads or blocks.
 
 The logarithm is the single-precision polynomial of the Cephes library; the radius uses 31 bits of its word, so the
-largest normal is 6.66; a Gaussian goes beyond it once in 4e10 draws.
+largest normal is 6.66, which a Gaussian exceeds once in 4e10 draws.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _sine_cosine_of_turn(word):
 def box_muller(radius_word, angle_word):
     """Two independent normals from two 32-bit words; finite for every word."""
     uniform = (f32(i32(radius_word >> u32(1))) + f32(0.5)) * f32(4.656612873077393e-10)
-    # the largest words round to uniform = 1, whose polynomial logarithm is 0 only to rounding: keep the root real
+    # the largest words round to uniform = 1, whose computed logarithm may be slightly positive
     radius = np.sqrt(max(f32(-2) * _log(uniform), f32(0)))
     s, c = _sine_cosine_of_turn(angle_word)
     return radius * s, radius * c
@@ -126,7 +126,7 @@ def _fill(first, stream, k0, k1, out):
 
 
 def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
-    """The normals that drive a run: what step n of path p receives, as an array.
+    """The normals of a run: element [p, n] is that of step n of path p.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a run gives: values with errors, budgets, warnings, paths, and their forms as a dict, a dataset and a file."""
+"""The result of a run: values with errors, budgets, warnings and paths, also as a dict, a dataset and a file."""
 
 from __future__ import annotations
 
@@ -30,19 +30,20 @@ PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of th
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The outcome of one simulation.
+    """The result of one simulation.
 
     Attributes
     ----------
     oscillator : Oscillator
     settings : Settings
-        As completed; with an adapted start, ``initial_position`` is what was found.
+        Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
         Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
     budgets : dict
-        What each controlled estimate may be off by (`springpot.simulation.Budget`); empty unless ``rtol`` was given.
+        Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
     diagnostics : dict
-        How it was computed: memory terms and their error, adapted start and its residual, collapses, versions, time.
+        How it was computed: memory terms and their error, residual of the stationary start, chattering sequences that
+        ended at rest (``collapses``), versions, time.
     warnings : tuple of str
         One sentence for each reason to doubt a number.
     time : ndarray, shape (points,)
@@ -50,14 +51,14 @@ class Run:
     record : ndarray, shape (recorded, points, 2)
         x and v of the recorded paths, at time 0 and after every ``record_every`` steps.
     distributions : dict
-        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if they were asked for.
+        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if requested.
     extremes : dict
-        Smallest and largest x, largest speed and impact speed of each path in the window, if they were asked for:
-        arrays of shape (paths,), taken at the ends of the steps and at the impacts.
+        Smallest and largest x, largest speed and impact speed of each path in the window, if requested: arrays of shape
+        (paths,), taken at the ends of the steps and at the impacts.
     spectrum : Spectrum or None
-        `springpot.simulation.Spectrum` of x in the window, if it was asked for.
+        `springpot.simulation.Spectrum` of x in the window, if requested.
     first_passages : dict
-        `springpot.simulation.PassageTimes` of each level that was asked for, by quantity.
+        `springpot.simulation.PassageTimes` of each level requested, by quantity.
     """
 
     oscillator: Oscillator
@@ -75,7 +76,7 @@ class Run:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the recorded paths, as plain numbers, words, lists and dicts; what is not a number is None.
+        """Everything but the recorded paths, as plain numbers, strings, lists and dicts; NaN is None.
 
         Returns
         -------
@@ -86,8 +87,8 @@ class Run:
         Examples
         --------
         >>> from springpot import run
-        >>> found = run(Oscillator(), paths=1, duration=1.0).to_dict()
-        >>> found["x_mean_se"] is None, found["settings"]["paths"]
+        >>> words = run(Oscillator(), paths=1, duration=1.0).to_dict()
+        >>> words["x_mean_se"] is None, words["settings"]["paths"]
         (True, 1)
         """
         quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
@@ -107,7 +108,7 @@ class Run:
         }
 
     def _step_biases(self) -> dict[str, float | npt.NDArray[np.float64]]:
-        """Bounds on the step's bias by name, where there is no budget that has them."""
+        """Bounds on the step bias by name, for runs without budgets."""
         if self.budgets:
             return {}
         return step_biases(
@@ -115,7 +116,7 @@ class Run:
         )
 
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
-        """Every number by its public name: value, unit and what it is."""
+        """Every number by its public name: value, unit and description."""
         numbers, biases = {}, self._step_biases()
         for name, value in self.values.items():
             unit = UNITS.get(name, "")  # only the user knows the unit of an observable
@@ -145,19 +146,19 @@ class Run:
         return curves
 
     def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
-        """Quantiles at PROBABILITIES of what was sketched and of the extremes over the paths: values, errors, unit."""
-        found = {
+        """Quantiles at PROBABILITIES of distributions, extremes and passage times: values, errors, unit."""
+        quantiles = {
             f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)
             for name, sketch in self.distributions.items()
         }
         for name, samples in self.extremes.items():
-            found[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
+            quantiles[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
         for name, passage in self.first_passages.items():
-            found[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
-        return found
+            quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
+        return quantiles
 
     def to_dataset(self) -> xarray.Dataset:
-        """The same as an xarray Dataset: every estimate and its ``_se`` with units, all else as attributes.
+        """An xarray Dataset: every estimate and its ``_se`` with units, the rest as attributes.
 
         Returns
         -------
@@ -190,10 +191,14 @@ class Run:
             data[f"{name}_se"] = ("probability", error, {"units": unit})
             if name in biases:
                 data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
-        if (found := self.spectrum) is not None:
-            coordinates["frequency"] = ("frequency", found.frequency, {"units": "rad s-1"})
-            data["x_spectrum"] = ("frequency", found.density, {"units": "m2 s rad-1", "resolution": found.resolution})
-            data["x_spectrum_se"] = ("frequency", found.standard_error, {"units": "m2 s rad-1"})
+        if (estimate := self.spectrum) is not None:
+            coordinates["frequency"] = ("frequency", estimate.frequency, {"units": "rad s-1"})
+            data["x_spectrum"] = (
+                "frequency",
+                estimate.density,
+                {"units": "m2 s rad-1", "resolution": estimate.resolution},
+            )
+            data["x_spectrum_se"] = ("frequency", estimate.standard_error, {"units": "m2 s rad-1"})
         for name, (axis, column, unit) in self._curves().items():
             (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
         for name, sketch in self.distributions.items():
@@ -242,9 +247,9 @@ def _finite(numbers: list[float]) -> list[float | None]:
     return [number if math.isfinite(number) else None for number in numbers]
 
 
-def _spectrum_words(found: Spectrum) -> dict[str, list[float | None]]:
+def _spectrum_words(spectrum: Spectrum) -> dict[str, list[float | None]]:
     return {
-        "frequency": _finite(found.frequency.tolist()),
-        "x_spectrum": _finite(found.density.tolist()),
-        "x_spectrum_se": _finite(found.standard_error.tolist()),
+        "frequency": _finite(spectrum.frequency.tolist()),
+        "x_spectrum": _finite(spectrum.density.tolist()),
+        "x_spectrum_se": _finite(spectrum.standard_error.tolist()),
     }

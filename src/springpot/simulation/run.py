@@ -1,4 +1,4 @@
-"""One simulation, from an oscillator to named numbers with standard errors."""
+"""`run` and `simulate`: one simulation, from an oscillator to results with standard errors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.statistics import standard_error
 from springpot.simulation.warnings import (
     about_default_start,
-    about_impacts_not_asked_for,
     about_observables,
     about_quantiles,
+    about_uncontrolled_impacts,
     doubts,
     without_effect,
 )
@@ -73,8 +73,8 @@ def run(
     Examples
     --------
     >>> from springpot import Oscillator
-    >>> found = run(Oscillator(), paths=64, duration=2.0, step=0.02)
-    >>> found.values["x_mean"] > 0.0
+    >>> result = run(Oscillator(), paths=64, duration=2.0, step=0.02)
+    >>> result.values["x_mean"] > 0.0
     True
     """
     for name in given:
@@ -92,8 +92,8 @@ def run(
             "spectrum": spectrum is not None,
             "first_passage": first_passage,
         }
-        if asked := [name for name, value in more.items() if value]:
-            raise ValueError(f"{asked[0]} cannot be given with rtol, which controls moments only.")
+        if unusable := [name for name, value in more.items() if value]:
+            raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
         return _run_to(oscillator, rtol, quantities, max_time, progress, given)
     if max_time is not None:
         raise ValueError("max_time needs rtol: without it, paths and duration say how long a run takes.")
@@ -151,12 +151,12 @@ def _run_to(
     progress: Progress | None,
     given: Options,
 ) -> Run:
-    """The run that `reach` decides on."""
+    """A run with ``rtol``."""
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
-    found = reach(
+    reached = reach(
         oscillator,
         rtol,
         quantities=quantities,
@@ -165,29 +165,29 @@ def _run_to(
         max_time=max_time,
         progress=progress,
     )
-    rows = found.rows
-    diagnostics = _diagnostics(found.simulation, rows, time.perf_counter() - begun)
+    rows = reached.rows
+    diagnostics = _diagnostics(reached.simulation, rows, time.perf_counter() - begun)
     warned = [
-        *doubts(found.simulation, found.values, found.errors, rows, bounded=True),
-        *about_impacts_not_asked_for(found, quantities, rtol),
-        *([found.shortfall] if found.shortfall else []),
+        *doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True),
+        *about_uncontrolled_impacts(reached, quantities, rtol),
+        *([reached.shortfall] if reached.shortfall else []),
     ]
     return Run(
         oscillator=oscillator,
-        settings=found.settings,
-        values=found.values,
-        errors=found.errors,
-        budgets=found.budgets,
+        settings=reached.settings,
+        values=reached.values,
+        errors=reached.errors,
+        budgets=reached.budgets,
         diagnostics={
             **diagnostics,
-            "pairs": found.pairs,
-            "path_steps": found.path_steps,
-            "held_up_by": found.reason,
-            "reached": not found.shortfall,
+            "pairs": reached.pairs,
+            "path_steps": reached.path_steps,
+            "held_up_by": reached.reason,
+            "reached": not reached.shortfall,
         },
         warnings=tuple(warned),
         time=np.zeros(0),
-        record=np.zeros((0, found.settings.steps + 1, 2)),
+        record=np.zeros((0, reached.settings.steps + 1, 2)),
     )
 
 
@@ -215,10 +215,10 @@ def simulate(
         error (95 % of the sampling error, plus bounds on what step, memory and start leave) of each of ``quantities``
         is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
-        What ``rtol`` speaks of, ``("amplitude_mean_square",)`` if left out.
+        Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out.
     max_time : float
-        With ``rtol``: seconds after which the run ends with what it has reached, and says so.  It ends after a whole
-        round of paths; how many rounds there is time for depends on the machine.
+        With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
+        a whole round of paths; the number of rounds depends on the machine.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.
@@ -231,12 +231,13 @@ def simulate(
     spectrum : array_like
         Frequencies in rad/s at which to estimate the spectral density of x in the window.
     first_passage : dict
-        Quantities and levels whose first passage is watched, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
+        Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
         ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
         x - reference with a pair ``(level, reference)``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m) is
         sqrt(x^2 + v^2 / Omega^2);
         ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
-        f(t, x, v) and its level.  The clock starts with the window; from rest the window is the whole run if left out.
+        f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
+        left out.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -255,8 +256,8 @@ def simulate(
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it).
     start : {"stationary", "rest"}
-        ``"stationary"`` puts x(0) at the stationary mean, found by pilot runs, so that the springpot has no transient
-        of the mean to remember; the standard errors of the moments then include a bound on the error of x(0).
+        ``"stationary"`` sets x(0) to the stationary mean, which pilot runs determine, so that the memory has no
+        transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
         ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a run whose
         ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
         that state, and a run without a stationary state from rest, with a warning.
@@ -274,8 +275,7 @@ def simulate(
     record : int
         Number of paths to store (variables ``x`` and ``v``); none if left out.
     record_every : int
-        Store every so many steps only; every step if left out.  Memory and the limit of 50 million points count what is
-        stored.
+        Steps between two stored points; 1 if left out.  At most 50 million points are stored.
     progress : callable
         Called with the fraction done, from any thread.  With ``rtol`` that float also has the attribute ``estimate``
         (None before the pilot runs are over): ``estimate.path_steps``, ``estimate.seconds`` still to come,
@@ -322,24 +322,24 @@ def simulate(
     --------
     >>> import springpot as sp
     >>> oscillator = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> found = sp.simulate(oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0))
-    >>> abs(float(found["amplitude_mean_square"]) - 1.0) < 0.05
+    >>> dataset = sp.simulate(oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0))
+    >>> abs(float(dataset["amplitude_mean_square"]) - 1.0) < 0.05
     True
 
     What a harvester with a damping of 0.1 per second gains, and how fast the fastest tenth of the impacts is:
 
-    >>> found = sp.simulate(
+    >>> dataset = sp.simulate(
     ...     oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0),
     ...     observables={"harvested_power": lambda t, x, v: 0.1 * v * v}, distributions=True,
     ... )
-    >>> abs(float(found["harvested_power"]) - 0.05) < 0.0025
+    >>> abs(float(dataset["harvested_power"]) - 0.05) < 0.0025
     True
-    >>> bool(found["impact_speed_quantile"].sel(probability=0.95) > found["impact_speed_mean"])
+    >>> bool(dataset["impact_speed_quantile"].sel(probability=0.95) > dataset["impact_speed_mean"])
     True
     """
     import warnings
 
-    found = run(
+    result = run(
         oscillator,
         rtol=rtol,
         quantities=quantities,
@@ -352,9 +352,9 @@ def simulate(
         progress=progress,
         **given,
     )
-    for sentence in found.warnings:
+    for sentence in result.warnings:
         warnings.warn(sentence, stacklevel=2)
-    return found.to_dataset()
+    return result.to_dataset()
 
 
 def _diagnostics(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:

@@ -1,18 +1,18 @@
-"""Runs in files: written whole or not at all, and read back equal to what was written.
+"""Save runs to files.  A file is written completely or not at all, and reading it gives an equal run.
 
 =======  ===========================================================================================================
-suffix   what the file holds
+suffix   content of the file
 =======  ===========================================================================================================
-``.nc``  netCDF 4.  At the top what `springpot.simulate` returns, for any program that reads netCDF; in the group
-         ``run`` what `load_run` needs beyond that.
-``.json``  What ``springpot simulate --json`` prints, and under ``run`` what `load_run` needs.
-``.csv``  A table for spreadsheets: a row for each number with its error and unit.  Recorded paths are a table of their
-         own beside it, ``NAME_paths.csv``.  It cannot be read back.
+``.nc``  netCDF 4.  At the top the dataset of `springpot.simulate`, for any program that reads netCDF; in the group
+         ``run`` what `load_run` needs in addition.
+``.json``  The output of ``springpot simulate --json``, and under ``run`` what `load_run` needs.
+``.csv``  A table for spreadsheets: a row for each number with its error and unit.  Recorded paths are a second table,
+         ``NAME_paths.csv``.  It cannot be read back.
 =======  ===========================================================================================================
 
-A run is a tree of frozen dataclasses, dicts, tuples, plain numbers and arrays.  `_taken_apart` turns it into words that
-JSON can hold and arrays by name, and `springpot.simulation.loaded` back, with the classes that the fields of `Run`
-name and no others, so that a file can never make anything else.  A checksum over both finds damage.
+A run is a tree of frozen dataclasses, dicts, tuples, plain numbers and arrays.  `_taken_apart` turns it into JSON text
+(``words``) and named arrays; `springpot.simulation.loaded` does the inverse.  It makes only the classes that the fields
+of `Run` name, so that a file cannot create other objects.  A checksum over both detects damage.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
     ----------
     path : str or Path
     run_or_paths : Run or int
-        What is to be saved, or how many paths it records.
+        The run, or its number of recorded paths.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
 
 
 def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a run to a file; the suffix says how.
+    """Write a run to a file in the format of its suffix.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
         Ends in ``.nc`` or ``.json``, which `load_run` reads, or in ``.csv``, a table for spreadsheets (recorded paths
         are a second table beside it, ``NAME_paths.csv``).
     overwrite : bool
-        Whether to replace a file that is there.
+        Whether to replace an existing file.
 
     Returns
     -------
@@ -100,17 +100,17 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
     Raises
     ------
     ValueError
-        If the name ends otherwise, its folder does not exist, or the file is there and ``overwrite`` was not given.
+        If the name ends otherwise, its folder does not exist, or the file exists and ``overwrite`` is False.
     OSError
-        If it cannot be written; what was there before is left as it was.
+        If it cannot be written; an existing file is then unchanged.
 
     Examples
     --------
     >>> import tempfile
     >>> import springpot as sp
-    >>> found = sp.run(sp.Oscillator(), paths=64, duration=1.0)
-    >>> place = found.save(Path(tempfile.mkdtemp()) / "run.nc")
-    >>> sp.load_run(place).values == found.values
+    >>> run = sp.run(sp.Oscillator(), paths=64, duration=1.0)
+    >>> place = run.save(Path(tempfile.mkdtemp()) / "run.nc")
+    >>> sp.load_run(place).values == run.values
     True
     """
     first, *others = (place_for(place, overwrite=overwrite) for place in places(path, run))
@@ -129,7 +129,7 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
 
 
 def _taken_apart(value: object, name: str, arrays: Arrays) -> Any:
-    """A value as words that JSON can hold; arrays go to ``arrays``, under names that say where they stand."""
+    """A value in a form that JSON can represent; arrays go to ``arrays``, named by their path in the tree."""
     if isinstance(value, np.ndarray):
         if value.size == 0:
             return {"empty": list(value.shape), "kind": value.dtype.str}
@@ -153,12 +153,12 @@ def _taken_apart(value: object, name: str, arrays: Arrays) -> Any:
 
 
 def checksum_of(words: str, arrays: Mapping[str, npt.NDArray[Any]]) -> str:
-    found = hashlib.sha256(words.encode())
+    digest = hashlib.sha256(words.encode())
     for name in sorted(arrays):
         array = arrays[name]
-        found.update(f"\n{name} {array.dtype.str} {array.shape}\n".encode())
-        found.update(np.ascontiguousarray(array).data)
-    return found.hexdigest()
+        digest.update(f"\n{name} {array.dtype.str} {array.shape}\n".encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
 
 
 def _stated(run: Run) -> tuple[str, Arrays]:
@@ -177,7 +177,7 @@ def _write_netcdf(run: Run, path: Path) -> None:
     own = xarray.Dataset(attrs={"format": FORMAT, "checksum": checksum_of(words, arrays)})
     own[WORDS] = (("character",), np.frombuffer(words.encode(), np.uint8))
     for name, array in arrays.items():
-        if name != RECORD:  # it is x and v at the top
+        if name != RECORD:  # it is stored as x and v at the top
             own[name] = (tuple(f"{name}.{axis}" for axis in range(array.ndim)), array)
     packed = {name: {"zlib": True, "complevel": 2, "shuffle": True} for name in own.data_vars}
     with replacing(str(path)) as partial:
@@ -215,17 +215,17 @@ def _table(run: Run) -> bytes:
     dataset = run.to_dataset()
     rows = []
     for name in dataset.data_vars:
-        found = dataset[name]
-        if found.ndim > 1 or any(
+        variable = dataset[name]
+        if variable.ndim > 1 or any(
             str(name).endswith(end) and str(name).removesuffix(end) in dataset for end in _ENDINGS
         ):
             continue
-        along = [np.nan] if found.ndim == 0 else np.asarray(found[found.dims[0]], dtype=float)
+        along = [np.nan] if variable.ndim == 0 else np.asarray(variable[variable.dims[0]], dtype=float)
         errors = [dataset.get(f"{name}{ending}") for ending in _ENDINGS]
         for i, place in enumerate(along):
-            value, *cells = (None if part is None else float(np.atleast_1d(part)[i]) for part in (found, *errors))
-            unit = found.attrs.get("units", "")
-            rows.append([name, _cell(place), *([found.dims[0]] if found.ndim else [""]), value, *cells, unit])
+            value, *cells = (None if part is None else float(np.atleast_1d(part)[i]) for part in (variable, *errors))
+            unit = variable.attrs.get("units", "")
+            rows.append([name, _cell(place), *([variable.dims[0]] if variable.ndim else [""]), value, *cells, unit])
     kept = [i for i, _ in enumerate(_PARTS) if i == 0 or any(row[4 + i] is not None for row in rows)]
     header = ["quantity", "at", "along", "value", *(_PARTS[i] for i in kept), "unit"]
     lines = [[*row[:3], *map(_cell, (row[3], *(row[4 + i] for i in kept))), row[-1]] for row in rows]

@@ -1,15 +1,13 @@
-"""Stationary moments by runs scaled to the problem, so that every point of a wide grid is known equally well.
+"""Stationary moments from runs scaled to the problem, so that all points of a wide grid have the same relative error.
 
-Times are counted in the problem's own: steps in its shortest time scale, transient and window in relaxation times of
-the energy.  The start is adapted, and the energy balance is a control variate (see
-:mod:`springpot.simulation.accuracy`).
+Steps are given in units of the shortest time scale, transient and window in relaxation times of the energy.  The start
+is stationary, and the energy balance is a control variate (see :mod:`springpot.simulation.accuracy`).
 
-Behind a lossy wall slow impacts crowd, and a step h misses those slower than about sqrt(h): the impact rate lacks a
-share that goes like h^p with the p of `springpot.simulation.slow_impacts.slow_impact_order`.  Against the Fokker-Planck
-equation at order 1 that one power describes the whole bias from steps of 0.1 down to 0.003, at r = 0.3, 0.4, 0.5 and
-0.65, to the standard errors of 0.15 %: so two steps and the known power take it out; behind a preload they have to be
-shorter.  What impacts hand over, rate times mean speed and rate times mean square speed, does not suffer, for slow
-impacts hand over next to nothing.
+With a lossy wall slow impacts are frequent, and a step h misses those slower than about sqrt(h).  The relative bias of
+the impact rate is proportional to h^p, with p of `springpot.simulation.slow_impacts.slow_impact_order`.  Compared with
+the Fokker-Planck equation at order 1, r = 0.3, 0.4, 0.5 and 0.65, this holds for steps from 0.1 down to 0.003 to within
+the standard errors of 0.15 %, so that extrapolation from two steps removes the bias.  With a preload the steps have to
+be shorter.  Rate times mean speed and rate times mean square speed have no such bias: slow impacts add little to them.
 """
 
 from __future__ import annotations
@@ -24,17 +22,17 @@ from springpot.simulation.compose import Floats
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
-from springpot.simulation.slow_impacts import even_step, impacts_are_countable, slow_impact_order
+from springpot.simulation.slow_impacts import extrapolation_step, impacts_are_countable, slow_impact_order
 from springpot.simulation.statistics import controlled, standard_error
 from springpot.theory.result import MOMENTS
 
 __all__ = ["Scaled", "stationary"]
 
 ELASTIC_STEP = 0.05  # in units of the shortest time scale; leaves 0.1 %
-LOSSY_STEPS = (0.1, 0.025, 8.0)  # two steps, and how many `even_step` the first may be behind a preload
-LOSSIER_STEPS = (0.1, 0.0125, 2.0)  # where slow impacts crowd
-CROWDED = 0.7  # power of the step below which they do
-SHORTEST = 0.05  # share of these steps that is taken at least
+LOSSY_STEPS = (0.1, 0.025, 8.0)  # two steps; with a preload the first is at most this many `extrapolation_step`
+LOSSIER_STEPS = (0.1, 0.0125, 2.0)  # where slow impacts are frequent: order of the bias in the step below CROWDED
+CROWDED = 0.7
+SHORTEST = 0.05  # least factor on these steps
 TRANSIENT, WINDOW = 6.0, 20.0  # relaxation times
 SHORTEST_RELAXATION, SHORTEST_WINDOW = 2.0, 30.0  # in units of 1 / Omega
 FEWEST_PATHS = 2048
@@ -89,8 +87,8 @@ def stationary(
     Examples
     --------
     >>> from springpot import Springpot
-    >>> found = stationary(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), path_times=1e5)
-    >>> abs(found.values["x_mean_square"] - 0.5) < 5.0 * found.errors["x_mean_square"] < 0.01
+    >>> moments = stationary(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), path_times=1e5)
+    >>> abs(moments.values["x_mean_square"] - 0.5) < 5.0 * moments.errors["x_mean_square"] < 0.01
     True
     """
     path_times = finite_number(path_times, "path_times", low=1e3, high=1e9)
@@ -103,17 +101,17 @@ def stationary(
         progress=progress,
     )
     whole = sum(each.paths * each.steps for each in settings)
-    done, found = 0.0, []
+    done, samples = 0.0, []
     for each, stream in zip(settings, STREAMS, strict=False):
         share = each.paths * each.steps / whole
         part = None if progress is None else _part_of(progress, done, share)
-        found.append(_run(simulation_of(oscillator, each, adapted), stream, part))
+        samples.append(_run(simulation_of(oscillator, each, adapted), stream, part))
         done += share
-    return _moments(found[0] if len(found) == 1 else _extrapolated(oscillator, *found))
+    return _moments(samples[0] if len(samples) == 1 else _extrapolated(oscillator, *samples))
 
 
 def _part_of(progress: Progress, before: float, share: float) -> Progress:
-    """Progress of one of several runs, told as that of all."""
+    """Progress of one of several runs, as a fraction of all of them."""
     return lambda fraction: progress(before + share * fraction)
 
 
@@ -122,27 +120,27 @@ def _steps(oscillator: Oscillator) -> tuple[float, ...]:
         return (ELASTIC_STEP,)
     order = slow_impact_order(oscillator.restitution)
     first, last, even = LOSSY_STEPS if order > CROWDED else LOSSIER_STEPS
-    longest = even * even_step(oscillator) * scales_of(oscillator).fastest_rate
+    longest = even * extrapolation_step(oscillator) * scales_of(oscillator).fastest_rate
     shorter = max(min(1.0, longest / first), SHORTEST)
     return first * shorter, last * shorter
 
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """What each path contributes to each number, and standard errors that all paths share."""
+    """Samples per path of each estimate, and the standard errors common to all paths (of x(0))."""
 
     of: dict[str, Floats]
     shared: dict[str, float]
 
 
 def _run(simulation: Simulation, stream: int, progress: Progress | None) -> _Samples:
-    found = simulation.samples(simulation.advance(stream=stream, progress=progress).rows)
-    balance = found["energy_residual"][1][:, None]
-    for speed, flux in _FLUXES.items():  # rate times speed, to first order in the spread
-        (rate, rates), (mean, means) = found["impact_rate"], found[speed]
-        found[flux] = rate * mean, rates * mean + rate * (means - mean)
-    shared = simulation.errors_of_the_start({name: value for name, (value, _) in found.items()})
-    return _Samples({name: controlled(samples, balance) for name, (_, samples) in found.items()}, shared)
+    estimates = simulation.samples(simulation.advance(stream=stream, progress=progress).rows)
+    balance = estimates["energy_residual"][1][:, None]
+    for speed, flux in _FLUXES.items():  # rate times speed, linearised
+        (rate, rates), (mean, means) = estimates["impact_rate"], estimates[speed]
+        estimates[flux] = rate * mean, rates * mean + rate * (means - mean)
+    shared = simulation.errors_of_the_start({name: value for name, (value, _) in estimates.items()})
+    return _Samples({name: controlled(samples, balance) for name, (_, samples) in estimates.items()}, shared)
 
 
 def _settings(oscillator: Oscillator, step: float, path_times: float, seed: int, threads: int | None) -> Settings:
@@ -164,7 +162,7 @@ def _settings(oscillator: Oscillator, step: float, path_times: float, seed: int,
 
 
 def _extrapolated(oscillator: Oscillator, coarse: _Samples, fine: _Samples) -> _Samples:
-    """The fine run, with the impact rate taken to step zero; its paths and the coarse ones are independent."""
+    """The fine run, with the impact rate extrapolated to step zero; fine and coarse paths are independent."""
     if not impacts_are_countable(oscillator):
         return fine
     first, last = _steps(oscillator)
@@ -179,17 +177,17 @@ def _extrapolated(oscillator: Oscillator, coarse: _Samples, fine: _Samples) -> _
 
 
 def _moments(samples: _Samples) -> Scaled:
-    found, shared = dict(samples.of), samples.shared
-    rates = found["impact_rate"]
+    per_path, shared = dict(samples.of), samples.shared
+    rates = per_path["impact_rate"]
     rate = float(rates.mean())
-    values = {name: float(found[name].mean()) for name in MOMENTS}
-    errors = {name: math.hypot(standard_error(found[name]), shared[name]) for name in MOMENTS}
+    values = {name: float(per_path[name].mean()) for name in MOMENTS}
+    errors = {name: math.hypot(standard_error(per_path[name]), shared[name]) for name in MOMENTS}
     for speed, flux in _FLUXES.items():
         if not rate > 0.0:
             values[speed] = errors[speed] = math.nan
             continue
-        mean = float(found[flux].mean())
+        mean = float(per_path[flux].mean())
         values[speed] = mean / rate
-        spread = standard_error(found[flux] / mean - rates / rate)
+        spread = standard_error(per_path[flux] / mean - rates / rate)
         errors[speed] = values[speed] * math.hypot(spread, shared["impact_rate"] / rate)
     return Scaled(values, errors)

@@ -1,4 +1,4 @@
-"""The rates and times of an oscillator: what a step and a length of a run are measured by."""
+"""The rates and times of an oscillator, which set the step and the duration of a run."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Scales:
     energy_time : float
         1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
     creep_time : float
-        (C / Omega^2)^(1 / alpha), in s, where the springpot is stronger than the spring, otherwise 0: the time of creep
-        back to the equilibrium.  What happens below this frequency takes this long to show.
+        (C / Omega^2)^(1 / alpha), in s, if the springpot is stronger than the spring, otherwise 0: the time of creep
+        back to the equilibrium.
     forgetting_time : float
-        Time in which the energy forgets its start, in s, at least two over Omega.
+        The energy time, but at least 2 / Omega, in s.
     """
 
     fastest_rate: float
@@ -36,7 +36,7 @@ class Scales:
 
     @property
     def relaxation_time(self) -> float:
-        """Estimate of the time in which the motion forgets its start, in s: energy or creep, whichever takes longer."""
+        """Relaxation time of the motion, in s: the larger of energy time and creep time."""
         return max(self.energy_time, self.creep_time)
 
 
@@ -63,8 +63,8 @@ def scales_of(oscillator: Oscillator) -> Scales:
 def _energy_time(oscillator: Oscillator) -> float:
     """As in `Scales`.
 
-    The part of beta that is due to lossy impacts counts with the share of cycles wide enough to reach the wall, and the
-    time to grow up to a gap is added.
+    With a gap the part of beta due to lossy impacts is multiplied by the share of cycles that reach the wall, and the
+    time to grow to that amplitude is added.
     """
     frequency, barrier = oscillator.natural_frequency, oscillator.barrier
     elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
@@ -83,10 +83,12 @@ def _energy_time(oscillator: Oscillator) -> float:
 
 
 def _slowing(oscillator: Oscillator) -> float:
-    """How much slower the springpot dissipates than averaging at Omega says: its stiffness raises the frequency to w.
+    """Ratio of the decay rate by averaging at Omega to the actual one: the springpot's stiffness raises the frequency.
 
-    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2), without a wall; a wall leaves less of that stiffness.  The springpot's
-    power goes like w^(alpha - 1), and it holds a part of the energy, alpha (w^2 - Omega^2) / (2 w^2).
+    The frequency is w, with
+
+    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2) without a wall; with a wall the stiffness is smaller.  The springpot's
+    power is proportional to w^(alpha - 1), and it stores the part alpha (w^2 - Omega^2) / (2 w^2) of the energy.
     """
     order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
     in_phase = oscillator.springpot.coefficient * math.cos(0.5 * math.pi * order)

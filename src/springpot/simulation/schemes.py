@@ -1,6 +1,6 @@
-"""The schemes by which a path is advanced: what each asks of the memory, and the kernel's numbers for one step size.
+"""The numerical schemes: their memory weights, and their constants in the kernel for one step size.
 
-A scheme is asked for by its word, "default" or "grunwald"; `scheme_of` gives the class.
+`scheme_of` gives the class of a name, "default" or "grunwald".
 """
 
 from __future__ import annotations
@@ -31,10 +31,9 @@ class Splitting:
     order : int
         Of stationary moments in the step, without a wall.
     default_step, coarsest_step : float
-        The step taken if none is given, and that beyond which errors of 1 % are to be expected, in units of the
-        shortest time scale.
+        The default step, and the step above which errors of 1 % are expected, in units of the shortest time scale.
     family : {"average", "grunwald"}
-        The weights of the history.
+        The memory weights.
     """
 
     order: ClassVar[int] = 2
@@ -43,7 +42,7 @@ class Splitting:
     family: ClassVar[Family] = "average"
 
     def at(self, frequency: float, order: float, coefficient: float, step: float, length: float) -> parts.Splitting:
-        """The kernel's numbers for one step size, in its units; ``length`` is that of length, in m."""
+        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m."""
         return parts.splitting(frequency, order, coefficient, step)
 
     def recent_weights(self, order: float) -> Floats:
@@ -53,25 +52,22 @@ class Splitting:
         return weights
 
     def extra_weight(self, order: float) -> float:
-        """What the second newest increment weighs beyond its part in the modes."""
+        """Extra weight of the second newest increment, which is in the modes already."""
         return parts.newest_weights_splitting(order)[1]
 
     def early_displacement(self, order: float, drive: float, step: float) -> float:
-        """Displacement at the first kick due to Riemann-Liouville's force before it.
-
-        That force is largest at once, and the kick that stands for its first step comes later.
-        """
+        """Displacement at the first kick due to the Riemann-Liouville force, which is largest just before it."""
         return -drive * step**2 * 0.5 * order / (2.0 - order)
 
 
 @dataclass(frozen=True)
 class Grunwald:
-    """The paper's: Grunwald-Letnikov derivative, Euler step, impact when x is near the wall or beyond it and moves in.
+    """The paper's: Grunwald-Letnikov derivative, Euler step; impact when x is near the wall or beyond and moves in.
 
     Attributes
     ----------
     contact_tolerance : float
-        How near, in m.
+        Largest distance of an impact from the wall, in m.
     order, default_step, coarsest_step, family
         As in `Splitting`.
     """
@@ -101,7 +97,7 @@ class Grunwald:
 
 
 def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> Splitting | Grunwald:
-    """The scheme with this word.
+    """The scheme of a name.
 
     Examples
     --------

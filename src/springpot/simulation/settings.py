@@ -1,4 +1,4 @@
-"""How a simulation is run: its settings, checked and completed before any work starts."""
+"""The settings of a run, checked and completed before the simulation starts."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
 MOST_RECORDED = 50_000_000
-LONGEST_SINGLE = 5_000_000  # steps beyond which rounding of single-precision memory would show
+LONGEST_SINGLE = 5_000_000  # steps; in longer runs the rounding of single-precision memory would be visible
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
-COARSEST = 0.5  # step * fastest rate: beyond this no scheme here means anything
+COARSEST = 0.5  # largest step * fastest rate that is accepted
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything a run was told or decided, beside the oscillator itself.  Made by :func:`resolve`.
+    """All settings of a run, given and default.  Made by :func:`resolve`.
 
     Attributes
     ----------
@@ -112,9 +112,9 @@ class Settings:
 
 
 def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> float:
-    """100 / Omega (the paper's length), or longer so that half of it outlasts the transient ten times.
+    """100 / Omega (as in the paper), or 20 relaxation times if that is longer; at most 1e4 / Omega and 2 million steps.
 
-    At most 1e4 / Omega and two million steps: a user who wants to wait longer for a slow oscillator says so.
+    A slower oscillator needs an explicit ``duration``.
     """
     frequency = oscillator.natural_frequency
     long_enough = 20.0 * scales.relaxation_time
@@ -123,7 +123,7 @@ def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> flo
 
 
 def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
-    """Check what the caller gave and complete what was left out.
+    """Check the given arguments and complete them with defaults.
 
     Raises
     ------
@@ -132,20 +132,20 @@ def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
     """
     if not isinstance(oscillator, Oscillator):
         raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
-    asked = cast(Options, {**DEFAULTS, **given})
-    _one_of(asked["scheme"], "scheme", get_args(Scheme))
-    _one_of(asked["derivative"], "derivative", get_args(Derivative))
-    start = asked["start"]
+    options = cast(Options, {**DEFAULTS, **given})
+    _one_of(options["scheme"], "scheme", get_args(Scheme))
+    _one_of(options["derivative"], "derivative", get_args(Derivative))
+    start = options["start"]
     if start is None:
-        start, _ = default_start(oscillator, asked)
+        start, _ = default_start(oscillator, options)
     _one_of(start, "start", get_args(StartKind))
-    paths = _whole(asked["paths"], "paths", 1, MOST_PATHS)
-    seed = checked_seed(asked["seed"])
-    threads = checked_threads(asked["threads"])
-    duration, step, steps = _grid(oscillator, asked["duration"], asked["step"], asked["scheme"])
-    window = _window(asked["window"], duration, step)
-    record, record_every = _record(asked["record"], asked["record_every"], paths, steps)
-    position = _initial_position(oscillator, asked["initial_position"], start, asked["derivative"])
+    paths = _whole(options["paths"], "paths", 1, MOST_PATHS)
+    seed = checked_seed(options["seed"])
+    threads = checked_threads(options["threads"])
+    duration, step, steps = _grid(oscillator, options["duration"], options["step"], options["scheme"])
+    window = _window(options["window"], duration, step)
+    record, record_every = _record(options["record"], options["record_every"], paths, steps)
+    position = _initial_position(oscillator, options["initial_position"], start, options["derivative"])
     return Settings(
         paths=paths,
         duration=duration,
@@ -153,29 +153,29 @@ def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
         window=window,
         seed=seed,
         threads=threads,
-        scheme=asked["scheme"],
+        scheme=options["scheme"],
         start=start,
         initial_position=position,
-        initial_velocity=_initial_velocity(asked["initial_velocity"]),
-        derivative=derivative_at(oscillator.springpot.order, asked["derivative"]),
-        memory_tolerance=finite_number(asked["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
-        contact_tolerance=finite_number(asked["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
+        initial_velocity=_initial_velocity(options["initial_velocity"]),
+        derivative=derivative_at(oscillator.springpot.order, options["derivative"]),
+        memory_tolerance=finite_number(options["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
+        contact_tolerance=finite_number(options["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
         record_every=record_every,
     )
 
 
 def default_start(oscillator: Oscillator, given: Options = DEFAULTS) -> tuple[StartKind, str]:
-    """The start of a run for which none is asked, and why it is not the stationary one where that needs a word.
+    """The start of a run without the argument ``start``, and the reason if there is no stationary state.
 
-    It is the stationary one, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which speak of a start
-    from a given state, or there is no stationary state.
+    The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
+    given state, or there is no stationary state.
 
     Returns
     -------
     start : {"rest", "stationary"}
     reason : str
-        Empty if the start is what the arguments say.
+        Why there is no stationary state; otherwise empty.
 
     Examples
     --------
@@ -185,8 +185,8 @@ def default_start(oscillator: Oscillator, given: Options = DEFAULTS) -> tuple[St
     >>> default_start(Oscillator(springpot=Springpot(0.5, 0.0)))[0]
     'rest'
     """
-    asked = {**DEFAULTS, **given}
-    if any(asked[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
+    options = {**DEFAULTS, **given}
+    if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
     if reason := _not_stationary(oscillator):
         return "rest", reason
@@ -203,7 +203,7 @@ def _not_stationary(oscillator: Oscillator) -> str:
 
 
 def check_stationary(oscillator: Oscillator, who: str) -> None:
-    """Refuse an oscillator without a stationary state, where ``who``, an argument or a command, needs one.
+    """Raise an error if there is no stationary state; ``who`` is the argument or command that needs one.
 
     Raises
     ------
@@ -257,7 +257,7 @@ def _grid(
             f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s; at most {MOST_STEPS:,} are run: "
             f"use {advice}."
         )
-    # the number of steps is the whole number not below duration / step, rounding apart
+    # duration / step rounded up, with a margin for rounding errors
     steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))
     return duration, duration / steps, steps
 
@@ -276,7 +276,7 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
     first, last = round(begin / step), min(round(end / step), round(duration / step))
     if last <= first:
         raise ValueError(f"window from {begin:g} s to {end:g} s holds no step of {step:g} s: make it longer.")
-    return first * step, last * step  # what is averaged over: whole steps
+    return first * step, last * step  # whole steps
 
 
 def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int, int]:
@@ -325,7 +325,7 @@ def _initial_position(
 
 
 def derivative_at(order: float, derivative: Derivative) -> Derivative:
-    """The derivative in force: D^0 x is x whatever the kind, a spring, that knows no start."""
+    """The derivative used: at order 0 both are x, which is Riemann-Liouville's D^0 x."""
     return "riemann-liouville" if order == 0.0 else derivative
 
 

@@ -1,4 +1,4 @@
-"""One simulation: an oscillator with settings, made ready for the kernel once, and blocks of paths on threads."""
+"""One simulation: an oscillator with settings, prepared for the kernel, and its blocks of paths on threads."""
 
 from __future__ import annotations
 
@@ -32,20 +32,19 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Adapted:
-    """A stationary start: x(0) and how well it is known.  `springpot.simulation.adapted.adapt` finds it.
+    """A stationary start: x(0) and its error.  Made by `springpot.simulation.adapted.adapt`.
 
     Attributes
     ----------
     position : float
         x(0), in m.
     residual, residual_se : float or None
-        |E[x] - x(0)| over the root mean square displacement, measured by a fresh pilot before x(0) was corrected by it,
-        and its standard error.  None if pilots long enough to measure it would take too long; x(0) is then that of
-        averaging.
+        |E[x] - x(0)| over the root mean square displacement, and its standard error, measured by an independent pilot
+        run before the last correction of x(0).  None if pilot runs would take too long; x(0) is then that of averaging.
     error : float or None
-        Standard error of x(0) itself, over the root mean square displacement; None as well.
+        Standard error of x(0), over the root mean square displacement; None without pilot runs.
     pilots : int
-        How many pilot runs were made.
+        Number of pilot runs.
     """
 
     position: float
@@ -57,7 +56,7 @@ class Adapted:
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """What paths have left, in the user's units and on the user's side.
+    """Results of paths, in the user's units and on the user's side of the wall.
 
     Attributes
     ----------
@@ -66,7 +65,7 @@ class Ensemble:
     record : ndarray, shape (recorded, points, 2)
         x and v at 0 and after every ``record_every`` steps.
     observed : tuple of ndarray
-        What each observer left: shape (paths, numbers), or (batches, size) for counts.
+        Result of each observer: shape (paths, numbers), or (batches, size) for counts.
     """
 
     rows: Floats
@@ -76,7 +75,7 @@ class Ensemble:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """One oscillator with settings, made ready for the kernel.  Made by `simulation_of`.
+    """One oscillator with settings, prepared for the kernel.  Made by `simulation_of`.
 
     Attributes
     ----------
@@ -86,7 +85,7 @@ class Simulation:
     scales : Scales
     parts : Parts
     adapted : Adapted or None
-        Where x(0) of a stationary start comes from.
+        x(0) of a stationary start.
     """
 
     oscillator: Oscillator
@@ -96,7 +95,7 @@ class Simulation:
     adapted: Adapted | None = None
 
     def but(self, **changes: Any) -> Simulation:
-        """The same with other settings, of those that the parts do not depend on: not step, start or memory."""
+        """The same with other settings; step, start and memory cannot be changed, the parts depend on them."""
         return replace(self, settings=replace(self.settings, **changes))
 
     def with_parts(self, **parts: Any) -> Simulation:
@@ -159,7 +158,7 @@ class Simulation:
             stop[0] = 1
 
         work_together(work, min(settings.threads, blocks), stop=halt)
-        record[:, 0] = parts.start.x, parts.start.v  # the kernel leaves the first to us
+        record[:, 0] = parts.start.x, parts.start.v  # the kernel writes from t = h on
         record *= units.state
         rows *= units.columns
         kept = tuple(
@@ -169,9 +168,9 @@ class Simulation:
         return Ensemble(rows[: settings.paths], record, kept)
 
     def samples(self, rows: Floats) -> dict[str, tuple[float, Floats]]:
-        """Each value with what every path contributes to it: samples whose mean it is, to first order in their spread.
+        """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearised).
 
-        So differences and sums of estimates from the same paths get their standard errors right.
+        Differences and sums of samples from the same paths give the standard errors of differences and sums.
 
         Parameters
         ----------
@@ -201,13 +200,13 @@ class Simulation:
             "v_mean_square_end": column["v_end"] ** 2,
             "amplitude_mean_square_end": column["x_end"] ** 2 + column["v_end"] ** 2 / stiffness,
         }
-        found = {name: (float(samples.mean()), samples) for name, samples in per_path.items()}
-        found["impact_speed_mean"] = ratio(column["impact_speeds"], column["impacts"])
-        found["impact_speed_mean_square"] = ratio(column["impact_speed_squares"], column["impacts"])
+        estimates = {name: (float(samples.mean()), samples) for name, samples in per_path.items()}
+        estimates["impact_speed_mean"] = ratio(column["impact_speeds"], column["impacts"])
+        estimates["impact_speed_mean_square"] = ratio(column["impact_speed_squares"], column["impacts"])
         if oscillator.barrier is not None and not impacts_are_countable(oscillator):
             undefined = math.nan, np.full(len(rows), np.nan)
-            found |= dict.fromkeys(("impact_rate", "impact_speed_mean", "impact_speed_mean_square"), undefined)
-        return found
+            estimates |= dict.fromkeys(("impact_rate", "impact_speed_mean", "impact_speed_mean_square"), undefined)
+        return estimates
 
     def estimates(self, rows: Floats) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors, both by name; the errors include that of an adapted start.
@@ -218,10 +217,10 @@ class Simulation:
             Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN, and so are impact
             rate and speeds at a restitution that makes infinitely many impacts.
         """
-        found = self.samples(rows)
-        values = {name: found[name][0] for name in UNITS}
+        samples = self.samples(rows)
+        values = {name: samples[name][0] for name in UNITS}
         start = self.errors_of_the_start(values)
-        return values, {name: math.hypot(standard_error(found[name][1]), start[name]) for name in UNITS}
+        return values, {name: math.hypot(standard_error(samples[name][1]), start[name]) for name in UNITS}
 
     def errors_of_the_start(self, values: dict[str, float]) -> dict[str, float]:
         """Standard error of each value due to the sampling error of an adapted x(0), which is the same for all paths.
@@ -247,7 +246,7 @@ class Simulation:
 
 
 def simulation_of(oscillator: Oscillator, settings: Settings, adapted: Adapted | None = None) -> Simulation:
-    """Make a simulation ready; ``adapted`` gives x(0) of a stationary start."""
+    """Prepare a simulation; ``adapted`` gives x(0) of a stationary start."""
     if adapted is not None:
         settings = replace(settings, initial_position=adapted.position)
     scales = scales_of(oscillator)
@@ -255,17 +254,17 @@ def simulation_of(oscillator: Oscillator, settings: Settings, adapted: Adapted |
 
 
 def _room(observer: Observer, blocks: int) -> Floats:
-    """Where the blocks put what an observer has accumulated."""
+    """The array for the results of an observer from all blocks."""
     if observer.per_path:
         return np.empty((blocks * LANES, observer.initial.size // LANES))
     return np.zeros((min(blocks, BATCHES), observer.initial.size))
 
 
 def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Observers:
-    """The observers as the kernel knows them."""
+    """The observers in the form that the kernel takes: addresses."""
 
-    def numbers(found: Iterable[int]) -> npt.NDArray[np.int64]:
-        return np.fromiter(found, np.int64)
+    def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
+        return np.fromiter(values, np.int64)
 
     return Observers(
         on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),

@@ -1,16 +1,16 @@
-"""Slow impacts behind a lossy wall: what a step misses of them.
+"""Slow impacts on a lossy wall: the share that a step misses.
 
-Near the wall the motion is that of a free mass under white noise (`springpot.theory.mckean`): the flux of impacts
-slower than u goes like K u^m.  A step h blurs speeds of the order s = sqrt(q h), so slower impacts are missed, a share
-of all that goes like h^(m / 2).  What impacts hand over does not suffer, for slow impacts hand over next to nothing.
+Near the wall the motion is that of a free mass under white noise (`springpot.theory.mckean`): the rate of impacts
+slower than u is proportional to K u^m.  A step h resolves speeds above about s = sqrt(q h) only; slower impacts are
+missed, a share of all impacts that is proportional to h^(m / 2).  Momentum and energy lost in impacts hardly change.
 
-Speeds in units of s leave nothing but the restitution: of the impacts slower than u a run misses
+With speeds in units of s the law depends on the restitution only: of the impacts slower than u a run misses
 
     K s^m D phi((u / s)^m / D),    D = exp(-3.6 (r - 0.163)),    phi(y) = (1 - exp(-y^4))^(1/4),
 
-almost all of those slower than s D^(1/m) and none of the faster ones.  Against the Fokker-Planck equation at order 1,
-c = 0.3 and r from 0.2 to 0.5 this D is within a tenth of itself at b = 0, and up to a quarter too large at b = 0.5 and
--1; D phi is then up to a fifth too large below s D^(1/m), and a tenth too small at s.
+almost all of those slower than s D^(1/m) and none of the faster ones.  Compared with the Fokker-Planck equation at
+order 1, c = 0.3 and r from 0.2 to 0.5, D is right to 10 % at b = 0, and up to 25 % too large at b = 0.5 and -1; D phi
+is then up to 20 % too large below s D^(1/m), and 10 % too small at s.
 """
 
 from __future__ import annotations
@@ -30,37 +30,37 @@ if TYPE_CHECKING:
     from springpot.simulation.distributions import Distribution
 
 __all__ = [
-    "MARGIN", "SlowImpacts", "density_step_bias", "even_step", "impact_step_biases", "impacts_are_countable",
+    "MARGIN", "SlowImpacts", "density_step_bias", "extrapolation_step", "impact_step_biases", "impacts_are_countable",
     "missed_impacts", "quantile_step_bias", "slow_impact_order", "slow_impacts",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 MARGIN = 1.25
-"""A bound is this many times the estimate, for the law is known to a fifth or so."""
+"""A bound is this many times the estimate: the law is accurate to about 20 %."""
 
-UNSURE = 4.0  # units of sqrt(q h) beyond which D phi is its limit, to a few per cent
-MARGIN_PRESSED = 1.6  # of `missed_impacts` behind a preload: up to 30 % too low at b = 1 and 2
-SPAN = 3.0  # units of sqrt(q h) in which the impacts are counted that tell K
+UNSURE = 4.0  # speed in units of sqrt(q h) above which D phi equals its limit to a few per cent
+MARGIN_PRESSED = 1.6  # instead of MARGIN for `missed_impacts` with a preload: up to 30 % too low at b = 1 and 2
+SPAN = 3.0  # K is estimated from the impacts slower than this, in units of sqrt(q h)
 
 
 def impacts_are_countable(oscillator: Oscillator) -> bool:
-    """Is there a wall, with a restitution at which impact rate and mean impact speed are finite?"""
+    """Whether there is a wall and its restitution gives a finite impact rate and mean impact speed."""
     return oscillator.barrier is not None and oscillator.barrier.restitution > COLLAPSE_BELOW
 
 
-def even_step(oscillator: Oscillator) -> float:
-    """Step in s beyond which slow impacts behind a lossy wall are not missed by the known power of it; inf if none.
+def extrapolation_step(oscillator: Oscillator) -> float:
+    """The largest step, in s, whose bias of the impact rate is proportional to h^p; infinite without a preload.
 
-    A preload presses the mass against the wall with g = Omega^2 b.  In a step that hides in speeds of the order g h,
-    unless they are small beside those of the noise, sqrt(q h).  Against the Fokker-Planck equation at order 1, r = 0.3,
-    0.5 and 0.65, b = 0.5, 1 and 2, what the power leaves of a difference is 0.2 of it at g sqrt(h / q) = 0.2 r and
-    goes like the square of the step; 0.3 is what counts as bound.
+    A preload presses the mass against the wall with the acceleration g = Omega^2 b.  Within a step this changes speeds
+    by about g h, which must be small against those due to noise, sqrt(q h).  Compared with the Fokker-Planck equation
+    at order 1, r = 0.3, 0.5 and 0.65, b = 0.5, 1 and 2, the extrapolation by h^p leaves 0.2 of a difference at
+    g sqrt(h / q) = 0.2 r, proportional to h^2; the bound used is 0.3.
 
     Examples
     --------
     >>> from springpot.oscillator import Barrier
-    >>> round(even_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5))), 4)
+    >>> round(extrapolation_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5))), 4)
     0.01
     """
     wall, q = oscillator.barrier, oscillator.excitation.intensity
@@ -74,9 +74,9 @@ def even_step(oscillator: Oscillator) -> float:
 def slow_impact_order(restitution: float) -> float:
     """Order in the step of the impact rate's bias, between 0 and 1.
 
-    Near a lossy wall under white noise the flux of impacts slower than v goes like v^m with the m of
-    `springpot.theory.mckean.slow_impact_power`, and a step h blurs speeds of the order sqrt(h): the bias goes like
-    h^(m/2).  At and below r = 0.163 there is no such m and the rate is infinite.
+    Near a lossy wall under white noise the rate of impacts slower than v is proportional to v^m, with m of
+    `springpot.theory.mckean.slow_impact_power`, and a step h misses speeds below about sqrt(h): the bias is
+    proportional to h^(m/2).  At and below r = 0.163 there is no such m and the rate is infinite.
 
     Examples
     --------
@@ -87,12 +87,12 @@ def slow_impact_order(restitution: float) -> float:
 
 
 def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square: float) -> float:
-    """Share of the impacts that a run with this step misses behind a lossy wall, by its own mean square impact speed.
+    """Share of the impacts on a lossy wall that a run with this step misses, from its mean square impact speed.
 
-    A step h blurs speeds of the order sqrt(q h), and of the impacts slower than u there are u^m: the share is
-    B (q h / <u^2>)^(m/2).  Against the Fokker-Planck equation at order 1, for r from 0.2 to 0.9, c from 0.1 to 2 and
-    b = 0 and -0.5, B = exp(-3.41 (r - 0.163)^(3/4)) within a tenth of itself at b = 0 and a fifth at b = -0.5.  What
-    the missing ones hand over is next to nothing: the rate is that share too low, the mean speed as much too high.
+    A step h misses speeds below about sqrt(q h), and the rate of impacts slower than u is proportional to u^m: the
+    share is B (q h / <u^2>)^(m/2).  Compared with the Fokker-Planck equation at order 1, for r from 0.2 to 0.9, c from
+    0.1 to 2 and b = 0 and -0.5, B = exp(-3.41 (r - 0.163)^(3/4)) to 10 % at b = 0 and to 20 % at b = -0.5.  The rate is
+    too low by this share, and the mean speed too high by it.
 
     Examples
     --------
@@ -106,14 +106,14 @@ def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square
     blur = oscillator.excitation.intensity * step / impact_speed_mean_square
     front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
     order, missed = slow_impact_order(restitution), 0.0
-    for _ in range(50):  # with the slow ones missing, the mean square of the others is too high
+    for _ in range(50):  # the measured mean square is too high, because slow impacts are missing in it
         missed = min(front * (blur / (1.0 - missed)) ** order, 0.95)
     return missed
 
 
 @dataclass(frozen=True)
 class SlowImpacts:
-    """The impacts that a run has missed, as shares of those that it has counted.
+    """The impacts that a run has missed, relative to those that it has counted.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class SlowImpacts:
     limit : float
         D.
     front : float
-        K sqrt(q h)^m: the share that impacts slower than the blur would have if none were missed.
+        K sqrt(q h)^m: the share of impacts slower than ``blur`` if none were missed.
     pressed : bool
         Whether a preload presses the mass against the wall.
     """
@@ -137,11 +137,11 @@ class SlowImpacts:
 
     @property
     def share(self) -> float:
-        """All that were missed."""
+        """Share of all missed impacts."""
         return self.front * self.limit
 
     def below(self, speed: npt.ArrayLike) -> Floats:
-        """Those slower than these speeds in m/s.
+        """Share of missed impacts slower than each of these speeds in m/s.
 
         Examples
         --------
@@ -153,33 +153,33 @@ class SlowImpacts:
         return np.asarray(self.share * (-np.expm1(-(places**4))) ** 0.25)
 
 
-def slow_impacts(oscillator: Oscillator, step: float, found: Distribution) -> SlowImpacts | None:
-    """What a run with this step has missed, from its own distribution of the impact speed.
+def slow_impacts(oscillator: Oscillator, step: float, distribution: Distribution) -> SlowImpacts | None:
+    """The impacts that a run with this step has missed, from its distribution of the impact speed.
 
-    None without noise, without impacts, or where the impacts are infinitely many.
+    None without noise, without impacts, or with infinitely many impacts.
     """
     wall, q = oscillator.barrier, oscillator.excitation.intensity
-    if wall is None or wall.restitution <= COLLAPSE_BELOW or not (q > 0.0 and found.size > 0.0):
+    if wall is None or wall.restitution <= COLLAPSE_BELOW or not (q > 0.0 and distribution.size > 0.0):
         return None
     blur, power = math.sqrt(q * step), slow_impact_power(wall.restitution)
     limit = math.exp(-3.6 * (wall.restitution - COLLAPSE_BELOW))
-    counted = float(np.interp(SPAN * blur, found.edges, _shares(found), left=0.0, right=1.0))
+    counted = float(np.interp(SPAN * blur, distribution.edges, _shares(distribution), left=0.0, right=1.0))
     return SlowImpacts(blur, power, limit, counted / (SPAN**power - limit), _pressed(oscillator))
 
 
-def quantile_step_bias(missed: SlowImpacts, found: Distribution, probability: Sequence[float]) -> Floats:
-    """Bounds on the step's bias of quantiles of the impact speed, in m/s.
+def quantile_step_bias(missed: SlowImpacts, distribution: Distribution, probability: Sequence[float]) -> Floats:
+    """Bounds on the step bias of quantiles of the impact speed, in m/s.
 
-    They are too high where impacts are missed.  Behind a preload the flight between two kicks ends in a chatter, whose
-    impacts are slower than those that noise would leave, so the lowest quantiles may be too low: the law itself says
-    where they should be.
+    Quantiles are too high where slow impacts are missed.  With a preload the flight between two kicks ends in
+    chattering, with impacts slower than under continuous noise, so the lowest quantiles may also be too low: they are
+    compared with the law u^m.
     """
     slow = missed.blur * np.geomspace(1e-9, 30.0, 600)
-    speed = np.unique(np.concatenate([[0.0], slow, found.edges]))
-    seen = np.interp(speed, found.edges, _shares(found), left=0.0, right=1.0)
+    speed = np.unique(np.concatenate([[0.0], slow, distribution.edges]))
+    seen = np.interp(speed, distribution.edges, _shares(distribution), left=0.0, right=1.0)
     there = (seen + MARGIN * missed.below(speed)) / (1.0 + MARGIN * missed.share)
     wanted = np.asarray(probability, dtype=float)
-    at, _ = found.quantile(wanted)
+    at, _ = distribution.quantile(wanted)
     bias = np.maximum(at - np.interp(wanted, there, speed), 0.0)
     if missed.pressed and missed.front > 0.0:
         law = (MARGIN * wanted * (1.0 + missed.share) / missed.front) ** (1.0 / missed.power)
@@ -188,31 +188,31 @@ def quantile_step_bias(missed: SlowImpacts, found: Distribution, probability: Se
 
 
 def density_step_bias(missed: SlowImpacts, edges: Floats, density: Floats) -> Floats:
-    """Bounds on the step's bias of the density of the impact speed between these edges, in s/m."""
+    """Bounds on the step bias of the density of the impact speed in the bins with these edges, in s/m."""
     width, all_missed = np.diff(edges), MARGIN * missed.share
     lacking = MARGIN * np.diff(missed.below(edges)) / width
-    # which of two bins a missed impact belongs to is not known as well as their number
+    # the bin of a missed impact is known less well than the number of missed impacts
     unsure = np.where(edges[:-1] < UNSURE * missed.blur, (MARGIN - 1.0) * missed.share / width, 0.0)
     return np.asarray((np.abs(lacking - all_missed * density) + unsure) / (1.0 + all_missed))
 
 
 def impact_step_biases(oscillator: Oscillator, step: float, values: dict[str, float]) -> dict[str, float]:
-    """Bounds on the step's bias of impact rate and speeds of a run at one step, by name; empty without impacts.
+    """Bounds on the step bias of impact rate and speeds, by name; empty without impacts.
 
     Examples
     --------
     >>> from springpot.oscillator import Barrier
     >>> values = {"impact_rate": 0.3, "impact_speed_mean": 0.9, "impact_speed_mean_square": 1.0}
-    >>> found = impact_step_biases(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, values)
-    >>> {name: round(bias, 4) for name, bias in found.items()}
+    >>> biases = impact_step_biases(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, values)
+    >>> {name: round(bias, 4) for name, bias in biases.items()}
     {'impact_rate': 0.0086, 'impact_speed_mean': 0.0252, 'impact_speed_mean_square': 0.028}
     """
     speed = values["impact_speed_mean_square"]
     if oscillator.barrier is None or not (speed > 0.0 and oscillator.barrier.restitution > COLLAPSE_BELOW):
         return {}
     missed = min((MARGIN_PRESSED if _pressed(oscillator) else MARGIN) * missed_impacts(oscillator, step, speed), 0.95)
-    found = {"impact_rate": missed / (1.0 - missed) * values["impact_rate"]}
-    return found | {name: missed * values[name] for name in ("impact_speed_mean", "impact_speed_mean_square")}
+    biases = {"impact_rate": missed / (1.0 - missed) * values["impact_rate"]}
+    return biases | {name: missed * values[name] for name in ("impact_speed_mean", "impact_speed_mean_square")}
 
 
 def _pressed(oscillator: Oscillator) -> bool:
@@ -220,6 +220,6 @@ def _pressed(oscillator: Oscillator) -> bool:
     return wall is not None and oscillator.direction * wall.position > 0.0
 
 
-def _shares(found: Distribution) -> Floats:
+def _shares(distribution: Distribution) -> Floats:
     """Share of the impacts below each edge."""
-    return np.concatenate([[0.0], np.cumsum(found.counts.sum(axis=0))]) / found.size
+    return np.concatenate([[0.0], np.cumsum(distribution.counts.sum(axis=0))]) / distribution.size

@@ -1,9 +1,9 @@
 """The spectrum of x, estimated in the run: one windowed Fourier sum for each path and frequency.
 
-The whole window of a path is one segment, tapered by Hann's window; its mean is taken out, and the periodograms of the
-paths are averaged.  So the resolution is as fine as the window is long, and the standard error comes from independent
-paths.  A peak is blurred: what is estimated is the density averaged over frequencies with a root mean square width of
-``resolution`` = sqrt(4/3) pi / length, which lowers a Lorentzian peak of half-width g by about (resolution / g)^2.
+The whole window of a path is one segment with a Hann taper.  The mean is subtracted, and the periodograms of the paths
+are averaged; standard errors come from independent paths.  The estimate is the density averaged over frequencies with a
+root mean square width of ``resolution`` = sqrt(4/3) pi / length, which lowers a Lorentzian peak of half-width g by
+about (resolution / g)^2.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ __all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
 
 Floats = npt.NDArray[np.float64]
 
-MOST_SUMS = 30_000_000  # numbers kept, 0.24 GB; about four times as much while they are evaluated
-SAMPLES_PER_CYCLE = 12  # of the shortest time scale and the highest frequency; what lies beyond half of that folds back
+MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB; evaluation needs about four times as much
+SAMPLES_PER_CYCLE = 12  # of the fastest rate and the highest frequency, against aliasing
 FEWEST_CYCLES = 2.0  # of the lowest frequency in the window
 
 
@@ -42,7 +42,7 @@ class Spectrum:
     density, standard_error : ndarray, shape (n,)
         In m^2 s per rad: the integral of the density over all frequencies, negative ones too, is the variance of x.
     resolution : float
-        Root mean square width of the average over frequencies that each value is, in rad/s.
+        Each value is an average over frequencies with this root mean square width, in rad/s.
     """
 
     frequency: Floats
@@ -57,7 +57,7 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     Raises
     ------
     TypeError, ValueError
-        If they are no positive numbers, too many, too high for the step or too low for the window.
+        If they are not positive numbers, too many, too high for the step or too low for the window.
     """
     try:
         given = [finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True) for w in frequencies]  # type: ignore[union-attr]
@@ -65,24 +65,24 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
         raise TypeError(f"spectrum must be a sequence of frequencies in rad/s: {reason}") from reason
     if not given:
         raise ValueError("spectrum must hold at least one frequency.")
-    found = np.array(given)
-    if (3 * found.size + 1) * settings.paths > MOST_SUMS:
+    values = np.array(given)
+    if (3 * values.size + 1) * settings.paths > MOST_SUMS:
         raise ValueError(
-            f"spectrum asks for {found.size} frequencies of {settings.paths} paths; at most "
+            f"spectrum asks for {values.size} frequencies of {settings.paths} paths; at most "
             f"{MOST_SUMS // (3 * settings.paths)} frequencies are kept for so many paths."
         )
     length = settings.window[1] - settings.window[0]
-    if (lowest := float(found.min())) * length < FEWEST_CYCLES * 2.0 * math.pi:
+    if (lowest := float(values.min())) * length < FEWEST_CYCLES * 2.0 * math.pi:
         raise ValueError(
             f"spectrum goes down to {lowest:g} rad/s, too low for a window of {length:g} s: average over at least "
             f"{FEWEST_CYCLES * 2.0 * math.pi / lowest:.3g} s."
         )
-    if (highest := max(float(found.max()), fastest)) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
+    if (highest := max(float(values.max()), fastest)) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
         raise ValueError(
             f"spectrum has to resolve {highest:g} rad/s, too fast for a step of {settings.step:g} s: use at most "
             f"{2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
         )
-    return found
+    return values
 
 
 def spectral(frequencies: Floats, settings: Settings, fastest: float) -> Observer:
@@ -117,7 +117,7 @@ def _spectral_part(count: int) -> Any:
 
 
 def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: int) -> Spectrum:
-    """The spectrum that `spectral` has summed.
+    """The spectrum from the sums of `spectral`.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: in
     taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
     turned = np.exp(-1j * np.outer(n + 1.0, frequencies * settings.step)).T @ taper
     paths = sums[:, count : 2 * count] + 1j * sums[:, 2 * count : 3 * count]
-    mean = sums[:, -1].mean() / taper.sum()  # of all paths: that of each would take its slow motion out as well
+    mean = sums[:, -1].mean() / taper.sum()  # over all paths: the mean of one path contains its slow motion
     periodograms = np.abs(paths - mean * turned) ** 2
     periodograms *= spacing * settings.step / (2.0 * np.pi * (taper**2).sum())
     error = np.full(count, np.nan)

@@ -1,8 +1,7 @@
 """Means of independent paths and their standard errors.
 
-Paths are independent, so the standard error of a mean over paths of time averages is the spread between paths over
-sqrt(paths), whatever the correlation within one path.  Ratios (impact speeds) use the linearised spread of
-numerator minus ratio times denominator.
+The standard error of a mean over paths of time averages is their standard deviation over sqrt(paths), whatever the
+correlation within a path.  Ratios (impact speeds) are linearised: numerator minus ratio times denominator.
 """
 
 from __future__ import annotations
@@ -17,15 +16,15 @@ __all__ = ["controlled", "ratio", "residual", "standard_error"]
 Floats = npt.NDArray[np.float64]
 
 
-def residual(out: Floats, fed: float, held: Floats) -> Floats:
-    """1 - out / fed; without noise, what came out of nowhere over what was there at first (NaN if nothing was)."""
-    if fed > 0.0:
-        return 1.0 - out / fed
-    return np.divide(-out, held, out=np.full_like(out, np.nan), where=held > 0.0)
+def residual(out: Floats, supplied: float, initial: Floats) -> Floats:
+    """1 - out / supplied; without supply, -out over the initial energy of each path (NaN if that is 0)."""
+    if supplied > 0.0:
+        return 1.0 - out / supplied
+    return np.divide(-out, initial, out=np.full_like(out, np.nan), where=initial > 0.0)
 
 
 def ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
-    """Ratio of two sums over the paths, and samples whose mean it is; NaN where the lower sum is 0."""
+    """Ratio of two sums over the paths, and linearised samples with this mean; NaN if the lower sum is 0."""
     if not below.sum() > 0.0:
         return math.nan, np.full_like(above, np.nan)
     value = float(above.sum() / below.sum())
@@ -38,7 +37,7 @@ def standard_error(samples: Floats) -> float:
 
 
 def controlled(samples: Floats, controls: Floats) -> Floats:
-    """Samples less their regression on controls of mean zero; their mean stays what it is expected to be.
+    """Samples less their regression on control variates of mean zero, so that the expected mean does not change.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""What the step does to the numbers of a plain run, where that can be more than their standard errors say.
+"""Step biases of a run without ``rtol`` that can be larger than its standard errors.
 
-Measured at order 1 against exact answers and at other orders against a sixteenth of the step, energies, mean and
-quantiles of x and v have no bias that 20,000 paths would show at the default step.  Impact rate and speeds do, behind a
-lossy wall (see :mod:`springpot.simulation.slow_impacts`), and so does the largest speed of a path.
+Compared with exact solutions at order 1, and with 1/16 of the step at other orders, energies, mean and quantiles of x
+and v have no bias at the default step that 20,000 paths would show.  Impact rate and speeds on a lossy wall have one
+(see :mod:`springpot.simulation.slow_impacts`), and so has the largest speed of a path.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def step_biases(
     extremes: Mapping[str, Floats],
     probability: Sequence[float],
 ) -> dict[str, float | Floats]:
-    """Bounds on the step's bias of a run at one step, by the name of the number; what is not named needs none.
+    """Bounds on the step bias of the results that have a relevant one, by name.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def step_biases(
     values : dict
         Estimates by name.
     distributions, extremes : dict
-        As in `springpot.simulation.Run`; empty if they were not asked for.
+        As in `springpot.simulation.Run`; empty if not requested.
     probability : sequence of float
         Of the quantiles.
 
@@ -58,22 +58,22 @@ def step_biases(
         Numbers for ``impact_rate`` and the impact speeds; arrays for ``impact_speed_quantile``, ``v_largest_quantile``
         and ``impact_speed_density`` (over the bins of `Distribution.density`).
     """
-    found: dict[str, float | Floats] = dict(impact_step_biases(oscillator, step, values))
+    biases: dict[str, float | Floats] = dict(impact_step_biases(oscillator, step, values))
     if (speeds := distributions.get("impact_speed")) is not None:
         missed = slow_impacts(oscillator, step, speeds)
         if missed is not None:
             edges, density, _ = speeds.density()
-            found["impact_speed_quantile"] = quantile_step_bias(missed, speeds, probability)
-            found["impact_speed_density"] = density_step_bias(missed, edges, density)
+            biases["impact_speed_quantile"] = quantile_step_bias(missed, speeds, probability)
+            biases["impact_speed_density"] = density_step_bias(missed, edges, density)
     if "v_largest" in extremes and oscillator.excitation.intensity > 0.0:
-        found["v_largest_quantile"] = np.full(len(probability), fastest_speed_step_bias(oscillator, step))
-    return found
+        biases["v_largest_quantile"] = np.full(len(probability), fastest_speed_step_bias(oscillator, step))
+    return biases
 
 
 def fastest_speed_step_bias(oscillator: Oscillator, step: float) -> float:
-    """Bound on the step's bias of the largest speed of a path, in m/s: between two steps it may have been faster.
+    """Bound on the step bias of the largest speed of a path, in m/s, which may occur between two steps.
 
-    The largest value of a Brownian motion seen at steps h lies lower by -zeta(1/2) / sqrt(2 pi) = 0.5826 of sqrt(q h)
+    The largest value of a Brownian motion observed at steps h is too low by -zeta(1/2) / sqrt(2 pi) = 0.5826 sqrt(q h)
     (Asmussen, Glynn and Pitman, "Discretization error in simulation of one-dimensional reflecting Brownian motion",
     Ann. Appl. Probab. 5, 1995).
     """

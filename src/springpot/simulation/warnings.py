@@ -1,4 +1,4 @@
-"""One sentence for each reason to doubt a number of a run, or for an argument that changes nothing."""
+"""Warnings of a run: one sentence for each reason to doubt a number, and for each argument without effect."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
     from springpot.simulation.accuracy import Reached
 
 __all__ = [
-    "about_default_start", "about_impacts_not_asked_for", "about_observables", "about_quantiles", "doubts",
+    "about_default_start", "about_observables", "about_quantiles", "about_uncontrolled_impacts", "doubts",
     "without_effect",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
-FAR_OFF = 5.0  # standard errors of the energy balance beyond which a run is called into question
+FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the springpot over the spring's, in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
-WORTH_SAYING = 0.01  # of a quantile
+LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 
 
 def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
-    """Of a run that nobody asked to start from rest, and that does."""
+    """Warn of a start from rest that the user did not choose."""
     if given.get("start") is not None:
         return []
     _, reason = default_start(oscillator, given)
@@ -56,37 +56,37 @@ def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
 def doubts(
     simulation: Simulation, values: dict[str, float], errors: dict[str, float], rows: Floats, *, bounded: bool = False
 ) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number of an ensemble.
+    """One sentence for each reason to doubt a number of a run.
 
-    ``bounded`` says that its total error includes step and transient.
+    ``bounded``: the total errors include those of step and transient, so these give no warning.
     """
     oscillator, settings = simulation.oscillator, simulation.settings
-    found = [*_about_settings(simulation, values, bounded), *_about_start(simulation.adapted)]
+    sentences = [*_about_settings(simulation, values, bounded), *_about_start(simulation.adapted)]
     if not math.isfinite(values["amplitude_mean_square"]):
-        return (*found, "the response is not a finite number: a much finer step may help.")
+        return (*sentences, "the response is not a finite number: a much finer step may help.")
     energy = 0.5 * oscillator.natural_frequency**2 * values["amplitude_mean_square"]
     gained, its_error = _energy_drift(rows)
     settled = oscillator.excitation.intensity > 0.0 and transient_left(oscillator, settings) <= MOST_TRANSIENT
     if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
-        found.append(
+        sentences.append(
             f"the mean energy still changed by {100.0 * gained / energy:.2g} % over the window "
             f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
             "window."
         )
     if settled:
-        found.extend(_about_memory(oscillator, values, errors))
+        sentences.extend(_about_memory(oscillator, values, errors))
     residual, error = values["energy_residual"], errors["energy_residual"]
-    # what single-precision memory and rounding make of a large energy is no failure
-    fed = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
-    floor = max(0.01, 1e-4 * energy / fed) if fed > 0.0 else 0.01
+    # with a large energy the rounding of single-precision memory shows, and is accepted
+    energy_supplied = 0.5 * oscillator.excitation.intensity * (settings.window[1] - settings.window[0])
+    floor = max(0.01, 1e-4 * energy / energy_supplied) if energy_supplied > 0.0 else 0.01
     if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
-        found.append(
+        sentences.append(
             f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
             f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
         )
     if not bounded:
-        found.extend(_about_slow_impacts(simulation, values))
-    return tuple(found)
+        sentences.extend(_about_slow_impacts(simulation, values))
+    return tuple(sentences)
 
 
 def _about_start(adapted: Adapted | None) -> list[str]:
@@ -109,7 +109,7 @@ def _energy_drift(rows: Floats) -> tuple[float, float]:
 
 
 def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict[str, float]) -> list[str]:
-    """Of a start that the springpot still remembers: its force has no mean in the stationary state."""
+    """Warn if the start still acts through the memory: the mean force of the springpot is then not 0."""
     order = oscillator.springpot.order
     force, error = values["springpot_force_mean"], errors["springpot_force_mean"]
     spring = oscillator.natural_frequency**2 * abs(values["x_mean"])
@@ -123,17 +123,17 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
 
 
 def _about_settings(simulation: Simulation, values: dict[str, float], bounded: bool) -> list[str]:
-    found = []
+    sentences = []
     oscillator, settings, scales = simulation.oscillator, simulation.settings, simulation.scales
     fastest, limit = scales.fastest_rate, settings.numerical_scheme.coarsest_step
     if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
-        found.append(
+        sentences.append(
             f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
             f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     left = transient_left(oscillator, settings)
     if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
-        found.append(
+        sentences.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
             if math.isinf(scales.energy_time)
             else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
@@ -141,22 +141,22 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
         )
     size = math.sqrt(max(values["x_mean_square"], 0.0))
     if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
-        found.append(
+        sentences.append(
             f"contact_tolerance is {settings.contact_tolerance:g} m, not small against the root mean square "
             f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
             f"{1e-4 * size:.1g} m."
         )
     if oscillator.barrier is not None and not impacts_are_countable(oscillator):
-        found.append(
+        sentences.append(
             f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
             "white noise makes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
             "energies are not."
         )
-    return found
+    return sentences
 
 
 def _about_slow_impacts(simulation: Simulation, values: dict[str, float]) -> list[str]:
-    """Of a run at one step that misses more than MOST_MISSED of the impacts, by their law."""
+    """Warn if the step misses more than MOST_MISSED of the impacts."""
     oscillator, settings = simulation.oscillator, simulation.settings
     if oscillator.barrier is None or not impacts_are_countable(oscillator):
         return []
@@ -172,12 +172,12 @@ def _about_slow_impacts(simulation: Simulation, values: dict[str, float]) -> lis
     ]
 
 
-def about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: float) -> list[str]:
-    """Of a run to a tolerance: what is left of the step in the impacts that nobody asked to have bounded."""
+def about_uncontrolled_impacts(reached: Reached, quantities: Sequence[str], rtol: float) -> list[str]:
+    """Warn of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
     left = {
-        name: found.budgets[name].total / abs(found.values[name])
+        name: reached.budgets[name].total / abs(reached.values[name])
         for name in ("impact_rate", "impact_speed_mean")
-        if name not in asked and found.values[name] != 0.0
+        if name not in quantities and reached.values[name] != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
     if not off:
@@ -186,7 +186,7 @@ def about_impacts_not_asked_for(found: Reached, asked: Sequence[str], rtol: floa
 
 
 def about_observables(names: Iterable[str], values: dict[str, float]) -> list[str]:
-    """Of observables that have no finite value."""
+    """Warn of observables without a finite value."""
     return [
         f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
         for name in names
@@ -201,7 +201,7 @@ def without_effect(oscillator: Oscillator, given: Options) -> list[str]:
     ----------
     oscillator : Oscillator
     given : dict
-        What the caller gave, and nothing else.
+        The arguments that the user gave, without defaults.
 
     Returns
     -------
@@ -213,23 +213,25 @@ def without_effect(oscillator: Oscillator, given: Options) -> list[str]:
     ["contact_tolerance has no effect without scheme='grunwald'."]
     """
     order = oscillator.springpot.order
-    found = []
+    sentences = []
     if "contact_tolerance" in given:
         if given.get("scheme", "default") != "grunwald":
-            found.append("contact_tolerance has no effect without scheme='grunwald'.")
+            sentences.append("contact_tolerance has no effect without scheme='grunwald'.")
         elif oscillator.barrier is None:
-            found.append("contact_tolerance has no effect without a wall.")
+            sentences.append("contact_tolerance has no effect without a wall.")
     if "derivative" in given:
         if order == 0.0:
-            found.append("derivative has no effect at order 0: both derivatives are x itself.")
+            sentences.append("derivative has no effect at order 0: both derivatives are x itself.")
         elif given["derivative"] == "riemann-liouville" and _starts_at_zero(oscillator, given):
-            found.append("derivative='riemann-liouville' has no effect with x(0) = 0: both derivatives are the same.")
+            sentences.append(
+                "derivative='riemann-liouville' has no effect with x(0) = 0: both derivatives are the same."
+            )
     no_memory = order in (0.0, 1.0) or oscillator.springpot.coefficient == 0.0
-    # a smaller one asks for double precision of the whole step
+    # a smaller tolerance also means double precision, so it has an effect
     if no_memory and given.get("memory_tolerance", 0.0) >= SINGLE_PRECISION:
         what = "a coefficient of 0" if oscillator.springpot.coefficient == 0.0 else f"order {order:g}"
-        found.append(f"memory_tolerance has no effect at {what}: there is no memory.")
-    return found
+        sentences.append(f"memory_tolerance has no effect at {what}: there is no memory.")
+    return sentences
 
 
 def _starts_at_zero(oscillator: Oscillator, given: Options) -> bool:
@@ -242,13 +244,13 @@ def _starts_at_zero(oscillator: Oscillator, given: Options) -> bool:
 def about_quantiles(
     oscillator: Oscillator, step: float, speeds: Distribution, probability: Sequence[float]
 ) -> list[str]:
-    """A sentence that names the quantiles of the impact speed whose step bias is larger than their stated error."""
+    """Warn of quantiles of the impact speed whose step bias is larger than their standard error."""
     missed = slow_impacts(oscillator, step, speeds)
     if missed is None:
         return []
     at, error = speeds.quantile(probability)
     bias = quantile_step_bias(missed, speeds, probability)
-    off = (bias > NORMAL * error) & (bias > WORTH_SAYING * at)  # False where there is no error
+    off = (bias > NORMAL * error) & (bias > LEAST_BIAS * at)  # False where there is no error
     if not off.any():
         return []
     named = ", ".join(
