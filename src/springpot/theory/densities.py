@@ -1,6 +1,6 @@
-"""Results with densities: units, the wall's side, numbers and arrays, and what a density is at odd arguments, once.
+"""Base classes of results with densities: they convert units and side, and handle arrays, NaN and infinity.
 
-A method gives a `Law` in units of its own; where its formulas are in other units it overrides one of the methods that
+A method gives a `Law` in its own units; where its formulas are in other units it overrides one of the methods that
 begin with an underscore.
 """
 
@@ -22,11 +22,11 @@ FloatArray = NDArray[np.float64]
 
 
 class Law(Protocol):
-    """Densities in the units ``units``, of arrays of finite numbers; x is counted away from the wall."""
+    """Densities in the units ``units``, for arrays of finite numbers; x is positive away from the wall."""
 
     @property
     def units(self) -> Units:
-        """The way back to m and m/s."""
+        """Conversion to m and m/s."""
 
     def x(self, x: FloatArray) -> FloatArray:
         """Of the displacement."""
@@ -43,7 +43,7 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class Densities(Result):
-    """A result that knows the densities of displacement, velocity and impact speed.
+    """A result with the densities of displacement, velocity and impact speed.
 
     Notes
     -----
@@ -62,18 +62,18 @@ class Densities(Result):
         displacement : array_like
             x in m.
         time : float, optional
-            One time from rest in s, for a method that knows it; without it, the stationary density.
+            One time from rest in s, if the method covers it; without it, the stationary density.
 
         Raises
         ------
         NoStationaryState
-            If the stationary density is asked for and there is none.
+            If there is no stationary state and no time is given.
         NotCovered
-            If the method does not know the density at a time.
+            If the method does not cover the density at a time.
         TypeError
             If an argument is not a number, or ``time`` is more than one.
         ValueError
-            If there is no density: without noise the mass rests, and at time 0 as well.
+            If there is no density because the mass rests: without noise, or at time 0.
 
         Examples
         --------
@@ -85,7 +85,7 @@ class Densities(Result):
 
     @numbers_only
     def v_density(self, velocity: ArrayLike, time: float | None = None) -> FloatArray:
-        """Density of the velocity, in s/m; behind a wall that takes energy it is not symmetric.
+        """Density of the velocity, in s/m; with a lossy wall it is not symmetric.
 
         Parameters and errors are those of `x_density`, with v in m/s.
 
@@ -162,7 +162,7 @@ class Densities(Result):
 
 @dataclass(frozen=True)
 class DensitiesOfAmplitude(Densities):
-    """One that knows the densities of amplitude and energy as well."""
+    """A result that also has the densities of amplitude and energy."""
 
     @numbers_only
     def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:

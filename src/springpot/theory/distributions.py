@@ -1,4 +1,4 @@
-"""Densities that several methods share, safe at any argument, and the check of that argument."""
+"""Densities that several methods share, without overflow at any argument, and checks of arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exac
 
 
 def real_array(value: ArrayLike, name: str) -> FloatArray:
-    """Real numbers as an array of floats, or one sentence that names the argument.
+    """Real numbers as an array of floats; ``name`` is the argument's name in the error.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def real_array(value: ArrayLike, name: str) -> FloatArray:
 
 
 def finite_array(value: ArrayLike, name: str) -> FloatArray:
-    """Finite real numbers as an array of floats, or one sentence that names the argument.
+    """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def normal(value: FloatArray, variance: float) -> FloatArray:
 
 
 def rayleigh(value: FloatArray, mean_square: float) -> FloatArray:
-    """Rayleigh density: of the modulus of two independent normals of variance mean_square / 2.
+    """Rayleigh density: the modulus of two independent normals of variance mean_square / 2.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def rayleigh(value: FloatArray, mean_square: float) -> FloatArray:
 
 
 def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
-    """Hoyt's density: of the modulus of two independent normals with these variances.
+    """Hoyt's density: the modulus of two independent normals with these variances.
 
     Examples
     --------
@@ -112,9 +112,9 @@ def modulus_correlation(rho: FloatArray) -> FloatArray:
 
 
 def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
-    """Let a density see finite arguments only: it is NaN at NaN, 0 at infinity, and nothing for no arguments.
+    """Decorator of a density, which is then called with finite arguments only: it is NaN at NaN and 0 at infinity.
 
-    A ``time`` among the parameters is passed on as it is.  What overflows on the way is infinite, where a density is 0.
+    A parameter ``time`` is passed on unchanged.  Overflow is not reported: it gives infinity, where a density is 0.
 
     Examples
     --------
@@ -132,15 +132,15 @@ def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray
             try:
                 given = np.broadcast_arrays(*(np.asarray(bound[name]) for name in places))
             except ValueError:
-                return density(*(bound[name] for name in ("self", *places)), **rest)  # which says what is wrong
+                return density(*(bound[name] for name in ("self", *places)), **rest)  # which raises the error
             if any(argument.dtype.kind not in "iuf" for argument in given):
                 return density(*(bound[name] for name in ("self", *places)), **rest)
             finite = np.logical_and.reduce([np.isfinite(argument) for argument in given])
             if finite.all() and finite.size:
                 return density(self, *given, **rest)
-            found = np.where(np.logical_or.reduce([np.isnan(argument) for argument in given]), np.nan, 0.0)
+            values = np.where(np.logical_or.reduce([np.isnan(argument) for argument in given]), np.nan, 0.0)
             if finite.any():
-                found[finite] = density(self, *(argument[finite] for argument in given), **rest)
-            return found
+                values[finite] = density(self, *(argument[finite] for argument in given), **rest)
+            return values
 
     return everywhere

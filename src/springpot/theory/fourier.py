@@ -25,8 +25,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 _Branch = Callable[[FloatArray], FloatArray]
 
-# Below this phase k t a Gauss-Jacobi rule sees the whole oscillation; above it the tail from k t to infinity is smooth
-# along the imaginary direction and a Gauss-Laguerre rule takes it.  Both are at rounding level on their side.
+# Below this phase k t a Gauss-Jacobi rule resolves the oscillation; above it the tail from k t to infinity is smooth
+# along the imaginary direction, for a Gauss-Laguerre rule.  Both are accurate to rounding on their side.
 _SWITCH = 12.0
 _NODES = 40
 
@@ -177,7 +177,7 @@ def cosine_integral(
     nodes, weights = _jacobi(a)
 
     def near(phase: FloatArray) -> FloatArray:
-        # cos = 1 - 2 sin^2: the singular part, 1/(1 - alpha), is taken by hand so that alpha -> 1 costs no digits.
+        # cos = 1 - 2 sin^2: the singular part, 1/(1 - alpha), is analytical, so that no digits are lost for alpha -> 1
         dip = 2.0 * np.sin(np.multiply.outer(phase, nodes / 2.0)) ** 2
         return np.asarray(phase ** (1.0 - a) * (1.0 / (1.0 - a) - dip @ weights))
 

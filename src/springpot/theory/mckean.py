@@ -1,8 +1,8 @@
-"""Slow impacts behind a lossy wall: what McKean's law of returns says, whatever the oscillator.
+"""Slow impacts on a lossy wall, by McKean's law of returns, which holds for every oscillator.
 
-Thrown off a wall at speed v0 and driven back by white noise alone, a mass returns at a speed of density
+A free mass that leaves a wall at speed v0 under white noise returns at a speed u of density
 (3 / 2 pi) u^(3/2) v0^(1/2) / (u^3 + v0^3) (McKean, "A winding problem for a resonator driven by a white noise",
-J. Math. Kyoto Univ. 2, 1963).  An impact that takes a part of the speed makes slower and slower ones follow.
+J. Math. Kyoto Univ. 2, 1963).  With restitution below 1 slower and slower impacts follow.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 
 
 def slow_impact_power(restitution: float) -> float:
-    """The power m with which the impacts slower than u get rarer, u^m: r^-m = 2 cos(pi (m - 1) / 3), between 0 and 2.
+    """The power m: the rate of impacts slower than u is ~ u^m.  r^-m = 2 cos(pi (m - 1) / 3), m between 0 and 2.
 
     Parameters
     ----------

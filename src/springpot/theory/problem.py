@@ -1,7 +1,7 @@
-"""The dimensionless problem, made once, and the way back to units; what every method has to say before it computes.
+"""The dimensionless problem, the conversion back to units, and the cases without a stationary state or noise.
 
-Dimensionless, time counts in 1/Omega and length in sqrt(q/Omega^3), so that the natural frequency and the noise are 1,
-and the mass moves above its wall.
+The unit of time is 1/Omega and that of length sqrt(q/Omega^3), so that the natural frequency and the intensity are 1;
+the mass moves above its wall.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Units:
-    """The way back from dimensionless numbers.
+    """Conversion of dimensionless numbers to units.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Units:
     side : float
         -1 where the mass moves below its wall, otherwise 1.
     origin : float
-        Place in m from which displacements are counted.
+        Position in m from which displacements are measured.
     """
 
     frequency: float
@@ -78,7 +78,7 @@ class Units:
         """Dimensionless displacements from the origin, away from the wall."""
         return np.asarray(self.side * (displacement - self.origin) / self.length)
 
-    def moments(self, found: Moments) -> Moments:
+    def moments(self, dimensionless: Moments) -> Moments:
         """Moments in units, and on the mass's own side of the wall.
 
         Examples
@@ -90,13 +90,13 @@ class Units:
         """
         length, speed = self.length, self.speed
         return Moments(
-            amplitude_mean_square=found.amplitude_mean_square * length**2,
-            x_mean=self.side * found.x_mean * length + 0.0,
-            x_mean_square=found.x_mean_square * length**2,
-            v_mean_square=found.v_mean_square * speed**2,
-            impact_rate=found.impact_rate * self.frequency,
-            impact_speed_mean=found.impact_speed_mean * speed,
-            impact_speed_mean_square=found.impact_speed_mean_square * speed**2,
+            amplitude_mean_square=dimensionless.amplitude_mean_square * length**2,
+            x_mean=self.side * dimensionless.x_mean * length + 0.0,
+            x_mean_square=dimensionless.x_mean_square * length**2,
+            v_mean_square=dimensionless.v_mean_square * speed**2,
+            impact_rate=dimensionless.impact_rate * self.frequency,
+            impact_speed_mean=dimensionless.impact_speed_mean * speed,
+            impact_speed_mean_square=dimensionless.impact_speed_mean_square * speed**2,
         )
 
 
@@ -124,8 +124,8 @@ def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tup
     ----------
     oscillator : Oscillator
     order_0_is_spring : bool
-        Whether a springpot of order 0 belongs to the spring: the frequency of the units is then sqrt(Omega^2 + C), and
-        the problem that of a springpot which is not there (order 1, c = 0).
+        Whether a springpot of order 0 is added to the spring: the frequency of the units is then sqrt(Omega^2 + C), and
+        the problem has no springpot (order 1, c = 0).
 
     Raises
     ------
@@ -155,7 +155,7 @@ def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tup
 
 
 def endless(oscillator: Oscillator) -> str | None:
-    """The sentence that says why there is no stationary state; None where springpot or wall dissipate energy.
+    """Why there is no stationary state, in one sentence; None if springpot or wall dissipate energy.
 
     Examples
     --------

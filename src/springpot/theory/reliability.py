@@ -1,7 +1,7 @@
-"""How far to trust a method here: its gaps to Monte Carlo at the nearest cells of the validity map.
+"""Reliability of a method for an oscillator: its gaps to Monte Carlo at the nearest cells of the validity map.
 
-The map (``validity.csv``, made by :mod:`springpot.validity`) holds adapted Monte Carlo over order, c, restitution and
-wall position, and the gap of every method to it.  Between cells the worst of the neighbouring gaps is taken.
+The map (``validity.csv``, written by :mod:`springpot.validity`) has stationary Monte Carlo over order, c, restitution
+and wall position, and the gap of every method to it.  Between cells the largest of the neighbouring gaps is used.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trust:
-    """What the map says of one method here.
+    """Errors of one method near an oscillator, from the map.
 
     Attributes
     ----------
     gaps : dict
-        Largest gap in per cent, without sign, of each moment in GOOD at the cells on either side; infinite where the
-        method has no answer or the map has no cell near, NaN where the map's Monte Carlo cannot judge any of them.
+        Largest gap in per cent, without sign, of each moment in GOOD at the cells on either side; infinite if the
+        method has no result or the map has no cell near, NaN if the map's Monte Carlo is too uncertain at all of them.
     unjudged : tuple of str
-        Moments that it cannot judge at one of these cells at least.
+        Moments for which it is too uncertain at one of these cells at least.
     mapped : bool
         Whether the map has a cell near.
     """
@@ -79,15 +79,15 @@ class Trust:
 
     @property
     def worst(self) -> float:
-        """The largest gap that is known over what is thought good of its moment, of the moments in JUDGED."""
+        """The largest known gap over the limit in GOOD, of the moments in JUDGED."""
         return max((self.gaps[name] / GOOD[name] for name in JUDGED if not math.isnan(self.gaps[name])), default=0.0)
 
 
 @cache
 def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
-    """The columns of the map: place of each cell, Monte Carlo, and gaps in per cent under ``method:moment``.
+    """The columns of the map: coordinates of the cells, Monte Carlo, and gaps in per cent under ``method:moment``.
 
-    A gap is infinite where the method has no answer and NaN where Monte Carlo cannot judge it.
+    A gap is infinite if the method has no result and NaN if Monte Carlo is too uncertain.
     """
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -95,7 +95,7 @@ def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
 
 
 def trust(oscillator: Oscillator, method: str) -> Trust:
-    """What the map says of a method for this oscillator.
+    """Errors of a method for this oscillator, from the map.
 
     Parameters
     ----------
@@ -127,66 +127,66 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
         return unknown
-    if oscillator.springpot.order == 0.0:  # a spring, of which small orders tell nothing
+    if oscillator.springpot.order == 0.0:  # a spring, to which small orders do not apply
         return unknown
-    found = read_map()
-    lightest = float(found["c"].min())  # below the map every method is better than on it
-    near = np.ones(found["c"].size, bool)
+    columns = read_map()
+    lightest = float(columns["c"].min())  # below it every method is better than on the map
+    near = np.ones(columns["c"].size, bool)
     for name, value, slack in (
         ("position", oscillator.dimensionless_position, 0.25),
         ("restitution", oscillator.restitution, 0.15),
         ("order", oscillator.springpot.order, 0.1),
         ("c", max(c, lightest), 0.3),
     ):
-        beside = _beside(np.unique(found[name][near]), value, slack)
+        beside = _beside(np.unique(columns[name][near]), value, slack)
         if not beside:
             return unknown
-        near &= np.isin(found[name], beside)
-    gaps = {name: np.abs(found[f"{method}:{name}"][near]) for name in GOOD}
+        near &= np.isin(columns[name], beside)
+    gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in GOOD}
     unjudged = tuple(name for name in GOOD if np.isnan(gaps[name]).any())
     return Trust({name: _worst(gaps[name]) for name in GOOD}, mapped=True, unjudged=unjudged)
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
-    """The values of the map next to a number on either side; nothing if it lies off them by more than ``slack``."""
+    """The values of the map next to a number on either side; empty if it is outside by more than ``slack``."""
     within = 1e-9 * max(1.0, abs(here))
     below, above = values[values <= here + within], values[values >= here - within]
-    found = {float(side) for side in (below[-1:], above[:1]) for side in side}
+    nearest = {float(side) for side in (below[-1:], above[:1]) for side in side}
     one_sided = not (below.size and above.size)
-    return () if one_sided and min(abs(value - here) for value in found) > slack else tuple(found)
+    return () if one_sided and min(abs(value - here) for value in nearest) > slack else tuple(nearest)
 
 
 def _worst(gaps: Floats) -> float:
-    """The largest gap where there is an answer and Monte Carlo can judge it; infinite if there is no answer at all."""
+    """The largest finite gap; infinite if there is no result at any cell, NaN if Monte Carlo is too uncertain."""
     if np.isinf(gaps).all():
         return math.inf
     return float(np.max(gaps[np.isfinite(gaps)], initial=-math.inf)) if np.isfinite(gaps).any() else math.nan
 
 
 def map_warnings(oscillator: Oscillator, method: str) -> tuple[str, ...]:
-    """One sentence if the map says that a method is off here, or says nothing; none if it is good.
+    """One sentence if a method has large errors near here, or no cell of the map is near; otherwise none.
 
-    Without a wall, and without a springpot, the map has nothing to say.
+    The map does not apply without a wall or without a springpot.
     """
     if oscillator.barrier is None or not oscillator.dimensionless_coefficient > 0.0:
         return ()
-    found = trust(oscillator, method)
-    if not found.mapped:
+    here = trust(oscillator, method)
+    if not here.mapped:
         return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
-    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in found.gaps.items() if GOOD[name] < gap < math.inf]
-    said = [f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
-    if found.unjudged and min(found.gaps.values()) < math.inf:
-        unknown = listed([_WORDS[name] for name in found.unjudged])
-        said.append(f"At a cell of the map near here Monte Carlo is too uncertain to judge {unknown}.")
-    return (" ".join(said),) if said else ()
+    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if GOOD[name] < gap < math.inf]
+    sentences = [f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
+    if here.unjudged and min(here.gaps.values()) < math.inf:
+        unknown = listed([_WORDS[name] for name in here.unjudged])
+        sentences.append(f"At a cell of the map near here Monte Carlo is too uncertain to judge {unknown}.")
+    return (" ".join(sentences),) if sentences else ()
 
 
 def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
-    """The method to trust here, among those that have an answer.
+    """The most reliable method here, among those that have a result.
 
-    Exact answers first; then the method with the smallest worst gap on the map.  Where the map has no cell near, or its
-    Monte Carlo can judge none of the methods, nothing is known of their errors and none is recommended:
-    `why_none_is_recommended` says so, and `best_guess` names the one most likely to be near.
+    Exact methods first; then the method with the smallest of the largest gaps on the map.  If the map has no cell near,
+    or its Monte Carlo is too uncertain, the errors are unknown and none is recommended: `why_none_is_recommended` says
+    so, and `best_guess` names the one most likely to be accurate.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     Returns
     -------
     str
-        Name of the method; empty if there is none to trust.
+        Name of the method; empty if none is recommended.
 
     Examples
     --------
@@ -205,17 +205,17 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     ''
     """
     if exact := [method.name for method in METHODS.values() if method.exact and method.name in answers]:
-        return exact[-1]  # the list rises to the surest
+        return exact[-1]  # the list ends with the most exact
     judged = {name: trust(oscillator, name) for name in MAPPED if name in answers}
-    known = [name for name, found in judged.items() if found.judges]
+    known = [name for name, trusted in judged.items() if trusted.judges]
     return min(known, key=lambda name: judged[name].worst) if known else ""
 
 
 def best_guess(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
-    """The method that is recommended, or the one most likely to be near where nothing is known of the errors.
+    """The recommended method, or the one most likely to be accurate if the errors are unknown.
 
-    Away from the map the closure, or the envelope, or averaging up to the largest c of the map (beyond, its <A^2> is
-    wrong by half and more).
+    Away from the map: the closure, or the envelope, or averaging up to the largest c of the map (beyond, the error of
+    its <A^2> is 50 % and more).
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def best_guess(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
 
 
 def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
-    """One sentence that says why no method is recommended here, and which is the best guess; empty if one is.
+    """Why no method is recommended here, and which is the best guess, in one sentence; empty if one is recommended.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every method of the theory answers with: one common result."""
+"""The common result of all analytical methods."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from springpot.oscillator import Oscillator
 __all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]
 
 ROUNDED = 1.0 + 1e-9
-"""Factor to a limit of what is covered: a number that is beyond it by rounding only is not beyond it."""
+"""Factor on limits of what is covered, so that rounding errors do not exceed them."""
 
 MOMENTS = (
     "amplitude_mean_square",
@@ -22,15 +22,15 @@ MOMENTS = (
     "impact_speed_mean",
     "impact_speed_mean_square",
 )
-"""Names of the stationary numbers, the same in every method, in the simulation and in files."""
+"""Names of the stationary moments, the same in every method, in the simulation and in files."""
 
 
 class NoStationaryState(ValueError):
-    """A stationary number was asked of an oscillator whose motion never becomes stationary."""
+    """The oscillator has no stationary state."""
 
 
 class NoConvergence(ArithmeticError):
-    """An iteration did not reach its tolerance; there is no answer."""
+    """An iteration did not reach its tolerance; there is no result."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Moments:
     amplitude_mean_square : float
         <A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2.
     impact_rate : float
-        Impacts per second; 0 where nothing is struck.
+        Impacts per second; 0 without impacts.
     impact_speed_mean, impact_speed_mean_square : float
-        Of the speed just before an impact, in m/s and m^2 s^-2; NaN where there are no impacts.
+        Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
     """
 
     amplitude_mean_square: float
@@ -60,25 +60,25 @@ class Moments:
 
 @dataclass(frozen=True)
 class Result:
-    """The answer of one method to one oscillator.
+    """The result of one method for one oscillator.
 
     Parameters
     ----------
     method : str
         Name of the method.
     oscillator : Oscillator
-        What was asked.
+        The oscillator that was solved.
     stationary : Moments or str
         The stationary moments, or the sentence that says why there are none.
     assumptions : tuple of str
-        What the method assumes, one sentence each.
+        The assumptions of the method, one sentence each.
     warnings : tuple of str
-        Where this oscillator strains the assumptions, one sentence each.
+        Reasons to doubt the result, one sentence each.
 
     Notes
     -----
-    The moments are read as attributes of the result (``result.x_mean`` ...).  Reading one where there is no stationary
-    state raises `NoStationaryState`; it is never an infinity.
+    The moments are attributes of the result (``result.x_mean`` ...).  Without a stationary state they raise
+    `NoStationaryState`; they are never infinite.
     """
 
     method: str
@@ -141,8 +141,8 @@ class Result:
         Returns
         -------
         dict
-            The `MOMENTS`, ``assumptions`` and ``warnings``; a number that does not exist is None.  Where there is no
-            stationary state every moment is None and ``statement`` says why.
+            The `MOMENTS`, ``assumptions`` and ``warnings``; a number that does not exist is None.  Without a stationary
+            state every moment is None and ``statement`` says why.
         """
         if isinstance(self.stationary, str):
             numbers = no_answer(self.stationary)

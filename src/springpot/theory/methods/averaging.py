@@ -27,8 +27,8 @@ _METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted":
 _SERIES_TERMS = 30
 _LIGHT = 0.1  # the largest c at which <A^2> without a wall is within 2 % of the exact one, at every order
 _CHECKED = 1.0  # the largest c at which it was compared with the exact one at several orders
-_MAPPED = 3.0  # the largest c on the validity map, which knows the errors with a wall up to there
-_POWERS = 64  # of the squared correlation, taken one by one; the rest in blocks
+_MAPPED = 3.0  # the largest c on the validity map, which has the errors with a wall
+_POWERS = 64  # of the squared correlation, summed one by one; higher ones in blocks
 _BLOCKS = 22  # each twice as long: the terms fall like k^-3
 _BLOCK_NODES = 8
 _HARMONICS = 24  # of the spectrum, beyond the highest frequency asked for
@@ -63,7 +63,7 @@ def harmonic_sum(alpha: float) -> float:
 
 @dataclass(frozen=True)
 class Averaging(DensitiesOfAmplitude):
-    """The averaged oscillator: an amplitude that diffuses and decays, and all that follows from it.
+    """Result of stochastic averaging: moments, densities, correlation, spectrum and transients.
 
     With a^2 = x^2 + v^2 / w^2 the amplitude obeys the Ito equation
     da = [-beta a + q / (4 w^2 a)] dt + sqrt(q / 2) / w dB, so that mu = <a^2> obeys the paper's Eq. 19,
@@ -208,8 +208,8 @@ class Averaging(DensitiesOfAmplitude):
 
         Notes
         -----
-        Without a wall it is one pair of Lorentz lines at +-w.  With one, the arcsine law is a series in rho^2k, and
-        each power a sum of lines at 0, +-2w, ... +-2kw of half width 2k beta, summed whatever beta is.
+        Without a wall it is one pair of Lorentzian lines at +-w.  With one, the arcsine law is a series in rho^2k, and
+        each power a sum of lines at 0, +-2w, ... +-2kw of half width 2k beta.
 
         Examples
         --------
@@ -272,7 +272,7 @@ class _Law:
         return Units(1.0, 1.0, 1.0, self.side or 1.0)
 
     def x(self, x: FloatArray) -> FloatArray:
-        """Half of a normal on the mass's side of the wall, a whole one without a wall."""
+        """Half-normal on the mass's side of the wall; normal without a wall."""
         fold = np.where(x >= 0.0, 2.0, 0.0) if self.side else 1.0
         return np.asarray(fold * normal(x, self.mu / 2.0))
 
@@ -302,7 +302,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
         energy.  ``"printed"`` has the paper's Omega^(alpha-2) (Eq. 18-20), for an elastic wall only; both agree
         at Omega = 1.  ``"shifted"`` is the corrected form at the frequency w > Omega that the springpot's in-phase
         force gives: w^2 = Omega^2 + (16 C / pi^2) cos(alpha pi/2) sum_m (2 m w)^alpha / (4m^2-1)^2 with a wall,
-        w^2 = Omega^2 + C w^alpha cos(alpha pi/2) without; it tells <x^2> from <v^2> / Omega^2.
+        w^2 = Omega^2 + C w^alpha cos(alpha pi/2) without; here <x^2> and <v^2> / Omega^2 differ.
 
     Returns
     -------
@@ -436,24 +436,24 @@ def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
 
 def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
     alpha, c = oscillator.springpot.order, oscillator.dimensionless_coefficient
-    found: list[str] = []
+    sentences: list[str] = []
     if form == "printed" and oscillator.natural_frequency != 1.0:
-        found.append(
+        sentences.append(
             "The printed formula is dimensionally inconsistent: it has Omega^(alpha-2) where Omega^(alpha-1) belongs, "
             f"so away from Omega = 1 its <A^2> is wrong by a factor Omega = {oscillator.natural_frequency:g}."
         )
     if alpha == 0.0 and c > 0.0:
-        found.append(
+        sentences.append(
             "At order 0 the springpot is a spring, which averaging leaves out of what it calls amplitude: take "
             "sqrt(Omega^2 + C) for the natural frequency, or the envelope."
         )
     if 0.0 < alpha < 1.0:
-        found += _with_a_wall(c, form) if oscillator.barrier is not None else _without_a_wall(c, form)
-    return (*found, *map_warnings(oscillator, _METHODS["corrected" if form == "printed" else form]))
+        sentences += _with_a_wall(c, form) if oscillator.barrier is not None else _without_a_wall(c, form)
+    return (*sentences, *map_warnings(oscillator, _METHODS["corrected" if form == "printed" else form]))
 
 
 def _with_a_wall(c: float, form: str) -> list[str]:
-    """What Monte Carlo says beyond the validity map."""
+    """Errors against Monte Carlo beyond the validity map."""
     if c <= _MAPPED:
         return []
     here = f"The springpot is strong (c = C Omega^(alpha-2) = {c:.3g}) and this answer unchecked"
@@ -466,7 +466,7 @@ def _with_a_wall(c: float, form: str) -> list[str]:
 
 
 def _without_a_wall(c: float, form: str) -> list[str]:
-    """What the exact spectrum says; the validity map has walls only."""
+    """Errors against the exact spectrum; the validity map has only cases with a wall."""
     here = f"c = C Omega^(alpha-2) = {c:.3g}"
     if c <= _LIGHT:
         return []
@@ -488,8 +488,8 @@ def _without_a_wall(c: float, form: str) -> list[str]:
 def _power_rule() -> tuple[FloatArray, FloatArray]:
     """Nodes and weights for a sum over k = 1, 2, ... of terms that are smooth in ln k and fall like k^-3.
 
-    Beyond the first k, blocks of doubling length take the sum as an integral between half integers, at Gauss nodes: its
-    error is that of the midpoint rule in reverse, below 1e-8 of the whole.
+    Beyond the first k the sum is an integral between half integers, by Gauss nodes in blocks of doubling length: the
+    error is that of the midpoint rule, below 1e-8 of the sum.
     """
     x, w = np.polynomial.legendre.leggauss(_BLOCK_NODES)
     edges = _POWERS * np.exp2(np.arange(_BLOCKS + 1)) + 0.5

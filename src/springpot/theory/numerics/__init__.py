@@ -1,1 +1,1 @@
-"""Numerical tools that several methods share; they know no oscillator."""
+"""Numerical tools that several methods share, independent of the oscillator."""

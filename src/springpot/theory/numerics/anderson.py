@@ -11,12 +11,12 @@ FloatArray = NDArray[np.float64]
 
 
 class Anderson:
-    """The last steps of an iteration, and the step that would have been shortest were all of them linear.
+    """Anderson acceleration: combines the last steps of an iteration so that the step is shortest if g is linear.
 
     Parameters
     ----------
     depth : int
-        How many earlier steps are remembered.
+        Number of earlier steps that are used.
     cutoff : float
         Singular values of the differences of the steps below this part of the largest count as 0.
 
@@ -43,7 +43,7 @@ class Anderson:
         return np.asarray(image - self._shares() @ np.diff(np.array(self._images), axis=0))
 
     def part_of_step(self, point: FloatArray, image: FloatArray, part: float) -> FloatArray:
-        """The same, going only a part of the way; steps that have become twice as long are the first of new ones."""
+        """The same with a step reduced by the factor ``part``; restarts if the steps have become twice as long."""
         step = image - point
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
             self._points, self._images, self._steps = [], [], []
@@ -60,6 +60,6 @@ class Anderson:
         self._steps = [*self._steps[-self._depth :], image - point]
 
     def _shares(self) -> FloatArray:
-        """Of the differences between the steps, those that leave least of the last step."""
+        """The combination of the differences between the steps that is closest to the last step."""
         differences = np.diff(np.array(self._steps), axis=0)
         return np.asarray(np.linalg.lstsq(differences.T, self._steps[-1], rcond=self._cutoff)[0])

@@ -3,8 +3,8 @@
 Everything here is dimensionless: x'' + c D^alpha x + x = white noise of intensity 1.  The transfer function
 G(s) = 1 / (s^2 + c s^alpha + 1), cut along the negative real axis, has one pair of poles for 0 < alpha < 1, both in the
 left half plane.  Since 1 / \\|D\\|^2 = -Im(1 / D) / Im(D) on the imaginary axis, the integral of the spectrum can be
-turned onto the positive real axis, where nothing resonates, and its Fourier transform onto the cut, where nothing
-oscillates.
+turned onto the positive real axis, where there is no resonance, and its Fourier transform onto the cut, where the
+integrand does not oscillate.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def mean_squares(alpha: float, c: float) -> tuple[float, float]:
         <x^2> = t / ((1 - alpha) pi c) int_0^inf s^-alpha (2 s^2 + alpha c s^alpha) G(s)^2 ds,
         <v^2> = <x^2> + (t / pi) int_0^inf G(s) ds;
 
-    both integrands are positive and smooth in ln s, whatever c is.
+    both integrands are positive and smooth in ln s for every c.
 
     Examples
     --------
@@ -152,7 +152,7 @@ class Relaxation:
         flat = time.reshape(-1)
         decay = -2.0 * p.real
         total = 2.0 * abs(residue) ** 2 * _saturating(decay, flat)
-        # (1 - e^2pt) / 2p: its size is that of one swing, so cancellation costs nothing
+        # (1 - e^2pt) / 2p is of the size of one oscillation, so cancellation is harmless
         total -= (residue**2 * (1.0 - np.exp(2.0 * p * flat)) / p).real
         for start in range(0, flat.size, _CHUNK):
             part = slice(start, start + _CHUNK)
@@ -186,14 +186,14 @@ def relaxation(alpha: float, c: float) -> Relaxation:
 
 
 def _saturating(decay: float, time: FloatArray) -> FloatArray:
-    """(1 - e^(-decay t)) / decay, which is t where nothing decays."""
+    """(1 - e^(-decay t)) / decay, which is t for decay = 0."""
     if decay == 0.0:
         return time + 0.0
     return np.asarray(-np.expm1(-decay * time) / decay)
 
 
 def _fade(time: FloatArray, rate: FloatArray) -> FloatArray:
-    """e^(-rate t), a row for each time; the logarithm keeps huge times from overflowing."""
+    """e^(-rate t), a row for each time; logarithms avoid overflow."""
     with np.errstate(divide="ignore"):
         return np.asarray(np.exp(-np.exp(np.minimum(np.add.outer(np.log(time), np.log(rate)), 7.0))))
 
@@ -201,8 +201,8 @@ def _fade(time: FloatArray, rate: FloatArray) -> FloatArray:
 def _range(alpha: float, c: float) -> tuple[float, float]:
     """Limits of ln s beyond which the integrands are below rounding."""
     log_c = math.log(c)
-    # Between s^alpha = 1/c and s^2 = c s^alpha the springpot rules and the integrands vary like s^(1-2 alpha) or
-    # s^(1-alpha): where they grow, their lower part does not count.
+    # Between s^alpha = 1/c and s^2 = c s^alpha the springpot dominates and the integrands vary like s^(1-2 alpha) or
+    # s^(1-alpha): where they grow, their lower part is negligible.
     low = min(0.0, max(-log_c / alpha, -_DECADES / (1.0 - 2.0 * alpha)) if alpha < 0.5 else -log_c / alpha)
     return low - _DECADES, max(0.0, log_c / (2.0 - alpha)) + _DECADES
 

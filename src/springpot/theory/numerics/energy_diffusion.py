@@ -1,4 +1,4 @@
-"""Diffusion of an action or energy in one dimension: a conservative finite-volume operator and what follows from it.
+"""Diffusion of an action or energy in one dimension: a conservative finite-volume operator, its modes, first passage.
 
 The probability per action J obeys  dp/dt = d/dJ [D f d/dJ (p / f)]  with the stationary density f and diffusion D: no
 flux at rest or far away.  Cells hold the masses m_i of f; neighbours exchange probability through conductances g,
@@ -7,12 +7,12 @@ flux at rest or far away.  Cells hold the masses m_i of f; neighbours exchange p
 
 so probability is conserved, stays positive and settles on m, all to rounding.  In the variables P_i / sqrt(m_i) the
 operator is B^T B with a bidiagonal B, a row for each conductance: the squares of its singular values are the rates, and
-the right singular vectors the modes, which give every time at once.  Cells that are nearly at rest, or nearly graze the
-wall, exchange probability up to 1e15 times as fast as the slowest mode decays; eigenvalues of the product would know
-that mode to nothing at all, singular values of B know every rate to many digits (J. Demmel and W. Kahan, "Accurate
-singular values of bidiagonal matrices", SIAM J. Sci. Stat. Comput. 11, 1990).  The conductances integrate 1 / (D f)
-between cells with D f / J exponential in ln J (Scharfetter and Gummel's idea), exact where D is proportional to J, as
-it is at rest.
+the right singular vectors the modes, which give the solution at every time.  Cells near rest, or near grazing, exchange
+probability up to 1e15 times as fast as the slowest mode decays; eigenvalues of the product would lose that mode in
+rounding errors, but singular values of B give every rate to many digits (J. Demmel and W. Kahan, "Accurate singular
+values of bidiagonal matrices", SIAM J. Sci. Stat. Comput. 11, 1990).  The conductances integrate 1 / (D f) between
+cells with D f / J exponential in ln J (as Scharfetter and Gummel), which is exact where D is proportional to J, as near
+rest.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
 
 FloatArray = NDArray[np.float64]
 
-_REST = 1e-8  # stationary probability of what counts as rest: cells below are so fast that they spoil the slow rates
+_REST = 1e-8  # stationary probability of the cells near rest that are left out: their fast rates spoil the slow ones
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,7 @@ class EnergyDiffusion:
     def spectrum(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rates of the modes, and the squares of the fluctuation's components: the variance, mode by mode.
 
-        By eigenvalues of the product, in half the time of `modes`: for sums over all modes, which do not depend on the
-        slowest rates' own digits.
+        From eigenvalues of the product, in half the time of `modes`; accurate enough for sums over all modes.
 
         Parameters
         ----------
@@ -185,17 +184,17 @@ class EnergyDiffusion:
         return FirstPassage(mean_time, np.maximum(rates, 0.0), weights)
 
     def _spectrum(self, cells: int, escape: float) -> tuple[FloatArray, FloatArray]:
-        """Rising rates and modes of the lowest cells, closed at the upper end but for a conductance to the outside."""
+        """Rates, rising, and modes of the lowest cells; ``escape`` is the conductance at the upper end."""
         root = np.sqrt(self.mass[:cells])
         flow = np.sqrt(np.r_[self.conductance[: cells - 1], escape])
         bidiagonal = np.diag(flow / root) - np.diag(flow[:-1] / root[1:], 1)
-        # this driver leaves a bidiagonal matrix as it is, and finds small singular values to their own digits
+        # this driver keeps a bidiagonal matrix as it is, and small singular values are relatively accurate
         _, values, modes = linalg.svd(bidiagonal, lapack_driver="gesvd", check_finite=False)
         return np.asarray(values[::-1] ** 2), np.asarray(modes[::-1].T)
 
 
 def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
-    """Check and normalise the cells, leaving out those of no mass and those that together are hardly more than rest.
+    """Check and normalise the cells, without those of negligible mass and those near rest.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Densities that are tabulated once: cubics between knots, never negative, with an integral of 1 to rounding."""
+"""Tabulated densities: cubics between knots, never negative, with an integral of 1 to rounding."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Tabulated:
     Parameters
     ----------
     corner : float
-        Where the density may vary like a root.
+        Position where the density may vary like a root.
     spline : PPoly
         The density as a function of the root of the distance from the corner, with the sign of the distance.
     """
@@ -41,8 +41,8 @@ class Tabulated:
         >>> float(Tabulated.make(np.array([0.0, 1.0, 2.0]), np.array([3.0, 3.0, 3.0])).density(np.array(0.3)).round(12))
         0.5
         """
-        found = cls(corner, _never_negative(signed_root(place - corner), density))
-        return cls(corner, PPoly(found.spline.c / found.moment(power), found.spline.x))
+        table = cls(corner, _never_negative(signed_root(place - corner), density))
+        return cls(corner, PPoly(table.spline.c / table.moment(power), table.spline.x))
 
     def moment(self, power: int) -> float:
         """Integral of density * value^power, exactly for a power up to 1."""
@@ -62,8 +62,8 @@ class Tabulated:
         """The density; NaN where the value is NaN."""
         low, high = self.spline.x[0], self.spline.x[-1]
         root = signed_root(value - self.corner)
-        found = np.where((root >= low) & (root <= high), self.spline(np.clip(root, low, high)), 0.0)
-        return np.where(np.isnan(value), np.nan, np.maximum(found, 0.0))
+        inside = np.where((root >= low) & (root <= high), self.spline(np.clip(root, low, high)), 0.0)
+        return np.where(np.isnan(value), np.nan, np.maximum(inside, 0.0))
 
 
 def _never_negative(place: FloatArray, value: FloatArray) -> PPoly:
@@ -85,7 +85,7 @@ def _never_negative(place: FloatArray, value: FloatArray) -> PPoly:
 
 
 def signed_root(distance: FloatArray) -> FloatArray:
-    """Root of the size, with the sign.
+    """Root of the absolute value, with the sign.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Memory of a springpot against a wall: the closed loop of a Gaussian correlation and its equivalent linear element.
+"""Memory of a springpot with a wall: a Gaussian correlation and its equivalent linear element, iterated.
 
-Everything here is dimensionless (Omega = q = 1).  The displacement from the wall is unfolded, x - b = \\|y\\|, and y
-taken for Gaussian with correlation coefficient rho(s).  The best linear regression of sgn(y_t) \\|y_(t-s)\\| is
+Everything here is dimensionless (Omega = q = 1).  The displacement from the wall is unfolded, x - b = \\|y\\|, and y is
+assumed Gaussian with correlation coefficient rho(s).  The best linear regression of sgn(y_t) \\|y_(t-s)\\| is
 
     (2/pi) sqrt(1 - rho^2) y_t + (2/pi) arcsin(rho) y_(t-s),
 
@@ -13,10 +13,10 @@ with theta = arccos rho.  Two things keep this accurate from alpha -> 0 to alpha
 
 - theta starts like kappa s, kappa = sigma_v / sigma_y.  With 1 - e^(-kappa s) in place of sin(theta) and with
   (pi/2) (1 - e^(-2 kappa s / pi)) in place of theta the integral is (iw + 2 kappa/pi)^alpha - (2/pi) kappa^alpha;
-  only the rest, of order s^2 at 0 and gone at infinity, is left to quadrature, with a factor 0 at alpha = 1.
+  only the remainder, of order s^2 at 0 and 0 at infinity, is computed by quadrature, with a factor 0 at alpha = 1.
 - After some ten half periods rho is a cosine with a slow envelope.  There only the mean and the first harmonic of
-  sin(theta) and theta count (complete elliptic integrals of the envelope), which are slow and need few nodes however
-  long the memory.  Near and far lags are joined by a smooth partition, so that no edge radiates.
+  sin(theta) and theta matter (complete elliptic integrals of the envelope), which are slow and need few nodes for any
+  length of the memory.  Near and far lags are blended smoothly, to avoid spurious ripples.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ ComplexArray = NDArray[np.complex128]
 
 _LOW, _HIGH = 18, 14  # octaves of frequency below and above the resonance
 _ACTIVE = 8.0  # multiple of the resonance above which the remainder of K follows its asymptote w^(alpha-2)
-_FADED = 25.0  # decay times after which nothing of the envelope is left
+_FADED = 25.0  # decay times after which the envelope is 0
 _MIXED = 6  # depth of the acceleration
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Frequencies, lags, and the matrices that carry spectra to correlations and correlations to the element.
+    """Frequencies, lags, and the matrices from spectra to correlations and from correlations to the element.
 
     Built by `make_grid` around one resonance; lags and frequencies are dimensionless.
     """
@@ -96,7 +96,7 @@ class Grid:
 
     @property
     def damping_above(self) -> float:
-        """What the frequencies above the grid add to the power taken by an element that ends like (iw)^alpha."""
+        """Power at frequencies above the grid, for an element that ends like (iw)^alpha."""
         top = math.pow(float(self.edges[-1]), self.alpha - 2.0) / (2.0 - self.alpha)
         return math.sin(self.alpha * math.pi / 2.0) / math.pi * top
 
@@ -111,7 +111,7 @@ def make_grid(alpha: float, resonance: float, decay: float, detail: int = 0) -> 
     resonance, decay : float
         Frequency of the peak and its half width, dimensionless.
     detail : int
-        0 for answers to about 1e-6; each step more has 4 more nodes per panel and hands over to the envelope later.
+        0 for results to about 1e-6; each step more has 4 more nodes per panel and uses the envelope at later lags.
 
     Examples
     --------
@@ -126,8 +126,8 @@ def make_grid(alpha: float, resonance: float, decay: float, detail: int = 0) -> 
     centre, width = _handover(detail)
     near_end, far_start = (centre + 4.2 * width) / resonance, (centre - 4.2 * width) / resonance
 
-    # The first panel takes the weight s^(1-alpha) of the s^2 remainder exactly; the others are graded to the corners
-    # that theta has, for light damping, at the extremes of rho.
+    # The first panel integrates the weight s^(1-alpha) of the s^2 remainder exactly; the others are graded to the
+    # corners that theta has, for light damping, at the extremes of rho.
     first = 0.25 / resonance
     x, jacobi = special.roots_jacobi(8 + 4 * detail, 0.0, 1.0 - alpha)
     early = (x + 1.0) / 2.0 * first
@@ -144,7 +144,7 @@ def make_grid(alpha: float, resonance: float, decay: float, detail: int = 0) -> 
     lag = np.concatenate([early, near])
     waves = oscillating_weights(edges, lag, order)
     active = w[w < _ACTIVE * resonance]
-    # The envelope is that of the resonance alone: the smooth rest of the spectrum has left rho when it takes over.
+    # The envelope is that of the resonance alone: at far lags the smooth rest of the spectrum does not contribute.
     around = -np.expm1(-((w / (0.4 * resonance)) ** 4))
     early_waves = np.exp(-1j * np.multiply.outer(active, early)) * early_weights
     return Grid(
@@ -197,7 +197,7 @@ def _near_edges(resonance: float, decay: float, first: float, end: float) -> Flo
 
 @dataclass(frozen=True)
 class Loop:
-    """A spectrum of y and all that belongs to it.
+    """A spectrum of y, with its correlation and element.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ class Loop:
         return w, max(loss / 2.0, 1e-12)
 
     def moved(self, grid: Grid) -> Loop:
-        """This element on another grid; beyond the old one it is (iw)^alpha."""
+        """This element on another grid; above the old one it is (iw)^alpha."""
         old = self.grid
         element = np.interp(grid.w, old.w, self.element.real) + 1j * np.interp(grid.w, old.w, self.element.imag)
         element = np.where(grid.w > old.w[-1], (1j * grid.w) ** grid.alpha, element)
@@ -269,9 +269,9 @@ class Loop:
         stiffness, damping : float
             Linear stiffness and damping added to those of the oscillator.
         tolerance : float
-            Largest change of rho in one sweep that counts as none.
+            Largest change of rho in the last sweep.
         sweeps : int
-            Most sweeps that are tried.
+            Largest number of sweeps.
 
         Returns
         -------

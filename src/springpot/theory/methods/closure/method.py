@@ -2,25 +2,13 @@
 
 Two steps, repeated until they agree:
 
-1. x is unfolded at the wall, x - b = \\|y\\|, and y taken for Gaussian.  Its correlation makes the springpot an
-   equivalent linear element, which shapes the spectrum and so the correlation (`memory`).
+1. x is unfolded at the wall, x - b = \\|y\\|, and y is assumed Gaussian.  Its correlation gives an equivalent linear
+   element for the springpot, which determines the spectrum and so the correlation (`memory`).
 2. That correlation gives the mean force of the springpot for each present (x, v).  The stationary density of (x, v)
-   under it, with the wall's position and losses as they are, is solved for without linearising anything
-   (`plane`).  A stiffness and a damping are added to step 1 so that its <y^2> and <v^2> are
-   those of step 2.
+   with this force, and with position and losses of the wall, is computed without linearisation (`plane`).  A stiffness
+   and a damping are added to step 1 so that its <y^2> and <v^2> are those of step 2.
 
-What was tried and what it gained (against Monte Carlo from an adapted start, c = C Omega^(alpha-2) <= 1, b = 0):
-
-- Step 1 alone, r = 1: <A^2> within 5 %, but the impact rate up to 26 % too high, for the springpot remembers the mean
-  of x and pushes away from the wall.  Step 2 leaves 1.3 % in the rate, and takes <A^2> within 3 %.
-- Step 1 with an equivalent damper for the losses, r = 0.5: <A^2> up to 53 % too high with
-  (1 - r^2) sigma_v / (pi sigma_x), up to 24 % too low with twice that over 1 + r^2, up to 23 % too low with the damper
-  of a renewal formula that is good for a dashpot (at small alpha the rate is wrong).  Step 2 leaves 3 %.
-- Setting the mean of D^alpha x to 0 exactly halves what is left in the rate at c = 1; the steps agree sooner too.
-- Matching step 2's forces to those of step 1 on the Gaussian makes the light limit independent of the plane's rule.
-- Widening the past's spread in step 2 until \\|y\\| has step 2's own mean at infinite lag moved nothing by more than
-  0.5 %: left out.
-- Step 2 takes the wall where it is: with \\|b\\| <= sqrt(q / Omega^3) the errors are those of b = 0, but for wide gaps.
+The derivation, and the alternatives that were tried, are in the documentation, page "The Gaussian memory closure".
 """
 
 from __future__ import annotations
@@ -54,22 +42,22 @@ __all__ = ["Closure", "NoConvergence", "closure"]
 FloatArray = NDArray[np.float64]
 
 _REACH = 1.0  # the farthest wall, in units of sqrt(q / Omega^3)
-_GAP = 1.5  # the widest gap times c: beyond, the mass rarely meets the wall and |y| is a poor picture
+_GAP = 1.5  # the widest gap times c: beyond, impacts are rare and |y| is a poor model
 _LOSSY = 0.5  # the smallest restitution
 _STRONG = 10.0  # the largest c
-_DIP = 2e-3  # of a density below 0, over its maximum, that is not worth a word
+_DIP = 2e-3  # largest negative value of a density, over its maximum, without a warning
 _MAPPED = 3.0  # the largest c on the validity map
 _FAR = 40.0  # standard deviations at which every density is exactly 0 in double precision
 
 
 @dataclass(frozen=True)
 class Closure(DensitiesOfAmplitude):
-    """The closed oscillator: stationary moments, densities, correlation and spectrum.
+    """Result of the closure: stationary moments, densities, correlation and spectrum.
 
     Parameters
     ----------
     iterations : int
-        How often the plane of (x, v) was solved; 0 without a wall, where the answer is exact.
+        Number of solutions of step 2; 0 without a wall, where the result is exact.
     residual : float
         Last change of the stiffness and damping by which the two steps differ, over Omega^2 and Omega.
 
@@ -77,9 +65,8 @@ class Closure(DensitiesOfAmplitude):
     -----
     The other parameters are those of `springpot.theory.result.Result`.
 
-    With a wall every density is a Gaussian times a polynomial of degree 9: its integral is 1 to rounding, but behind a
-    lossy wall and in the tails it may fall below 0, which ``warnings`` says where it is by more than 0.2 % of the
-    maximum.
+    With a wall every density is a Gaussian times a polynomial of degree 9: its integral is 1 to rounding, but with a
+    lossy wall and in the tails it may be negative; ``warnings`` says so above 0.2 % of the maximum.
     """
 
     iterations: int
@@ -192,7 +179,7 @@ class Closure(DensitiesOfAmplitude):
 
 @dataclass(frozen=True)
 class _Solved:
-    """What the iteration leaves behind, and its densities in units of sigma_y and sigma_v, from the wall on."""
+    """Result of the iteration, and its densities in units of sigma_y and sigma_v, measured from the wall."""
 
     loop: Loop
     plane: Plane | None
@@ -242,7 +229,7 @@ def closure(oscillator: Oscillator) -> Closure:
     Raises
     ------
     NotCovered
-        If the wall is farther off, takes more, or the springpot is stronger.
+        If the wall is farther away or more lossy, or the springpot is stronger.
     NoConvergence
         If the iteration does not reach its tolerance.
     TypeError
@@ -257,7 +244,7 @@ def closure(oscillator: Oscillator) -> Closure:
     """
     oscillator = checked(oscillator)
     problem, units = canonical(oscillator)
-    alpha = problem.order if problem.coefficient > 0.0 else 1.0  # no springpot counts as a dashpot of strength 0
+    alpha = problem.order if problem.coefficient > 0.0 else 1.0  # without a springpot, as a dashpot of strength 0
     _check_covered(oscillator, alpha)
     iterations, residual, solved = 0, 0.0, None
     stationary: Moments | str
@@ -347,7 +334,7 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
 
 
 def _warnings(oscillator: Oscillator) -> tuple[str, ...]:
-    """What Monte Carlo says, on the validity map and beyond it."""
+    """Errors against Monte Carlo, on the validity map and beyond it."""
     c = oscillator.dimensionless_coefficient
     if oscillator.barrier is None or c <= _MAPPED or oscillator.springpot.order == 1.0:
         return map_warnings(oscillator, "closure")

@@ -4,8 +4,8 @@ Dimensionless (Omega = q = 1), with y = x - b >= 0.  Whatever the memory, the st
 
     E[v phi_x - (x + c F(x, v)) phi_v + phi_vv / 2] + int_0^inf u p(b, -u) [phi(b, r u) - phi(b, -u)] du = 0
 
-for every smooth phi, where F(x, v) = E[D^alpha x \\| x, v] and the last term is the impacts.  The one approximation is
-to take F from the Gaussian y of the memory closure: given the present, y_(t-s) is normal there with a known mean and
+for every smooth phi, where F(x, v) = E[D^alpha x \\| x, v] and the last term is due to impacts.  The only approximation
+is to take F from the Gaussian y of the memory closure: given the present, y_(t-s) is normal with a known mean and
 variance, and the mean of \\|y_(t-s)\\| is that of a folded normal.  D^alpha x has mean 0, which fixes F's constant.
 
 p is a Gaussian times a polynomial (half range in y, Hermite in v), and phi runs over the same polynomials.
@@ -124,11 +124,10 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
     Raises
     ------
     NoConvergence
-        If no density with positive moments and flux comes out.
+        If there is no density with positive moments and flux.
     """
     basis = _basis(degree)
-    # The polynomials' Gaussian must be as wide as the tail of the density, or they do not converge: behind a preload
-    # sigma_y is less than that.
+    # The Gaussian must be as wide as the tail of the density for convergence; with a preload sigma_y is smaller.
     sigma_y = math.sqrt(max(loop.y2, loop.v2 / (1.0 + c * max(loop.element_stiffness, 0.0))))
     sigma_v = math.sqrt(loop.v2)
     force = _mean_force(loop, basis, sigma_y)
@@ -146,7 +145,7 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
 
     def solve(constant: float) -> tuple[FloatArray, float]:
         matrix = generator - c * constant * constant_force
-        matrix[0] = mass  # phi = 1 is an identity: the mass takes its place
+        matrix[0] = mass  # the equation of phi = 1 is trivial: the normalisation replaces it
         try:
             solution = np.asarray(np.linalg.solve(matrix, first), dtype=np.float64)
         except np.linalg.LinAlgError:
@@ -174,7 +173,7 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
 
 @dataclass(frozen=True)
 class _Basis:
-    """Orthonormal polynomials at the nodes of a product rule, their derivatives, and the way back to Y^i He_j(V)."""
+    """Orthonormal polynomials at the nodes of a product rule, their derivatives, and their Y^i He_j(V) coefficients."""
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
@@ -228,7 +227,7 @@ def _impacts(degree: int, restitution: float) -> FloatArray:
 
 
 def _mean_force(loop: Loop, basis: _Basis, scale: float) -> FloatArray:
-    """E[D^alpha x \\| Y, V] up to a constant: that of D^alpha y, less what folding the past adds to y."""
+    """E[D^alpha x \\| Y, V] up to a constant: that of D^alpha y less that of D^alpha (y - \\|y\\|) of the history."""
     grid, v = loop.grid, basis.v
     stretch = scale / math.sqrt(loop.y2)
     y = stretch * basis.y
@@ -236,22 +235,22 @@ def _mean_force(loop: Loop, basis: _Basis, scale: float) -> FloatArray:
     rho = 1.0 - loop.drop
     rho_v = grid.to_slope @ loop.spectrum / math.sqrt(loop.y2 * loop.v2)
     spread = np.sqrt(np.maximum(1.0 - rho**2 - rho_v**2, 1e-14))
-    past = (np.multiply.outer(y, rho) + np.multiply.outer(v, rho_v)) / spread
-    near = _folded_excess(past) @ (grid.lag_weights * spread)
-    # At the far lags the past is e A cos(phase): its mean over the phase depends on A alone, and smoothly.
+    conditional_mean = (np.multiply.outer(y, rho) + np.multiply.outer(v, rho_v)) / spread
+    near = _folded_excess(conditional_mean) @ (grid.lag_weights * spread)
+    # At far lags the conditional mean is e A cos(phase), whose effect averaged over the phase depends on A only.
     size = np.minimum(np.abs(loop.envelope), 1.0 - 1e-12)
     spread = np.sqrt(1.0 - size**2)
     amplitude = np.hypot(y, v)
     radii = np.linspace(0.0, float(amplitude.max()), _RADII)
     far = np.zeros(_RADII)
     for phase in (np.arange(_PHASES) + 0.5) / _PHASES * math.pi / 2.0:
-        past = np.multiply.outer(radii, size * math.cos(phase) / spread)
-        far += (_folded_excess(past) + past) @ (grid.far_weights * spread) / _PHASES
+        conditional_mean = np.multiply.outer(radii, size * math.cos(phase) / spread)
+        far += (_folded_excess(conditional_mean) + conditional_mean) @ (grid.far_weights * spread) / _PHASES
     memory = near + interpolate.CubicSpline(radii, far)(amplitude)
     sigma_y, sigma_v = math.sqrt(loop.y2), math.sqrt(loop.v2)
     force = sigma_y * (stiffness * y - grid.strength * memory) + sigma_v * damping * v
-    # Under the Gaussian its mean is 0 and its products with y and v are those of the equivalent element, exactly: what
-    # the rule of the plane makes of the corner of \\|y_(t-s)\\| at the wall is put right.
+    # Under the Gaussian its mean is 0 and its products with y and v are those of the equivalent element, exactly: this
+    # corrects the quadrature error at the corner of \\|y_(t-s)\\|.
     probes = np.stack([np.ones_like(y), y, v])
     weighted = probes * basis.weights * stretch * np.exp((basis.y**2 - y**2) / 2.0)
     exact = np.array([0.0, sigma_y * loop.element_stiffness, sigma_v * loop.element_damping])

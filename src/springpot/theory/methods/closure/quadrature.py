@@ -13,7 +13,7 @@ __all__ = ["half_normal_rule", "oscillating_weights", "panel_rule"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_SLOW = 2.0  # phase over half a panel below which Gauss's own rule resolves e^(ikx); above, Filon's takes over
+_SLOW = 2.0  # phase over half a panel below which Gauss's rule resolves e^(ikx); above, Filon's rule is used
 
 
 def panel_rule(edges: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
@@ -31,7 +31,7 @@ def panel_rule(edges: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
 
 
 def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) -> ComplexArray:
-    """Weights W with int f(x) e^(ikx) dx = W @ f(nodes), for the nodes of `panel_rule`, however fast e^(ikx) turns.
+    """Weights W with int f(x) e^(ikx) dx = W @ f(nodes), for the nodes of `panel_rule` and any k.
 
     On each panel f is replaced by its interpolating polynomial in Legendre form, whose Fourier integrals are spherical
     Bessel functions (Filon's rule).

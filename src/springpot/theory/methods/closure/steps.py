@@ -48,7 +48,7 @@ def solve_without_wall(alpha: float, c: float) -> Loop:
 def solve_with_wall(
     alpha: float, c: float, restitution: float, position: float, detail: int = 0, degree: int = _DEGREE
 ) -> tuple[Loop, Plane, int, float]:
-    """Both steps until they agree, in dimensionless numbers."""
+    """Repeat both steps until they agree; dimensionless."""
     stiffness, damping = 0.0, _light_impacts(restitution)
     loop = _light_loop(alpha, c, damping, detail)
     iterations = 0
@@ -81,7 +81,7 @@ def solve_with_wall(
 
 
 def _light_loop(alpha: float, c: float, damping: float, detail: int) -> Loop:
-    """Where the iteration starts: the springpot's force on \\|cos t\\|, harmonic by harmonic."""
+    """Start of the iteration: the springpot's force for \\|cos t\\|, harmonic by harmonic."""
     stiff, lossy = _light_element(alpha)
     grid = make_grid(alpha, math.sqrt(1.0 + c * stiff), (c * lossy + damping) / 2.0, detail)
     return Loop.driven_by(grid, np.asarray(stiff + 1j * lossy * grid.w), c, 0.0, damping)
@@ -96,17 +96,17 @@ def _light_element(alpha: float) -> tuple[float, float]:
 
 
 def _light_impacts(restitution: float) -> float:
-    """Damping equivalent to two impacts in each period, when the energy grows evenly between them."""
+    """Damping equivalent to two impacts per period, with the energy growing linearly between them."""
     return 2.0 / math.pi * (1.0 - restitution**2) / (1.0 + restitution**2)
 
 
 def least_loss(c: float) -> float:
-    """Loss rate over Omega below which the stationary density hangs by too thin a thread to be solved for."""
+    """Loss rate over Omega below which the equation for the stationary density is too ill-conditioned."""
     return 2e-4 + 3e-3 * c
 
 
 def light_loss(alpha: float, c: float, restitution: float) -> float:
-    """Loss rate of the energy over Omega, when everything is light.
+    """Loss rate of the energy over Omega, for light damping.
 
     Examples
     --------

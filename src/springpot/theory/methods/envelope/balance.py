@@ -1,8 +1,8 @@
-"""The self-consistent balance of the envelope: cycles of every size, what they gain, lose and store, and how often.
+"""The self-consistent balance of the envelope: loss, stored energy and probability of cycles of every size.
 
-Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3), so that q = 1).  A cycle is labelled by the height
-to which it rises above the wall; below grazing it never strikes it.  `balance` sums up a fixed point in four numbers
-(`Closure`); the physics is derived in `method`.
+Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3), so that q = 1).  A cycle is labelled by its height
+above the wall; cycles below the grazing one have no impact.  The fixed point is described by a few numbers (`Closure`);
+the physics is in `method`.
 """
 
 from __future__ import annotations
@@ -24,38 +24,38 @@ __all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "missi
 FloatArray = NDArray[np.float64]
 
 _NODES = 10  # Gauss-Legendre nodes of a panel
-_FINE_NODES = 30  # of the diffusion that is followed in time: its fluxes are of second order
+_FINE_NODES = 30  # for the diffusion in time, whose fluxes are of second order
 _FAR = 45.0  # the stationary density ends where it has fallen by e^-45
-_STEPS, _FREE = 40, 19  # in all, and those that are taken whole
+_STEPS, _FREE = 40, 19  # largest number of steps, and of steps without damping
 _SETTLED = 1e-8
 _DEPTH, _CUTOFF = 3, 1e-8  # of the acceleration
-_UNSETTLED = 0.02  # change of the numbers per step at which an answer is none; a smaller one is warned of
-_FORGETFUL = 3.0  # decay over frequency of motions without cycles: there the broadened lines feed upon themselves
-_STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall is too far off to matter
+_UNSETTLED = 0.02  # change of the numbers per step above which there is no result; a smaller one gives a warning
+_FORGETFUL = 3.0  # decay over frequency above which the motion is overdamped: the line-width correction diverges
+_STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wall has no effect
 _STRIKING_PANELS = 9
-_SHORT = 2.0  # with which broadening dies out in short flights: of 1, 2 and 4 the best at r = 0.5 and 0.8, b = 1
-_FASTEST, _FARTHEST = 1e150, 1e60  # velocity and displacement at which their powers are still numbers
+_SHORT = 2.0  # power by which broadening decreases in short flights: of 1, 2, 4 the best at r = 0.5 and 0.8, b = 1
+_FASTEST, _FARTHEST = 1e150, 1e60  # largest velocity and displacement whose powers do not overflow
 _SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
 
 @dataclass(frozen=True)
 class Closure:
-    """The numbers that a cycle takes from the whole motion.
+    """Averages over the whole motion on which a cycle depends.
 
     Parameters
     ----------
     slow_stiffness : float
-        k0, with which the springpot resists slow changes of the cycle's mean.
+        k0, the springpot's stiffness against slow changes of the cycle's mean.
     mean : float
         m = E[x].
     decay : float
-        beta, the rate at which the amplitude forgets.
+        beta, the decay rate of the amplitude.
     frequency : float
         Mean frequency w of the arcs.
     share : float
-        Share of the broadened lines' extra dissipation that is not taken back by the line at zero frequency.
+        Share of the extra dissipation by broadened lines that the line at zero frequency does not compensate.
     taken : float
-        Share of the power that the springpot takes; impacts take the rest.
+        Share of the input power that the springpot dissipates; impacts dissipate the rest.
     """
 
     slow_stiffness: float = 0.0
@@ -68,7 +68,7 @@ class Closure:
 
 @dataclass(frozen=True)
 class Labels:
-    """Gauss-Legendre panels of the label of the cycles: those clear of the wall, then those that strike.
+    """Gauss-Legendre panels of the label of the cycles: first those without impacts, then those with impacts.
 
     The label is A/A_clear - 1 in [-1, 0] without impacts and the square root of the height above grazing with them.
 
@@ -77,10 +77,10 @@ class Labels:
     edges : ndarray
         Ends of the panels.
     clear : int
-        How many of the panels are without impacts.
+        Number of panels without impacts.
     clear_amplitude : float
-        A at the end of the cycles without impacts: the grazing amplitude, or the largest of interest; 0 where every
-        cycle strikes.
+        A at the end of the cycles without impacts: the grazing amplitude, or the largest of interest; 0 if every cycle
+        has impacts.
     """
 
     edges: FloatArray
@@ -94,15 +94,15 @@ class Labels:
 
     @property
     def weights(self) -> FloatArray:
-        """Of the integral over the label, as the nodes."""
+        """Weights of the integral over the label, in the shape of the nodes."""
         return np.asarray(np.diff(self.edges)[:, None] * _WEIGHTS)
 
     def derivative(self, values: FloatArray) -> FloatArray:
-        """By the label."""
+        """Derivative by the label."""
         return np.asarray((self._rows(values) @ _DERIVATIVE.T / np.diff(self.edges)[:, None]).ravel())
 
     def integral(self, values: FloatArray) -> FloatArray:
-        """From the first edge to each node."""
+        """Integral over the label from the first edge to each node."""
         width = np.diff(self.edges)[:, None]
         rows = self._rows(values) * width
         before = np.r_[0.0, np.cumsum(rows @ _WEIGHTS)[:-1]]
@@ -121,7 +121,7 @@ class Labels:
 
 @dataclass(frozen=True)
 class Stretch:
-    """How the motion behind a lossy wall differs from its cycles: displacements, and velocities slower on the way out.
+    """Correction of the cycles for a lossy wall: displacements are stretched, outgoing velocities reduced.
 
     A point (x, v) of a cycle goes to x' = wall + factor ((x - wall + near)^power - near^power) and
     v' = v_factor (v - skew sqrt(v^2 + soft^2) + lift), where ``lift`` makes the mean velocity 0.
@@ -142,20 +142,20 @@ class Stretch:
     v_factor: float
 
     def x(self, x: FloatArray) -> FloatArray:
-        """Where displacements of cycles go."""
+        """Corrected displacements."""
         above = np.maximum(x - self.wall, 0.0) + self.near
         return np.asarray(self.wall + self.factor * (above**self.power - self.near**self.power))
 
     def v(self, v: FloatArray) -> FloatArray:
-        """Where velocities of cycles go."""
+        """Corrected velocities."""
         return np.asarray(self.v_factor * (v - self.skew * np.hypot(v, self.soft) + self.lift))
 
     def v_slope(self, v: FloatArray) -> FloatArray:
-        """Derivative of where velocities go."""
+        """Derivative of the corrected velocities."""
         return np.asarray(self.v_factor * (1.0 - self.skew * v / np.hypot(v, self.soft)))
 
     def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Where points come from, and by how much areas grow on their way."""
+        """Inverse of the correction, and the factor on areas."""
         z = np.clip(v / self.v_factor - self.lift, -_FASTEST, _FASTEST)
         rest = 1.0 - self.skew**2
         before = (z + self.skew * np.hypot(z, math.sqrt(rest) * self.soft)) / rest
@@ -182,20 +182,20 @@ class Cells:
 
 @dataclass(frozen=True)
 class Balance:
-    """The settled balance; one entry per node for every array.
+    """The converged balance; one entry per node for every array.
 
     Parameters
     ----------
     problem, closure, labels
-        What was asked, the fixed point and the nodes.
+        The problem, the fixed point and the nodes.
     steps, change : int, float
-        Of the fixed-point iteration; the change is that of the last step.
+        Number of fixed-point steps, and the change in the last one.
     phase, amplitude, frequency, centre : ndarray
         p, A, w and x_e of the cycles.
     mean, x_square, v_square : ndarray
-        Of x, x^2 and v^2 over a cycle.
+        Means of x, x^2 and v^2 over a cycle.
     dissipation : ndarray
-        Power that the springpot takes.
+        Power that the springpot dissipates.
     rate, speed, before : ndarray
         Impacts per unit of time (0 without), the cycle's impact speed, and the square of the speed before an impact
         over the square of that.
@@ -206,10 +206,10 @@ class Balance:
     density : ndarray
         Stationary density per label.
     diffusion : EnergyDiffusion
-        On the same cells, leaving out those of no weight.
+        On the same cells, without those of negligible weight.
     stretch : Stretch or None
-        What the motion behind a lossy wall differs by from its cycles, of which the arrays above are; their mean,
-        x_square and v_square are those of the motion.
+        Correction for a lossy wall.  It is included in ``mean``, ``x_square`` and ``v_square``; the other arrays are
+        those of the cycles.
     """
 
     problem: Problem
@@ -248,7 +248,7 @@ class Balance:
 
     @property
     def taken(self) -> float:
-        """Share of the power that the springpot takes; impacts take the rest."""
+        """Share of the input power that the springpot dissipates; impacts dissipate the rest."""
         return 2.0 * self.average(self.dissipation)
 
     @property
@@ -257,7 +257,7 @@ class Balance:
         return self.average(math.pi * self.frequency / self.phase)
 
     def cycle(self, label: FloatArray, clear: int) -> tuple[FloatArray, FloatArray]:
-        """Amplitude and frequency of the cycles with these labels, the first ``clear`` of which strike nothing."""
+        """Amplitude and frequency of the cycles with these labels; the first ``clear`` are without impacts."""
         cycles, slow_share = _mean_field(self.problem, self.closure)
         above_rest = self.problem.position - slow_share * self.closure.mean
         p, a = _shape(cycles, self.labels, label, clear, above_rest, slow_share)
@@ -291,28 +291,28 @@ def balance(problem: Problem) -> Balance:
     Raises
     ------
     ValueError
-        If cycles of different size cross, those of interest are too small beside a deep preload, or no fixed point is
-        found.
+        If cycles of different size cross, the preload is too deep, or the iteration does not converge.
 
     Examples
     --------
     >>> from springpot.theory.problem import Problem
-    >>> found = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
-    >>> round(found.average(found.v_square), 6)
+    >>> settled = balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))
+    >>> round(settled.average(settled.v_square), 6)
     1.0
     """
     closure, reach = Closure(), _first_reach(problem)
     short, long = 0.0, math.inf  # reaches that were too short and too long
     mix, best = Anderson(_DEPTH, _CUTOFF), None
     for steps in range(1, _STEPS + 1):
-        found = _sweep(problem, closure, reach)
-        target, fall = _close(found), float(found.fall[-1] - found.fall[0])
+        current = _sweep(problem, closure, reach)
+        target, fall = _close(current), float(current.fall[-1] - current.fall[0])
         change = _distance(closure, target)
-        # all cycles that reach a far wall may be too long, and all others too short
+        # with a far wall, cycles with impacts may be too long and those without too short
         fits = fall > 0.9 * _FAR and (fall < 1.3 * _FAR or reach == long)
-        cycles = problem.order == 1.0 or closure.decay < _FORGETFUL * found.fundamental
-        if fits and cycles and (best is None or change < best.change):  # where cycles nearly cross, steps are uneven
-            best = replace(found, steps=steps, change=change)
+        cycles = problem.order == 1.0 or closure.decay < _FORGETFUL * current.fundamental
+        # where cycles nearly cross, convergence is not monotonic
+        if fits and cycles and (best is None or change < best.change):
+            best = replace(current, steps=steps, change=change)
             if change < _SETTLED:
                 break
         if not fits and long < 1.001 * short:
@@ -320,7 +320,7 @@ def balance(problem: Problem) -> Balance:
         elif not fits:
             if steps > _FREE:
                 short, long = (reach, long) if fall < _FAR else (short, reach)
-            if short > 0.0 and long < math.inf:  # at a far wall the step below would go there and back
+            if short > 0.0 and long < math.inf:  # with a far wall the step below would oscillate
                 reach = math.sqrt(short * long)
             else:
                 reach *= math.sqrt(min(max(1.05 * _FAR / max(fall, 1e-9), 0.05), 10.0))
@@ -331,7 +331,7 @@ def balance(problem: Problem) -> Balance:
 
 
 def _first_reach(problem: Problem) -> float:
-    """Amplitude of about the least likely cycles of interest, from the light oscillator at b = 0."""
+    """Estimate of the largest amplitude of interest, from light damping at b = 0."""
     c, r, b = problem.coefficient, problem.restitution, problem.position
     damping = c * problem.out_of_phase + (2.0 / math.pi) * (1.0 - r * r) / (1.0 + r * r)
     reach = math.sqrt(_FAR / damping)
@@ -341,9 +341,9 @@ def _first_reach(problem: Problem) -> float:
 
 
 def _next(mix: Anderson, old: Closure, new: Closure, part: float) -> Closure:
-    """Where to go; a part of the way for strong springpots and far walls, on which the whole does not settle.
+    """The next point of the iteration; ``part`` is below 1 where whole steps do not converge.
 
-    A step that leads out of what the numbers may be is taken as it came.
+    If the accelerated step gives inadmissible numbers, the plain step is taken.
     """
     here, there = np.array(astuple(old)), np.array(astuple(new))
     k0, _, decay, frequency, share, taken = following = mix.part_of_step(here, there, part)
@@ -353,7 +353,7 @@ def _next(mix: Anderson, old: Closure, new: Closure, part: float) -> Closure:
 
 
 def _distance(old: Closure, new: Closure) -> float:
-    """Largest change, relative to the number where it is above 1."""
+    """Largest change; relative for numbers above 1."""
     changes = ((abs(b - a), max(1.0, abs(b))) for a, b in zip(astuple(old), astuple(new), strict=True))
     return max(float(change / size) for change, size in changes)
 
@@ -379,7 +379,7 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
     alpha, c, b, r = problem.order, problem.coefficient, problem.position, problem.restitution
     k0, m = closure.slow_stiffness, closure.mean
     cycles, slow_share = _mean_field(problem, closure)
-    rest = slow_share * m  # where the mass rests without impacts
+    rest = slow_share * m  # position of rest without impacts
     labels = _labels(rest - b, reach)
     label = labels.nodes.ravel()
     first = labels.clear * _NODES  # the first node of a striking cycle
@@ -405,7 +405,7 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
     lost = dissipation + rate * 0.5 * (1.0 - r * r) * before * speed**2
     action = v_square / w1
     measure = np.maximum(labels.derivative(action), 1e-12 * action)
-    # what is stored: motion and spring, (1 - alpha) of the springpot's harmonics, and the work of its slow force
+    # stored energy: motion and spring, (1 - alpha) of the springpot's harmonics, and the work of its slow force
     stored = labels.derivative(0.5 * (v_square + x_square) + 0.25 * (1.0 - alpha) * k1 * wave)
     stored += k0 * (mean - m) * labels.derivative(mean)
     share = np.maximum(stored / (w1 * measure), _SMALLEST_SHARE)
@@ -469,10 +469,10 @@ def missing_sinc(angle: FloatArray) -> FloatArray:
 
 
 def _before_impact(damping: FloatArray, r: float) -> FloatArray:
-    """Energy before an impact over its mean between two.
+    """Energy before an impact over the mean energy between two impacts.
 
-    With a damping d and the period T the energy H grows towards q / 2d, from r^2 times what it was before the impact:
-    (1 - E) / (1 - r^2 E) over 1 - (1 - r^2) (1 - E) / ((1 - r^2 E) d T), with E = e^(-d T); 2 / (1 + r^2) undamped.
+    With damping d and period T the energy H grows towards q / 2d, from r^2 times its value before the impact: the ratio
+    is (1 - E) / (1 - r^2 E) over 1 - (1 - r^2) (1 - E) / ((1 - r^2 E) d T), with E = e^(-d T); 2 / (1 + r^2) undamped.
     """
     if r == 1.0:
         return np.ones_like(damping)
@@ -486,10 +486,10 @@ def _before_impact(damping: FloatArray, r: float) -> FloatArray:
 def _broadening(
     problem: Problem, closure: Closure, p: FloatArray, a: FloatArray, w: FloatArray, w1: FloatArray
 ) -> FloatArray:
-    """Power that the springpot takes because the harmonics are lines of a finite width, beyond the whole cosine's.
+    """Extra power that the springpot dissipates because the harmonics are lines of finite width.
 
-    The width is that of an amplitude which forgets, and what impacts make it forget is no power of the springpot's: in
-    short flights off a lossy wall hardly any of it counts.
+    The width comes from the decay of the amplitude's correlation.  The part due to impacts is not power of the
+    springpot, so the correction is reduced in short flights from a lossy wall.
     """
     alpha = problem.order
     if alpha == 1.0 or closure.decay == 0.0:
@@ -501,7 +501,7 @@ def _broadening(
 
 
 def _close(b: Balance) -> Closure:
-    """The numbers that the cycles of a sweep imply."""
+    """The averages of the cycles of a sweep."""
     alpha, c = b.problem.order, b.problem.coefficient
     decay = 1.0 / (4.0 * b.average(b.v_square))
     frequency = b.average(b.frequency)

@@ -1,4 +1,4 @@
-"""Cycles of the envelope: harmonic arcs between impacts, and what the springpot makes of their harmonics.
+"""Cycles of the envelope: harmonic arcs between impacts, and sums over their harmonics.
 
 Everything is dimensionless (time 1/Omega, length sqrt(q/Omega^3)).  A cycle is x(t) = x_e + A cos(w t) for phases
 -p ... p: it strikes the wall at phase p < pi, or it is a whole cosine, p = pi.  Its cosine coefficients,
@@ -7,7 +7,7 @@ with u = (p/pi)^2 and y = sin p / (1 - u),
 
     sum_n n^gamma X_n^2 = (4 A^2 p^2 / pi^4) [y^2 + sin^2 p sum_{k>=0} (k+1) u^k (zeta(2k+4-gamma) - 1)],
 
-whose terms fall like (u/4)^k: no harmonic is ever cut off.
+whose terms fall like (u/4)^k: all harmonics are included.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Cycles:
         Parameters
         ----------
         ratio : ndarray
-            (b - x_rest) / h, at least -1/2 (grazing), x_rest being the place where the mass rests without impacts.
+            (b - x_rest) / h, at least -1/2 (grazing); x_rest is the position of rest without impacts.
         slow_share : float
             k0 / (1 + k0) of the slow stiffness k0.
         """

@@ -6,10 +6,10 @@ spread evenly over the phases, so that
 
     p(x, v) = exp(-fall(l)) / (2 pi Z) * (mean Jacobian of the cycle through (x, v)) / (Jacobian at (x, v)),
 
-whose integral over the plane is 1 for any shapes A(l), w(l) that are continuous and nested: they are interpolated
-between the ends of panels, and everything else, the phase p at the wall too, follows from the interpolants.  The
-densities of x, of v and of the amplitude are integrals of it by Gauss-Legendre rules, tabulated, interpolated by a
-cubic that is never negative, and normalised: their mass is 1 to rounding.
+whose integral over the plane is 1 for any continuous and nested shapes A(l), w(l).  These are interpolated between the
+ends of panels; everything else, also the phase p at the wall, follows from the interpolants.  The densities of x, v and
+the amplitude are integrals of it by Gauss-Legendre rules, tabulated, interpolated by a non-negative cubic and
+normalised: their mass is 1 to rounding.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Shapes:
     top_slope, a_slope, w_slope : ndarray
         Their derivatives by the label.
     phase : ndarray
-        Phase p at which the wall is met, pi without impacts.
+        Phase p at the impact, pi without impacts.
     """
 
     top: FloatArray
@@ -73,7 +73,7 @@ class Shapes:
         return depth * (2.0 * self.a - depth) - square, slope
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """d(x, v) / d(label, phase) where the cycles pass these places."""
+        """d(x, v) / d(label, phase) of the cycles at these displacements."""
         a, w = self.a, self.w
         missing = np.clip((self.top - x) / a, 0.0, 2.0)  # 1 - cos s
         across = w * a * (1.0 - missing) * (self.top_slope - self.a_slope * missing)
@@ -81,7 +81,7 @@ class Shapes:
 
     @property
     def mean_jacobian(self) -> FloatArray:
-        """Its mean over the phases of each cycle."""
+        """Mean of the Jacobian over the phases of each cycle."""
         a, w = self.a, self.w
         once, twice = missing_sinc(self.phase), missing_sinc(2.0 * self.phase)
         across = w * a * (self.top_slope * (1.0 - once) + self.a_slope * (once - twice / 2.0))
@@ -98,7 +98,7 @@ class Portrait:
     edges : ndarray
         Ends of the panels of the label, from rest to the last label of interest.
     clear : int
-        How many of the panels are without impacts.
+        Number of panels without impacts.
     series : ndarray, shape (panels, degree + 1, 2)
         Chebyshev series, on each panel, of w and of F in A = base + e F, where e is the square of the label of a cycle
         with impacts, and its top less the largest top without them.
@@ -107,7 +107,7 @@ class Portrait:
     ratio : callable
         Probability of a label over the stationary one.
     total : float
-        Makes the mass 1.
+        Normalisation, so that the mass is 1.
     """
 
     balance: Balance
@@ -127,17 +127,17 @@ class Portrait:
         return np.asarray(self._on_cycles(place, speed) / wider)
 
     def _on_cycles(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """The same before the stretch of a lossy wall."""
+        """The same without the correction for a lossy wall."""
         place, speed = x.ravel(), v.ravel()
         left, right, top = self._ends_of_cycles
         inside = (place >= left) & (place <= right) & (np.abs(speed) <= top)
         place, speed = place[inside], speed[inside]
         label = self._label(place, speed)
         cycles = self.shapes(label)
-        found = np.zeros(x.size)
-        found[inside] = self._height(label) * cycles.mean_jacobian / cycles.jacobian(place)
-        found[inside] *= label < self.edges[-1]
-        return found.reshape(x.shape)
+        density = np.zeros(x.size)
+        density[inside] = self._height(label) * cycles.mean_jacobian / cycles.jacobian(place)
+        density[inside] *= label < self.edges[-1]
+        return density.reshape(x.shape)
 
     def weight(self, label: FloatArray) -> FloatArray:
         """Probability per label."""
@@ -176,7 +176,7 @@ class Portrait:
         return Tabulated.make(grid, density, corner)
 
     def v(self) -> Tabulated:
-        """Density of the velocity, symmetric but for a lossy wall."""
+        """Density of the velocity; symmetric unless the wall is lossy."""
         left, right, top = self._ends_of_cycles
         half = _grid(0.0, top, 0.0)
         middle = max(left, min(0.0, right))
@@ -197,7 +197,7 @@ class Portrait:
         # where the circle first meets the wall
         corner = abs(wall) if abs(wall) < farthest else 0.0
         grid = _grid(max(wall, 0.0), farthest, corner)
-        # half the plane: angles from the positive x axis to where the circle meets the wall
+        # half the plane: angles from the positive x axis to the wall
         ratio = np.divide(wall, grid, out=np.full(grid.size, -1.0 if wall < 0.0 else 0.0), where=grid > 0.0)
         last = np.arccos(np.clip(ratio, -1.0, 1.0))
         nodes, weights = legendre.leggauss(2 * _CROSS)
@@ -233,7 +233,7 @@ class Portrait:
         )
 
     def _height(self, label: FloatArray) -> FloatArray:
-        """Density of the plane on the cycle, but for the Jacobian."""
+        """Density in the plane on the cycle, without the Jacobian."""
         fall = self.balance.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
         return np.asarray(np.exp(-fall) * self.ratio(label) / self.total)
 
@@ -261,12 +261,12 @@ class Portrait:
 
     @cached_property
     def _origin(self) -> float:
-        """Where the mass rests without impacts; the wall, where every cycle strikes it."""
+        """Position of rest without impacts; the wall, if every cycle has impacts."""
         clear = self.balance.labels.clear_amplitude > 0.0
         return float(self.balance.centre[0]) if clear else self.balance.problem.position
 
     def _label(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Label of the cycle through each point: the panel first, then Newton's method between brackets."""
+        """Label of the cycle through each point: first its panel, then Newton's method within brackets."""
         panel = np.zeros(x.size, dtype=np.intp)
         for edge in range(1, self.edges.size - 1):
             panel += self._on_panels(self.edges[edge : edge + 1], np.array([edge])).excess(x, v)[0] < 0.0
@@ -288,7 +288,7 @@ class Portrait:
 
 
 def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.ones_like) -> Portrait:
-    """The cycles of a balance, weighted by its stationary law or by another law over it.
+    """The cycles of a balance, with its stationary density or another one.
 
     Parameters
     ----------
@@ -313,14 +313,14 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
         edges = np.unique(np.r_[labels.edges[: labels.clear + 1], finer, strikes])
         edges = edges[(edges <= 0.0) | (edges >= first)]
         edges = np.r_[edges[edges < last], last]
-        found = _outlines(balance, edges, ratio)
-        if found.nested:
-            return found.normalised()
+        candidate = _outlines(balance, edges, ratio)
+        if candidate.nested:
+            return candidate.normalised()
     raise NotCovered("The envelope has densities where cycles of different size do not cross, which they do here.")
 
 
 def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray], FloatArray]) -> Portrait:
-    """The cycles on these panels: they meet at their ends, and on the first one with impacts all are alike."""
+    """The cycles on these panels, continuous at their ends; on the first panel with impacts A - base is const. e."""
     clear = min(balance.labels.clear, edges.size - 1)
     places = chebyshev.chebpts2(_DEGREE + 1)
     label = edges[:-1, None] + np.diff(edges)[:, None] * (places + 1.0) / 2.0

@@ -1,18 +1,18 @@
-"""Impacts of the envelope: the flux of impact speeds, with the short returns that a lossy wall multiplies.
+"""Impacts of the envelope: the flux of impact speeds, with short returns, which a lossy wall makes frequent.
 
-An envelope strikes once in each cycle.  After a slow impact, though, the noise alone may throw the mass back at the
-wall long before the spring would.  On such a short flight the mass is free, and McKean's law holds: the density of the
+The envelope has one impact in each cycle.  But after a slow impact the noise alone may drive the mass back to the wall
+long before the spring does.  During such a short flight the mass is free, and McKean's law holds: the density of the
 return speed u and time t after leaving at v0 is
 
     (sqrt(3) u / (pi q^2 t^2)) exp(-2 (u^2 - u v0 + v0^2) / (q t)) erf(sqrt(6 u v0 / (q t))),
 
 whose integral over t < t_c is elementary.  With K_r the law from r v and t_c the time to the turning point (later
-returns are the spring's), the flux N of the impact speeds is  N = N_long + K_r N.  With an elastic wall the envelope's
-own flux N_1 is the whole of it, so N_long = N_1 - K_1 N_1; for r < 1 the same long returns arrive:
-N = (1 - K_r)^-1 (1 - K_1) N_1, with the energy lost per unit of time kept.
+returns are due to the spring), the flux N of the impact speeds is  N = N_long + K_r N.  With an elastic wall the
+envelope's flux N_1 is complete, so N_long = N_1 - K_1 N_1.  N_long is taken to be the same for r < 1:
+N = (1 - K_r)^-1 (1 - K_1) N_1, scaled so that the energy loss per unit of time is unchanged.
 
-The limit t_c is a choice: at c = 0.01, r = 0.5 a third of the half period, the turning point and the half period give
-+18, +24 and +31 % more impacts than the cycles, simulations +21 % (and a few slow ones that their step misses).
+The limit t_c is a choice: at c = 0.01, r = 0.5, one third of the half period, the turning point and the half period
+give 18, 24 and 31 % more impacts than the cycles; simulations 21 % (and a few slow ones that their step misses).
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ __all__ = ["Impacts", "impacts"]
 FloatArray = NDArray[np.float64]
 
 _POINTS_PER_DECADE = 15
-_DECADES = 14  # slow impacts count down to very slow ones at a lossy wall
-_CUT = 1  # decades above the slowest speeds of the grid that the missing still slower ones spoil
-_TABLE = 240  # even parts of the fastest speed, at which the density is tabulated beside the slow ones of the grid
+_DECADES = 14  # range of speeds: very slow impacts matter with a lossy wall
+_CUT = 1  # decades at the slow end of the grid that are replaced by the power law
+_TABLE = 240  # equidistant speeds at which the density is tabulated, in addition to the grid
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,14 @@ class Impacts:
 
 
 def impacts(balance: Balance) -> Impacts | None:
-    """The impacts of a settled balance; None where nothing is struck or the impacts are infinitely many.
+    """The impacts of a converged balance; None without impacts, or with infinitely many.
 
     Examples
     --------
     >>> from springpot.theory.methods.envelope.balance import balance
     >>> from springpot.theory.problem import Problem
-    >>> found = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
-    >>> round(found.rate * math.pi, 4), round(found.speed_mean_square, 3)
+    >>> flux = impacts(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0)))
+    >>> round(flux.rate * math.pi, 4), round(flux.speed_mean_square, 3)
     (1.0, 2.0)
     """
     r = balance.problem.restitution
@@ -82,7 +82,7 @@ def impacts(balance: Balance) -> Impacts | None:
     rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
     rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
     known, log_share = speed[rising], np.log((flux / speed)[rising])
-    # a straight line in the square of the speed (all there is at order 1 with an elastic wall), and what is left of it
+    # a straight line in the square of the speed (exact at order 1 with an elastic wall), plus the remainder
     fall = np.polyfit(known**2, log_share, 1, w=flux[rising])[0]
     left = PchipInterpolator(np.log(known), log_share - fall * known**2)
     v = known[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
@@ -90,7 +90,7 @@ def impacts(balance: Balance) -> Impacts | None:
     power = slow_impact_power(r)
 
     def elastic_flux_at(v: FloatArray) -> FloatArray:
-        """Towards 0 it falls in proportion to the speed."""
+        """The flux without losses; proportional to the speed below the known speeds."""
         held = np.maximum(v, known[0])
         return np.asarray(v * np.exp(fall * held**2 + left(np.log(held))))
 
@@ -105,15 +105,15 @@ def impacts(balance: Balance) -> Impacts | None:
         n[:cut] = n[cut] * (v[:cut] / v[cut]) ** (power - 1.0)
 
     def moment(flux: FloatArray, power: float, k: int) -> float:
-        """Sum over the grid, and what is slower: the impacts below u go like u^power."""
+        """Sum over the grid plus slower impacts: those below u are proportional to u^power."""
         return float(flux @ v ** (k + 1)) * step + float(flux[0] * v[0] ** (k + 1)) / (power + k)
 
-    # the grid's sums serve only to compare both fluxes; the elastic one's moments are known better from the cycles
+    # the sums over the grid give ratios of both fluxes; moments of the elastic one are more accurate from the cycles
     gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
     per_rate, mean, square = (gain[power] * balance.average(balance.rate * before**power) for power in (0, 1, 2))
     table = np.union1d(v, v[-1] * np.linspace(0.0, 1.0, _TABLE + 1)[1:-1])
     gained = PchipInterpolator(np.log(v), n / elastic_flux)(np.log(table))
-    # the loss of energy per unit of time, in proportion to the third moment of the flux, is the envelope's
+    # the energy loss per unit of time, proportional to the second moment of the flux, is that of the envelope
     return Impacts(
         rate=per_rate / gain[2],
         speed_mean=mean / per_rate,

@@ -1,25 +1,22 @@
-"""What the suddenness of lossy impacts changes in the envelope: known at order 1, carried over to the other orders.
+"""Correction of the envelope for sudden losses in impacts: computed at order 1, used at every order.
 
-The envelope spreads an impact's loss over the cycle and lets the noise change the energy little in between.  Behind a
-wall of restitution 0.5 neither is so, and behind a preload, where flights are short, less still: at order 1 its impact
-rate is 20 % off there.  At order 1 the Fokker-Planck equation knows the truth.  An impact and the flight after it are
-too short for the springpot's memory to notice how they come about, so what they change is much the same at every
-order, for the same damping d and place of the wall u in the units of the arcs
+The envelope spreads the loss of an impact over the cycle and assumes that the noise changes the energy little between
+impacts.  With a restitution of 0.5 neither is true, least of all with a preload, where flights are short: at order 1
+the impact rate has an error of 20 %.  There the Fokker-Planck equation gives the exact result.  An impact and the
+flight after it are short compared with the springpot's memory, so the correction is nearly the same at every order for
+equal damping d and position u of the wall in the units of the arcs
 
-    d = (power the springpot takes) / (w <v^2>),    u = w (b - x_e) / sqrt(<v^2>),
+    d = (power the springpot dissipates) / (w <v^2>),    u = w (b - x_e) / sqrt(<v^2>),
 
-with w the mean frequency of the arcs and x_e their mean centre, seen from the impacts.  `tabulate` writes the moments
-of the Fokker-Planck equation over those of the envelope into a file, for d, r and u; `changed` multiplies by them.  The
-mean impact speed then follows from <x> = (1 + r) rate <u>, which holds at every order.  What impacts widen,
-<y^2> / <y>^2 from the wall, the springpot narrows again: by the power w^-3, chosen by looking at Monte Carlo.
+with w the mean frequency of the arcs and x_e their mean centre, averaged over impacts.  `tabulate` writes the ratios of
+the moments of the Fokker-Planck equation to those of the envelope into a file, for d, r and u; `changed` multiplies by
+them.  The mean impact speed then follows from <x> = (1 + r) rate <u>, which holds at every order.  The ratio
+<y^2> / <y>^2, y the distance from the wall, is reduced by a power w^-3 fitted to Monte Carlo.
 
 Densities are those of the cycles with displacements stretched by a power of the distance from the wall, and velocities
-skewed (`Stretch`), such that they have the changed moments: an impact makes the way out slower than the way back.  The
-skew, 2/3 of (1 - r)/(1 + r) times the share of the power that impacts take, and its softness were chosen at order 1.
-
-What it gained, at order 1, r = 0.5, c = 0.1, b = 1: the area between the densities and those of the Fokker-Planck
-equation falls from 0.18 to 0.04 for x, from 0.17 to 0.06 for v and from 0.30 to 0.01 for the impact speed.  Orders 0.1
-to 0.9, r = 0.5, |b| <= 1, c <= 1: the impact rate was up to 20 % off, <v^2> up to 12 %; see the validity map for now.
+skewed (`Stretch`), so that they have the corrected moments: outgoing velocities are smaller than incoming ones.  The
+skew, 2/3 of (1 - r)/(1 + r) times the share of the power that impacts dissipate, and its softness were chosen at
+order 1.
 """
 
 from __future__ import annotations
@@ -56,19 +53,19 @@ GAPS = np.arcsinh([-4.0, -3.0, -2.2, -1.6, -1.1, -0.7, -0.35, 0.0])
 PRELOADS = np.array([0.0, 0.3, 0.6, 0.9, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0])
 """Nodes of the tables: d, r and asinh u; <y> and <y^2> have a kink at u = 0, so each side has a table."""
 
-_CANCELLED = 1e-3  # largest relative error of a moment that is not taken for its value
-_STEEPEST = 4.0  # power of the tilt of impact speeds
+_CANCELLED = 1e-3  # largest relative error of a moment that is used
+_STEEPEST = 4.0  # largest power of the tilt of impact speeds
 _PHASES = 24
-_SOFT = 0.6  # of the turn between the way out and the way back, in standard deviations of v
+_SOFT = 0.6  # width of the transition between outgoing and incoming velocities, in standard deviations of v
 _V_SKEW = 2.0 / 3.0
-_NEAR = 0.03  # of the wall, in root mean squares of the distance from it: there the stretch is even
+_NEAR = 0.03  # distance from the wall, over its root mean square, below which the stretch is linear
 _POWERS = (0.5, 2.5)  # of the stretch
 _NARROWER = -3.0
 _NONE = np.zeros(5)
 
 
-def changed(found: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | None]:
-    """The balance and the impacts of an envelope, with what the suddenness of lossy impacts changes.
+def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | None]:
+    """The balance and the impacts of an envelope, corrected for sudden losses.
 
     Examples
     --------
@@ -78,57 +75,57 @@ def changed(found: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | 
     >>> bool(abs(struck.rate / lossy.impact_rate - 1.0) < 0.002)
     True
     """
-    if found.problem.restitution == 1.0 or found.average(found.rate) <= 1e-15:
-        return found, struck
-    y, yy, vv, rate, speeds = np.exp(_logarithms(found)).tolist()
-    taken = found.taken
-    if taken * max(vv, 1.0) < 1.0:  # the less it is, the better is what impacts take known from it
+    if settled.problem.restitution == 1.0 or settled.average(settled.rate) <= 1e-15:
+        return settled, struck
+    y, yy, vv, rate, speeds = np.exp(_logarithms(settled)).tolist()
+    taken = settled.taken
+    if taken * max(vv, 1.0) < 1.0:  # the smaller it is, the better it determines the power lost in impacts
         speeds *= ((1.0 - taken * vv) / (1.0 - taken) / (rate * speeds)) ** (1.0 - taken)
-    better = _balance(found, y, yy, vv)
+    better = _balance(settled, y, yy, vv)
     if struck is None:
         return better, None
-    # on the average the spring's force and the impacts' cancel, at every order
-    speed = better.average(better.mean) / ((1.0 + found.problem.restitution) * rate * struck.rate * struck.speed_mean)
+    # the mean forces of spring and impacts cancel, at every order
+    speed = better.average(better.mean) / ((1.0 + settled.problem.restitution) * rate * struck.rate * struck.speed_mean)
     return better, _impacts(struck, rate, speed, speeds)
 
 
-def _balance(found: Balance, y: float, yy: float, vv: float) -> Balance:
+def _balance(settled: Balance, y: float, yy: float, vv: float) -> Balance:
     """With the mean of y, of y^2 and of v^2 changed by these factors."""
-    wall = found.problem.position
+    wall = settled.problem.position
     origin = max(wall, 0.0)
-    mean, square = found.from_origin(origin)
+    mean, square = settled.from_origin(origin)
     wanted, wanted_square = _from_origin(y * mean, yy * square, wall - origin)
-    mean, square = found.from_origin(wall)
+    mean, square = settled.from_origin(wall)
     wider = (wanted_square / wanted**2) / (square / mean**2)
-    wanted_square = wanted**2 * square / mean**2 * wider ** (found.average(found.frequency) ** _NARROWER)
+    wanted_square = wanted**2 * square / mean**2 * wider ** (settled.average(settled.frequency) ** _NARROWER)
     points, weights = legendre.leggauss(_PHASES)
-    s, weights = found.phase[:, None] * (points + 1.0) / 2.0, weights / 2.0
+    s, weights = settled.phase[:, None] * (points + 1.0) / 2.0, weights / 2.0
     near = _NEAR * math.sqrt(wanted_square)
-    above = np.maximum(found.centre[:, None] + found.amplitude[:, None] * np.cos(s) - wall, 0.0) + near
+    above = np.maximum(settled.centre[:, None] + settled.amplitude[:, None] * np.cos(s) - wall, 0.0) + near
 
     def displaced(power: float) -> FloatArray:
         return np.asarray(above**power - near**power)
 
     def moments(power: float) -> tuple[float, float]:
         there = displaced(power)
-        return found.average(there @ weights), found.average(there**2 @ weights)
+        return settled.average(there @ weights), settled.average(there**2 @ weights)
 
     power = _matched(moments, wanted_square / wanted**2, *_POWERS)
     factor = wanted / moments(power)[0]
     there = factor * displaced(power)
     above_wall = there @ weights
-    v_square = found.average(found.v_square)
+    v_square = settled.average(settled.v_square)
     soft = _SOFT * math.sqrt(v_square)
-    speed = found.frequency[:, None] * found.amplitude[:, None] * np.sin(s)
-    length = found.average(np.hypot(speed, soft) @ weights)
-    r = found.problem.restitution
-    skew = _V_SKEW * max(1.0 - found.taken * vv, 0.0) * (1.0 - r) / (1.0 + r)
+    speed = settled.frequency[:, None] * settled.amplitude[:, None] * np.sin(s)
+    length = settled.average(np.hypot(speed, soft) @ weights)
+    r = settled.problem.restitution
+    skew = _V_SKEW * max(1.0 - settled.taken * vv, 0.0) * (1.0 - r) / (1.0 + r)
     v_factor = math.sqrt(vv * v_square / (v_square + skew**2 * (v_square + soft**2 - length**2)))
     return replace(
-        found,
+        settled,
         mean=wall + above_wall,
         x_square=wall * wall + 2.0 * wall * above_wall + there**2 @ weights,
-        v_square=vv * found.v_square,
+        v_square=vv * settled.v_square,
         stretch=Stretch(wall, near, factor, power, soft, skew, skew * length, v_factor),
     )
 
@@ -143,7 +140,7 @@ def _impacts(struck: Impacts, rate: float, speed: float, speeds: float) -> Impac
         weight = mass * (1.0 + size) ** power
         return float(weight @ u / weight.sum()), float(weight @ u**2 / weight.sum())
 
-    mean, square = moments(0.0)  # where cycles cross, not quite those of the cycles
+    mean, square = moments(0.0)  # where cycles cross, these differ slightly from those of the cycles
     power = _matched(moments, square / mean**2 * speeds / speed**2, -_STEEPEST, _STEEPEST)
     stretch = speed * mean / moments(power)[0]
     tilt = (1.0 + size) ** power
@@ -170,12 +167,12 @@ def _matched(moments: Callable[[float], tuple[float, float]], ratio: float, low:
 
 
 def _from_origin(mean: float, square: float, origin: float) -> tuple[float, float]:
-    """Mean and mean square of what is counted from another origin."""
+    """Mean and mean square relative to another origin."""
     return mean - origin, square - 2.0 * origin * mean + origin * origin
 
 
-def _logarithms(found: Balance) -> FloatArray:
-    damping, restitution, place = _coordinates(found)
+def _logarithms(settled: Balance) -> FloatArray:
+    damping, restitution, place = _coordinates(settled)
     below, above = _tables()
     table, low, high = (below, GAPS[0], 0.0) if place < 0.0 else (above, 0.0, PRELOADS[-1])
     damping = min(max(damping, DAMPINGS[0]), DAMPINGS[-1])
@@ -183,17 +180,17 @@ def _logarithms(found: Balance) -> FloatArray:
     return np.ravel(table((math.log(damping), crowding, min(max(place, low), high))))
 
 
-def _coordinates(found: Balance) -> tuple[float, float, float]:
+def _coordinates(settled: Balance) -> tuple[float, float, float]:
     """d, r and asinh u."""
-    w, v_square = found.average(found.frequency), found.average(found.v_square)
-    struck = found.weight * found.rate
-    centre = float(struck @ found.centre / struck.sum())
-    place = w * (found.problem.position - centre) / math.sqrt(v_square)
-    return found.average(found.dissipation) / (w * v_square), found.problem.restitution, math.asinh(place)
+    w, v_square = settled.average(settled.frequency), settled.average(settled.v_square)
+    struck = settled.weight * settled.rate
+    centre = float(struck @ settled.centre / struck.sum())
+    place = w * (settled.problem.position - centre) / math.sqrt(v_square)
+    return settled.average(settled.dissipation) / (w * v_square), settled.problem.restitution, math.asinh(place)
 
 
 def _crowding(restitution: float | FloatArray) -> FloatArray:
-    """Slow impacts crowd towards the restitution at which they are infinitely many, and everything changes faster."""
+    """Coordinate of the table for r: the moments change fast near the restitution with infinitely many impacts."""
     return np.log(np.asarray(restitution) - COLLAPSE_BELOW)
 
 
@@ -209,21 +206,21 @@ def _tables() -> tuple[RegularGridInterpolator, RegularGridInterpolator]:
 
 
 def tabulate(path: Path = FILE) -> None:
-    """Write the tables anew: 2000 Fokker-Planck equations, some minutes.
+    """Compute and write the tables: 2000 Fokker-Planck equations, some minutes.
 
     ``python -c "from springpot.theory.methods.envelope.losses import tabulate; tabulate()"``
     """
-    from concurrent.futures import ProcessPoolExecutor  # nobody else here needs processes
+    from concurrent.futures import ProcessPoolExecutor  # used only here
 
     points = list(itertools.product(DAMPINGS, RESTITUTIONS))
     with ProcessPoolExecutor() as pool:
         rows = np.array(list(pool.map(_rows, points))).reshape(DAMPINGS.size, RESTITUTIONS.size, -1, _NONE.size)
-    # both kinds of file hold the node at 0
+    # both tables contain the node at 0
     np.savez_compressed(path, gaps=rows[:, :, : GAPS.size], preloads=rows[:, :, GAPS.size - 1 :])
 
 
 def _rows(point: tuple[float, float]) -> list[FloatArray]:
-    """Logarithms of the changes at all places of the wall; where one is not known, that of the place before."""
+    """Logarithms of the ratios at all positions of the wall; an unknown one is that of the position before."""
     rows = [_NONE]
     for place in (*GAPS, *PRELOADS[1:]):
         row = _NONE if point[1] == 1.0 else _row(*point, place)
@@ -232,14 +229,14 @@ def _rows(point: tuple[float, float]) -> list[FloatArray]:
 
 
 def _row(damping: float, restitution: float, place: float) -> FloatArray:
-    """At one place; NaN for what the Fokker-Planck equation does not cover or knows too badly."""
+    """At one position; NaN where the Fokker-Planck equation has no or no accurate result."""
 
     def light(position: float) -> Balance:
         return balance(Problem(1.0, damping, position, restitution))
 
     def miss(position: float) -> float:
-        found = light(position)
-        return position / math.sqrt(found.average(found.v_square)) - math.sinh(place)
+        light_balance = light(position)
+        return position / math.sqrt(light_balance.average(light_balance.v_square)) - math.sinh(place)
 
     try:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
@@ -247,15 +244,15 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
         truth = fokker_planck(Oscillator(springpot=Springpot(1.0, damping), barrier=Barrier(position, restitution)))
     except (ValueError, NotCovered):
         return np.full(_NONE.size, np.nan)
-    found, origin = light(position), max(position, 0.0)
-    struck = impacts(found)
+    light_balance, origin = light(position), max(position, 0.0)
+    struck = impacts(light_balance)
     assert struck is not None
-    plain = found.from_origin(origin)
+    plain = light_balance.from_origin(origin)
     real = _from_origin(truth.x_mean, truth.x_mean_square, origin)
     changes = [
         real[0] / plain[0],
         real[1] / plain[1],
-        truth.v_mean_square / found.average(found.v_square),
+        truth.v_mean_square / light_balance.average(light_balance.v_square),
         truth.impact_rate / struck.rate,
         truth.impact_speed_mean_square / struck.speed_mean_square,
     ]

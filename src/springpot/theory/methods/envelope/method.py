@@ -2,41 +2,28 @@
 
 Physics
 -------
-Between impacts the motion is an arc x = x_e + A cos(w t); the wall cuts it at phase p.  Its action J (the area of the
-cycle over 2 pi) diffuses.  What the springpot does, dimensionless (Omega = q = 1, a = alpha):
+Between impacts the motion is an arc x = x_e + A cos(w t), cut by the wall at phase p.  Its action J (the area of the
+cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alpha):
 
-1. In phase it is a spring about the cycle's mean X0, k1 = c [cos(a pi/2) - (1-a) (beta/w) sin(a pi/2)]
-   sum (n w1)^a X_n^2 / sum X_n^2, and w^2 = 1 + k1.  The second term is the width beta of the lines.
-2. Against slow changes of X0 it is a spring k0 about m = E[x].  X0 is a function of the diffusing action, so its
-   memory is known from the spectrum of the diffusion's own operator, rates lambda with shares s of the variance:
+1. In phase it acts as a spring about the cycle's mean X0, k1 = c [cos(a pi/2) - (1-a) (beta/w) sin(a pi/2)]
+   sum (n w1)^a X_n^2 / sum X_n^2, and w^2 = 1 + k1.  The second term is due to the width beta of the lines.
+2. Against slow changes of X0 it acts as a spring k0 about m = E[x].  X0 is a function of the diffusing action, so its
+   correlation follows from the spectrum of the diffusion operator, with rates lambda and shares s of the variance:
    k0 = c sum s lambda^a (1 - y) / (1 - y^(1/(1-a))), y = sin(a pi/2) (lambda/w1)^(1-a).  The first factor is that of
-   an exponential correlation; the second lets the correlation start smoothly, as that of a differentiable path does:
-   to first order it is exactly the sin w1 s that impacts add, and k0 vanishes at a = 1.
-3. What it stores, (1 - a)/4 sum k_n X_n^2 (the springpot follows a changing amplitude late), makes the loss of the
-   envelope smaller by 1 - f, with 1 - f the stored energy's change over w1 dJ.
-4. The power it takes is (c/2) sin(a pi/2) sum (n w1)^(1+a) X_n^2 and, because harmonics are lines of a width
-   beta (1 + n^2)/2, (c/4) cos(a pi/2) (1-a) beta sum w_n^a (w_n^2/w^2 - 1) X_n^2 more, of which the slow line
-   takes back a share lambda^a / w^a.
-5. An impact takes (1-r^2)/2 of the square of the speed before it, which between impacts grows from r times that speed
-   towards equilibrium with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if
-   undamped.  The flux of impacts is corrected for short returns, see `impacts`, and what
-   else the suddenness of a loss does is taken over from order 1, see `losses`.
+   an exponential correlation; the second makes the correlation smooth at lag 0, and k0 = 0 at a = 1.
+3. Its stored energy, (1 - a)/4 sum k_n X_n^2, follows a changing amplitude with a delay; it reduces the loss of the
+   envelope by the factor 1 - f, the change of the stored energy over w1 dJ.
+4. It dissipates the power (c/2) sin(a pi/2) sum (n w1)^(1+a) X_n^2 plus, because harmonics are lines of width
+   beta (1 + n^2)/2, (c/4) cos(a pi/2) (1-a) beta sum w_n^a (w_n^2/w^2 - 1) X_n^2, less a share lambda^a / w^a of that
+   due to the slow line.
+5. An impact takes (1-r^2)/2 of the square of the speed before it.  Between impacts the energy grows towards equilibrium
+   with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if undamped.  The flux of
+   impacts is corrected for short returns (`impacts`), and for sudden losses as at order 1 (`losses`).
 
 The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
-wall anywhere.  k0, m, beta and the share in 4 are found self-consistently.  With an elastic wall no number is fitted;
-with a lossy one three were chosen by looking at simulations, as the modules in 5 tell.
-
-What was tried, and what it gained (b = 0, r = 1, error of <A^2> and of the impact rate against Monte Carlo)
------------------------------------------------------------------------------------------------------------
-At c = 1, a = 0.5:  k0 = c (1.5 beta)^a, a fit: -2.3, +4 %, and wrong at a = 1;  k0 = 0: +2.9, +16 %;  2 with a cut-off
-at the cycle's period, function by function: -2.1, +4.0 %;  by one number and with 3: +1.8, +5.1 %;  with 1: +2.1,
-+4.4 %;  with 4 and the smooth start of 2: -0.3, +2.2 %.  At c = 0.1, a = 0.5, 4 takes the error of <A^2> from +1.0 to
-0.0 %.  Regressing the slow force on the amplitude function by function instead of by one number changed the rate by
-1 % and did not settle for a > 0.5 (its force is singular at grazing).  Lossy walls, r = 0.5: at a = 1, c = 0.3 the
-error of <A^2> is -7.0 % with 2/(1+r^2), -2.3 % with the renewal formula and 0.0 % with what is taken over from order 1;
-at c = 0.01 the short returns take the error of the rate from -17 to +2 %.  At a = 0.5, c = 0.1, b = 1 what is taken
-over takes it from -19 to -0.3 %.  Broadened lines in short flights (4) had <v^2> 23 % too low at a = 0.5, c = 1,
-b = 1.8, where it is within 1 % without them.
+wall anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
+fitted; with a lossy one three are (see the modules in 5).  The derivation, and the alternatives that were tried, are in
+the documentation, page "The energy envelope".
 """
 
 from __future__ import annotations
@@ -67,31 +54,31 @@ __all__ = ["Envelope", "envelope"]
 
 FloatArray = NDArray[np.float64]
 
-_DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); beyond it cycles are minute beside it
-_STRONGEST = 3.0  # the largest c between orders 0 and 1, where the answer is already poor
-_NOT_SETTLED = 1e-5  # change per step that is worth a warning: a hundredth of the 0.1 % to which the map is read
+_DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
+_STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
+_NOT_SETTLED = 1e-5  # change per step that gives a warning: a hundredth of the map's resolution of 0.1 %
 _LIGHTEST = 0.1  # the largest c at which the first passage of x was right within 10 %
-_LOOKED_AT = 0.5826  # -zeta(1/2) / sqrt(2 pi): a diffusion looked at now and then beside one looked at all the time
-_PLACES = 201  # along a cycle, among which the largest amplitude is sought
-_SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r: below it the cycles are too many for double precision
+_LOOKED_AT = 0.5826  # -zeta(1/2) / sqrt(2 pi): for a diffusion that is observed at intervals
+_PLACES = 201  # points of a cycle among which the largest amplitude is sought
+_SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r, for double precision
 
 
 @dataclass(frozen=True)
 class Envelope(DensitiesOfAmplitude):
-    """The energy diffusion, and all that follows from it.
+    """Result of the envelope: moments, densities, and transients of the energy.
 
     Parameters
     ----------
     balance : Balance or None
-        The settled balance, dimensionless; None where there is no stationary state or no noise.
+        The converged balance, dimensionless; None without a stationary state or without noise.
 
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
 
     The mean of the density of impact speeds is the moment ``impact_speed_mean`` to 0.1 % for c up to 1, b from -1 to 1
-    and r from 0.5.  Where cycles of different size cross it is made of those that do not, and its mean was up to 18 %
-    off (c = 3, b = -1, r = 0.5): there the moments are the better answer.
+    and r from 0.5.  Where cycles of different size cross, those that cross are left out of it, and its mean was up to
+    18 % off (c = 3, b = -1, r = 0.5): there the moments are more accurate.
     """
 
     balance: Balance | None = field(repr=False)
@@ -99,8 +86,8 @@ class Envelope(DensitiesOfAmplitude):
     @property
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
-        found = self._solved().balance
-        return found.average(found.frequency) / self._solved().units.time
+        settled = self._solved().balance
+        return settled.average(settled.frequency) / self._solved().units.time
 
     @property
     def relaxation_rates(self) -> FloatArray:
@@ -118,16 +105,16 @@ class Envelope(DensitiesOfAmplitude):
         Raises
         ------
         NoStationaryState
-            If there is no stationary state, whose balance the diffusion needs.
+            If there is no stationary state.
         TypeError, ValueError
             If a time is negative, NaN or not a number.
 
         Notes
         -----
-        The energy has to change little in one cycle, and the element's slow force is that of the stationary state.
-        Against Monte Carlo from rest it is within 4 % at c <= 0.1 from a third of the relaxation time on.  At c = 1,
-        alpha = 0.5 it is 37 % too high in the first cycle and 3 % after some twenty of them; at alpha = 0.1, c = 0.3 it
-        stays 16 % too high for long, for a start from rest is remembered like t^-alpha.
+        The energy has to change little in one cycle, and the springpot's slow force is that of the stationary state.
+        Compared with Monte Carlo from rest it is within 4 % at c <= 0.1 from a third of the relaxation time on.  At
+        c = 1, alpha = 0.5 it is 37 % too high in the first cycle and 3 % after some twenty of them; at alpha = 0.1,
+        c = 0.3 it is 16 % too high for long, because the influence of the start decays like t^-alpha.
 
         Examples
         --------
@@ -171,18 +158,18 @@ class Envelope(DensitiesOfAmplitude):
         Raises
         ------
         NoStationaryState
-            If there is no stationary state, whose balance the diffusion needs.
+            If there is no stationary state.
         NotCovered
             If the level is one of x, and the wall takes energy or c is above 0.1.
         TypeError, ValueError
             If not exactly one level is given, it is not a positive number, it is below that of rest, or it is so high
-            that the stationary probability of it is nothing.
+            that it is never reached.
 
         Notes
         -----
         At order 1, c = 0.1 and levels of 1.5 to 2.5 root mean squares the mean time was 4 to 9 % shorter than simulated
-        behind an elastic wall, 6 % at r = 0.8, and 20 to 35 % at r = 0.5, where a cycle is larger on its way back than
-        its law of the energy knows.
+        with an elastic wall, 6 % at r = 0.8, and 20 to 35 % at r = 0.5, where the amplitude before an impact is larger
+        than the mean over the cycle.
 
         Mean times of x were 1 to 9 % shorter than simulated at c = 0.1, orders 0.2 to 1 and levels of one and two root
         mean squares of the amplitude (without a wall, b = 0 and b = -1), within 3 % at order 1, c = 0.05.  At c = 0.3
@@ -216,10 +203,10 @@ class Envelope(DensitiesOfAmplitude):
         return self._passage(float(np.interp(wanted**2, largest**2, cells.diffusion.action)))
 
     def _first_passage_of_x(self, level: float) -> FirstPassage:
-        """A cycle's largest x is its own once in the time of the cycle: a diffusion that is looked at now and then.
+        """First passage of x: the largest x of a cycle is reached once in the cycle's time T.
 
-        Seen every T it passes a level as if it were seen all the time and the level higher by 0.5826 s sqrt(T), where
-        s^2 is the rate of its variance (Broadie, Glasserman and Kou 1997).
+        A diffusion observed at intervals T passes a level as one observed continuously passes a level higher by
+        0.5826 s sqrt(T), where s^2 is the rate of its variance (Broadie, Glasserman and Kou 1997).
         """
         if self.oscillator.restitution < 1.0 or self.oscillator.dimensionless_coefficient > _LIGHTEST:
             raise NotCovered(
@@ -228,7 +215,7 @@ class Envelope(DensitiesOfAmplitude):
             )
         cells = self._solved().cells
         wanted = (self.oscillator.direction or math.copysign(1.0, level)) * level / self._solved().units.length
-        # energy gains variance at the rate <v^2>, of which the largest x gets 1 / (w^2 A) squared
+        # the variance of the energy grows at the rate <v^2>, that of the largest x at <v^2> / (w^2 A)^2
         spread = np.sqrt(cells.v_square * 2.0 * cells.phase / cells.frequency) / (cells.frequency**2 * cells.amplitude)
         reached = np.maximum.accumulate(cells.centre + cells.amplitude - _LOOKED_AT * spread)
         if not max(reached[0], 0.0) < wanted < reached[-1]:
@@ -270,7 +257,7 @@ class Envelope(DensitiesOfAmplitude):
 
 @dataclass(frozen=True)
 class _Law:
-    """What follows from a settled balance, tabulated when it is first asked for; dimensionless."""
+    """Densities and diffusion of a converged balance, computed at first use; dimensionless."""
 
     units: Units
     balance: Balance
@@ -293,7 +280,7 @@ class _Law:
         return self.portrait.energy(self.kappa)
 
     def energy_at(self, time: float) -> Tabulated:
-        """The same at a time from rest."""
+        """The energy at a time from rest."""
         ratio = self.cells.diffusion.from_rest(np.array([time]))[0] / self.cells.diffusion.mass
 
         def at(label: FloatArray) -> FloatArray:
@@ -362,7 +349,7 @@ def envelope(oscillator: Oscillator) -> Envelope:
     oscillator = checked(oscillator)
     problem, units = canonical(oscillator, order_0_is_spring=True)
     without = endless(oscillator) or _endless_in_floating_point(oscillator)
-    found, struck = None, None
+    settled, struck = None, None
     stationary: Moments | str
     if without is not None:
         stationary = without
@@ -370,21 +357,21 @@ def envelope(oscillator: Oscillator) -> Envelope:
         stationary = at_rest(oscillator)
     else:
         _check_covered(problem)
-        found = _settled(problem)
-        found, struck = changed(found, impacts(found))
-        # the rate by a division: as rate times frequency its last digit would be another
+        settled = _settled(problem)
+        settled, struck = changed(settled, impacts(settled))
+        # divided by the time unit: multiplied by the frequency, the last digit would differ
         stationary = replace(
-            units.moments(_moments(found, struck, _kappa(oscillator))),
-            impact_rate=_rate(found, struck) / units.time,
+            units.moments(_moments(settled, struck, _kappa(oscillator))),
+            impact_rate=_rate(settled, struck) / units.time,
         )
     return Envelope(
         method="envelope",
         oscillator=oscillator,
         stationary=stationary,
         assumptions=_assumptions(oscillator),
-        warnings=_warnings(oscillator, found),
-        balance=found,
-        _law=None if found is None else _Law(units, found, struck, _kappa(oscillator)),
+        warnings=_warnings(oscillator, settled),
+        balance=settled,
+        _law=None if settled is None else _Law(units, settled, struck, _kappa(oscillator)),
     )
 
 
@@ -426,35 +413,35 @@ def _endless_in_floating_point(oscillator: Oscillator) -> str | None:
     return None
 
 
-def _rate(found: Balance, struck: Impacts | None) -> float:
-    """Of impacts; NaN where slow ones are infinitely many."""
+def _rate(settled: Balance, struck: Impacts | None) -> float:
+    """Impact rate; NaN with infinitely many slow impacts."""
     if struck is not None:
         return struck.rate
-    return math.nan if found.problem.restitution <= COLLAPSE_BELOW and found.average(found.rate) > 0.0 else 0.0
+    return math.nan if settled.problem.restitution <= COLLAPSE_BELOW and settled.average(settled.rate) > 0.0 else 0.0
 
 
-def _moments(found: Balance, struck: Impacts | None, kappa: float) -> Moments:
-    x_square, v_square = found.average(found.x_square), found.average(found.v_square)
+def _moments(settled: Balance, struck: Impacts | None, kappa: float) -> Moments:
+    x_square, v_square = settled.average(settled.x_square), settled.average(settled.v_square)
     return Moments(
         amplitude_mean_square=x_square + kappa * v_square,
-        x_mean=found.average(found.mean) if math.isfinite(found.problem.position) else 0.0,
+        x_mean=settled.average(settled.mean) if math.isfinite(settled.problem.position) else 0.0,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        impact_rate=_rate(found, struck),
+        impact_rate=_rate(settled, struck),
         impact_speed_mean=struck.speed_mean if struck is not None else math.nan,
         impact_speed_mean_square=struck.speed_mean_square if struck is not None else math.nan,
     )
 
 
-def _largest_amplitude(found: Cells, kappa: float) -> FloatArray:
-    """Largest sqrt(x^2 + kappa v^2) along each cycle: at its ends, or at a place between them."""
-    a, w, centre = found.amplitude, found.frequency, found.centre
-    if found.stretch is not None:
-        s = found.phase[:, None] * np.linspace(-1.0, 1.0, _PLACES)
-        x = found.stretch.x(centre[:, None] + a[:, None] * np.cos(s))
-        v = found.stretch.v(-(w * a)[:, None] * np.sin(s))
+def _largest_amplitude(cells: Cells, kappa: float) -> FloatArray:
+    """Largest sqrt(x^2 + kappa v^2) along each cycle, at its ends or between them."""
+    a, w, centre = cells.amplitude, cells.frequency, cells.centre
+    if cells.stretch is not None:
+        s = cells.phase[:, None] * np.linspace(-1.0, 1.0, _PLACES)
+        x = cells.stretch.x(centre[:, None] + a[:, None] * np.cos(s))
+        v = cells.stretch.v(-(w * a)[:, None] * np.sin(s))
         return np.maximum.accumulate(np.sqrt(np.max(x * x + kappa * v * v, axis=1)))
-    lowest = np.cos(found.phase)
+    lowest = np.cos(cells.phase)
     curvature = kappa * w * w - 1.0
     # x^2 + kappa v^2 is centre^2 + 2 centre A y + A^2 (y^2 + kappa w^2 (1 - y^2)) with y the cosine of the phase
     peak = np.divide(centre, a * curvature, out=np.copysign(np.full_like(a, np.inf), centre), where=curvature > 1e-12)
@@ -475,24 +462,26 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
     return (*common, "During an impact and the short flight after it the springpot is treated as a dashpot.")
 
 
-def _warnings(oscillator: Oscillator, found: Balance | None) -> tuple[str, ...]:
+def _warnings(oscillator: Oscillator, settled: Balance | None) -> tuple[str, ...]:
     c, wall = oscillator.dimensionless_coefficient, oscillator.barrier
-    said: list[str] = []
+    sentences: list[str] = []
     if wall is not None and COLLAPSE_BELOW < wall.restitution < 0.5:
-        said.append(
+        sentences.append(
             "Slow impacts crowd: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
             "with a preload, where speeds are 9 % too high; below r = 0.25 it has been compared at order 1 only."
         )
     if wall is not None and wall.restitution < 1.0 and c > DAMPINGS[-1]:
-        said.append(
+        sentences.append(
             f"The dashpot is too strong for what is known of lossy walls (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 "
             "impact rate and speeds were up to 15 % off; the Fokker-Planck equation has them."
         )
     if wall is not None and wall.restitution <= COLLAPSE_BELOW:
-        said.append(
+        sentences.append(
             f"Below restitution {COLLAPSE_BELOW:.3f} slow impacts are infinitely many: "
             "their rate and speeds do not exist."
         )
-    if found is not None and found.change > _NOT_SETTLED:
-        said.append(f"The self-consistent numbers have not settled: they still change by {found.change:.2g} per step.")
-    return (*said, *map_warnings(oscillator, "envelope"))
+    if settled is not None and settled.change > _NOT_SETTLED:
+        sentences.append(
+            f"The self-consistent numbers have not settled: they still change by {settled.change:.2g} per step."
+        )
+    return (*sentences, *map_warnings(oscillator, "envelope"))

@@ -1,4 +1,4 @@
-"""Stationary densities of a solved equation, dimensionless; each is tabulated when it is first asked for."""
+"""Stationary densities of a solved equation, dimensionless; each is tabulated at first use."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PLACES = np.array(
     [0.0, 0.02, 0.2, 0.7, 1.4, 2.2, 3.2, 4.5, 6.0, 8.0, 11.0, 15.0, 20.0]
 )  # ends of panels, typical ones
 _ON_PANEL, _KNOTS = 10, 40  # of a table: values computed on a panel, and knots of the cubics
-_SHARP, _PANELS = 0.16, 32  # panels of time to a factor e: needed for a path known to 1, and at most
+_SHARP, _PANELS = 0.16, 32  # panels of time per factor e: for a path of unit relative width, and at most
 _FALL = np.array(
     [0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 27.0, 51.0, 99.0, 195.0, 387.0]
 )  # of ln speed
@@ -95,13 +95,13 @@ class Laws:
         nearest, edges = self._nearest, self._v_edges
         if gap >= nearest:
             return _tabulated(lambda v: self._slice(gap, v), edges)
-        # nearer, the slow are those of this distance, in units of a speed ~ gap^(1/3); the fast hardly change
+        # nearer to the wall, slow speeds scale as gap^(1/3), and the density of fast ones hardly changes
         share, stretch = gap / nearest, (nearest / gap) ** (1.0 / 3.0)
         there, height = self._nearest_law, float(self._x_law.density(np.asarray(nearest)))
 
         border = 4.0 * nearest ** (1.0 / 3.0)
         sides = np.array([-border, border])
-        change = self._at_wall(sides) / (height * there.density(sides)) - 1.0  # with the distance, of no speed
+        change = self._at_wall(sides) / (height * there.density(sides)) - 1.0  # from the distance to the wall
 
         def scaled(v: FloatArray) -> FloatArray:
             wall, far = self._at_wall(v), self._at_wall(stretch * v)
@@ -117,7 +117,7 @@ class Laws:
 
     @cached_property
     def _nearest(self) -> float:
-        """Distance down to which laws of v are computed: a path from the wall takes a time known to sqrt(s / v^3)."""
+        """Smallest distance at which densities of v are computed; times of flight to it vary by sqrt(s / v^3)."""
         return max(
             _NEAREST * speed_unit(self.problem), (_SHARP / _PANELS) ** 2 * (4.0 * free_spread(self.problem)) ** 3
         )
@@ -140,11 +140,11 @@ class Laws:
         return np.maximum(free + response(problem, self.impacts, form, v, self._first(gap), 4, panels), 0.0)
 
     def _first(self, gap: float) -> float:
-        """Logarithm of the time before which nothing gets this far from the wall."""
+        """Logarithm of the shortest time of flight to this distance from the wall."""
         return math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / float(self.impacts.speed[-1]) / 3.0))
 
     def _at_wall(self, v: FloatArray) -> FloatArray:
-        """Dimensionless joint density at the wall: what arrives at u leaves at r u."""
+        """Dimensionless joint density at the wall: impact speed u, rebound speed r u."""
         struck = np.where(v < 0.0, -v, v / self.problem.restitution)
         flux = self.flux(struck) * (self.impacts.moment(0) / self.impacts.mass)
         return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self.problem.restitution**2))
@@ -170,7 +170,7 @@ class Laws:
     def _v_law(self) -> Tabulated:
         problem = self.problem
 
-        # before this time the laws of v are narrower than the spacing of the speeds that the response sums over
+        # before this time the densities of v are narrower than the spacing of the speeds in the response's sum
         first = (speed_unit(problem) * self.impacts.spacing / 8.0) ** 2
 
         def density(v: FloatArray) -> FloatArray:
@@ -180,9 +180,9 @@ class Laws:
         return _tabulated(density, self._v_edges)
 
     def _just_after(self, v: FloatArray, end: float) -> FloatArray:
-        """What the impacts add to the density of v until this short time after each.
+        """Contribution of impacts to the density of v until this short time after each.
 
-        Fast speeds are averaged over the noise; next to 0, where the flux may be a root, the slow ones are summed up.
+        Fast speeds are averaged over the noise; near 0, where the flux may vary like a root, slow speeds are summed.
         """
         nodes, weights = np.polynomial.hermite_e.hermegauss(16)
         half = np.diff(_FALL)[:, None] / 2.0
@@ -197,13 +197,13 @@ class Laws:
             place = v + self.problem.position * float(flow.kick[0])
             near = np.abs(place) < 7.0 * spread
             left = (place[~near, None] + spread * nodes) / kept
-            found = np.zeros(v.size)
-            found[~near] = (self.flux(left / r) / r - self.flux(-left)) @ weights / (weights.sum() * kept)
+            density = np.zeros(v.size)
+            density[~near] = (self.flux(left / r) / r - self.flux(-left)) @ weights / (weights.sum() * kept)
             u = spread * slow
             given, taken = self.flux(u / r) / r, self.flux(u)
             arrived = [normal(place[near, None] - sign * kept * u, spread**2) for sign in (1.0, -1.0)]
-            found[near] = (arrived[0] * given - arrived[1] * taken) @ (measure * spread)
-            total += share * time * found
+            density[near] = (arrived[0] * given - arrived[1] * taken) @ (measure * spread)
+            total += share * time * density
         return total
 
     @cached_property
@@ -224,9 +224,9 @@ class Laws:
 
 @dataclass(frozen=True)
 class _NearWall:
-    """A density of the distance from the wall: a table, and nearer than it a + D s^3 + C s^(m-1), s^3 being it; mass 1.
+    """A density of the distance from the wall: a table, and below it a + D s^3 + C s^(m-1), s = distance^(1/3).
 
-    Slow impacts as rare as u^m leave speeds ~ (distance)^(1/3) of a density ~ (distance)^((m-2)/3).
+    Normalised to 1.  Slow impacts with a rate ~ u^m give speeds ~ distance^(1/3), of density ~ distance^((m-2)/3).
     """
 
     table: Tabulated
@@ -256,11 +256,11 @@ class _NearWall:
         first = float(self.table.density(np.asarray(self.nearest)))
         inside = np.clip(gap, 0.0, self.nearest)
         near = first + self.singular * self._rise(inside) + self.regular * (inside - self.nearest)
-        found = np.where(gap < self.nearest, near, self.table.density(gap))
-        return np.asarray(np.where(gap < 0.0, 0.0, self.share * found))
+        density = np.where(gap < self.nearest, near, self.table.density(gap))
+        return np.asarray(np.where(gap < 0.0, 0.0, self.share * density))
 
     def _rise(self, gap: FloatArray) -> FloatArray:
-        """(s^(m-1) - nearest^((m-1)/3)) / (m-1); at the wall it is that of a distance that is next to nothing."""
+        """(s^(m-1) - nearest^((m-1)/3)) / (m-1); at the wall that of a very small distance."""
         power = (self.power - 1.0) / 3.0
         log = np.log(np.maximum(gap / self.nearest, 1e-15))
         return np.asarray(self.nearest**power * special.exprel(power * log) * log / 3.0)
@@ -269,7 +269,7 @@ class _NearWall:
 def _tabulated(density: Callable[[FloatArray], FloatArray], edges: FloatArray) -> Tabulated:
     """Polynomials of the cube root of the argument on panels, then a table on many more knots."""
     root = np.cbrt(edges)
-    # places chosen in different units may all but meet; the last edge stays
+    # edges chosen in different units may nearly coincide; the last edge stays
     apart = np.diff(root) > 1e-6 * np.ptp(root)
     edges = edges[np.append(apart, True)]
     root = np.cbrt(edges)

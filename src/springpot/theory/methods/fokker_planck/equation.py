@@ -1,8 +1,8 @@
 """Inelastic impacts: the stationary Fokker-Planck equation with a dashpot, as one integral equation.
 
 Dimensionless (time 1 / Omega, length sqrt(q / Omega^3)), with b the wall and r its restitution, the density of (x, v)
-obeys L p = 0 beyond the wall, and what leaves the wall at speed r u is what struck it at speed u.  Let p be 0 behind
-the wall.  Then on the whole plane L p = (flux taken at (b, -u)) - (flux given back at (b, r u)), so that
+obeys L p = 0 beyond the wall, and the flux that leaves the wall at speed r u is that which struck it at speed u.  Let p
+be 0 behind the wall.  Then on the whole plane L p = (flux removed at (b, -u)) - (flux added at (b, r u)), so that
 
     p(z) = p_free(z) + int_0^inf du f(u) int_0^inf dt [P_t(z | b, r u) - P_t(z | b, -u)],
 
@@ -12,8 +12,7 @@ rate of impacts with speed u.  That p is indeed 0 behind the wall is a Fredholm 
     f(u) / u = p_free(b, -u) + int_0^inf du' f(u') int_0^inf dt [P_t(b, -u | b, r u') - P_t(b, -u | b, -u')],
 
 where the instant t = 0 has been taken out (it is the left-hand side).  Towards u = 0 its kernel is
-sqrt(3) / (2 pi Q) with Q = u^2 + u v + v^2, whatever the oscillator; the power law of slow impacts follows from it by
-itself.
+sqrt(3) / (2 pi Q) with Q = u^2 + u v + v^2 for every oscillator, which gives the power law of slow impacts.
 """
 
 from __future__ import annotations
@@ -39,12 +38,12 @@ FloatArray = NDArray[np.float64]
 _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
 _GAUSS = np.polynomial.legendre.leggauss(16)
-_KEEPING_UP = 20.0  # speed up to which the longest panels of time see an impact
+_KEEPING_UP = 20.0  # speed up to which the longest panels of time resolve an impact
 
 
 @dataclass(frozen=True)
 class Grid:
-    """How fine: spacing of the speeds, Gauss nodes and longest panel in time, free decay kept, range of speeds."""
+    """Resolution: spacing of the speeds, Gauss nodes and longest panel in time, free decay kept, range of speeds."""
 
     spacing: float
     nodes: int
@@ -65,7 +64,7 @@ class Impacts:
     speed: FloatArray
     weight: FloatArray
     spacing: float
-    power: float  # with which slower ones get rarer
+    power: float  # of the speed, in the rate of slower impacts
 
     @cached_property
     def log_weight(self) -> interpolate.CubicSpline:
@@ -74,7 +73,7 @@ class Impacts:
 
     @cached_property
     def mass(self) -> float:
-        """Rate, as the integral of what is interpolated and, below the nodes, continued by the power."""
+        """Rate, as the integral of the interpolant and, below the nodes, of the power law."""
         half = self.spacing / 2.0
         y = self.position[:-1, None] + half * (_GAUSS[0] + 1.0)
         total = float(np.sum(np.exp(self.log_weight(y)) @ _GAUSS[1])) * half
@@ -97,7 +96,7 @@ def solve(problem: Problem, grid: Grid) -> Impacts:
     kernel = _kernel(problem, grid, u)
     weight = np.linalg.solve(np.eye(u.size) - measure[:, None] * kernel, measure * source)
     peak = int(np.argmax(weight))
-    lost = np.flatnonzero(weight[peak:] < 1e-13 * weight[peak])  # from there on rounding rules
+    lost = np.flatnonzero(weight[peak:] < 1e-13 * weight[peak])  # from there on only rounding errors
     end = peak + int(lost[0]) if lost.size else u.size
     return Impacts(y[:end], u[:end], weight[:end], h, slow_impact_power(r))
 
@@ -115,7 +114,7 @@ def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
         form = QuadraticForm.at(problem, time)
         arrive_grid, depart_grid = -some, depart
         back = ahead = None
-        if time[0] > 2.0:  # smooth by now: fewer speeds do, on which polynomials are interpolated
+        if time[0] > 2.0:  # smooth by now: polynomial interpolation between fewer speeds is enough
             arrive_grid, back = interpolation(-some[-1], 0.0, form.arrival_width, -some)
             depart_grid, ahead = interpolation(-some[-1], some[-1], form.departure_width, depart)
             if arrive_grid.size * depart_grid.size > total.size // 2:
@@ -159,13 +158,13 @@ def speed_unit(problem: Problem) -> float:
     """Speed below which the grid is logarithmic and above which it is uniform."""
     unit = min(1.0, free_spread(problem))
     if problem.position > 0.0 and problem.restitution < 1.0:
-        # a preload b bounces b / 2u times per unit time, and the noise makes up for losses of (1 - r^2) u^2 / 2
+        # a preload b gives b / 2u impacts per unit time, and the noise replaces the losses of (1 - r^2) u^2 / 2
         unit = min(unit, 2.0 / ((1.0 - problem.restitution**2) * problem.position))
     return unit
 
 
 def _fastest(problem: Problem, grid: Grid) -> float:
-    """Speed of impact beyond which there is nothing: the free spread bounds it, and so do the losses."""
+    """Largest impact speed of interest, bounded by the free spread and by the losses."""
     free = grid.reach * free_spread(problem)
     if problem.restitution == 1.0:
         return free
@@ -187,7 +186,7 @@ def _panels(
     edges = np.exp(np.linspace(start, turn, math.ceil((turn - start) * refine) + 1))
     slowest = c / 2.0 if c < 2.0 else 1.0 / (c / 2.0 + math.sqrt((c / 2.0 - 1.0) * (c / 2.0 + 1.0)))
     last = grid.decay / slowest
-    # the faster the impacts the sharper their times; without oscillation there is nothing to follow
+    # the faster the impacts, the shorter the panels; without oscillation one panel is enough
     longest = grid.panel * min(1.0, _KEEPING_UP / _fastest(problem, grid)) if c < 2.0 else last
     later = [float(edges[-1])]
     while later[-1] < last:
@@ -214,10 +213,10 @@ def response(
     speeds: int,
     panels: int,
 ) -> FloatArray:
-    """What the impacts add to the free density: int dt of what they give back minus what they take, from e^first on.
+    """Contribution of impacts to the free density: int dt of the flux added less that removed, from e^first on.
 
-    Soon after an impact the mass is still near its straight path, and the grid must be dense enough to see it:
-    ``speeds`` times as dense as that of the impacts, with ``panels`` of times to a factor e.
+    Soon after an impact the density is narrow, and the grid must resolve it: it is ``speeds`` times as dense as that of
+    the impacts, with ``panels`` panels of time per factor e.
     """
     unit, r = speed_unit(problem), problem.restitution
     fine = np.arange(max(-9.0, impacts.position[0]), impacts.position[-1], impacts.spacing / speeds)

@@ -1,4 +1,4 @@
-"""The stationary Fokker-Planck equation with a dashpot and a wall that takes energy: coverage, moments, densities."""
+"""The stationary Fokker-Planck equation with a dashpot and a lossy wall: coverage, moments, densities."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ FloatArray = NDArray[np.float64]
 
 _LIGHTEST = 3e-3  # of c; the time integral is 36/c long
 _STRONGEST = 50.0
-_DEEPEST = 4.0  # b over the free standard deviation of x, beyond which the equation loses too many digits
-_FAR_BEHIND = -6.0  # where impacts are too rare to be told from rounding
-_LOWEST = 0.18  # of the restitution: slow impacts then count down to 1e-200 of the typical speed
+_DEEPEST = 4.0  # b over the free standard deviation of x, beyond which too many digits are lost
+_FAR_BEHIND = -6.0  # below this, impacts are so rare that their rate is lost in rounding errors
+_LOWEST = 0.18  # of the restitution: impacts down to 1e-200 of the typical speed matter there
 
 _REACH = (
     f"The Fokker-Planck solution covers order 1 with a wall of restitution above exp(-pi/sqrt 3) = {COLLAPSE_BELOW:.3f}"
 )
-_REFUSED = 1e-2  # estimated error at which an answer is none
+_REFUSED = 1e-2  # estimated error above which there is no result
 
 
 @dataclass(frozen=True)
@@ -39,30 +39,29 @@ class FokkerPlanck(Densities):
     Parameters
     ----------
     error_estimate : float
-        Largest relative difference of a moment (an x_mean near 0 against the root mean square) between the answer and
-        one on a coarser grid; the answer's own error is smaller.
+        Largest relative difference of a moment between the result and one on a coarser grid (of x_mean, relative to the
+        root mean square); the error of the result is smaller.
     impact_rate_error : float
-        The same for the impact rate alone: slow impacts, as frequent as speed^g with g falling to -1 at the
-        restitution of inelastic collapse, count there and hardly anywhere else.
+        The same for the impact rate alone, to which slow impacts contribute most.
 
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
 
     The first call of a density tabulates it, which takes a few tenths of a second; between the knots it is interpolated
-    to 1e-7 of its maximum.  Within 0.001 sqrt(q / Omega^3) of the wall, where slow impacts may raise a sharp maximum
-    (infinite for r at most 0.5), the density of x is continued by the power law of that maximum.  The joint density
-    takes 0.1 to 0.6 s for each different displacement: its law of v is tabulated, so that its integral over v is the
-    density of x.  Very near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) the slow speeds follow the
-    law of that distance, scaled as (distance)^(1/3).  It is good to 1e-3 of its maximum there, 1e-4 elsewhere.
+    to 1e-7 of its maximum.  Within 0.001 sqrt(q / Omega^3) of the wall, where slow impacts may cause a sharp maximum
+    (infinite for r at most 0.5), the density of x follows the power law of that maximum.  The joint density takes 0.1
+    to 0.6 s for each different displacement: its density of v is tabulated, so that its integral over v is the density
+    of x.  Very near the wall (0.02 sqrt(q / Omega^3), more where speeds are high) the density of slow speeds is that at
+    this distance, scaled as (distance)^(1/3).  The error is 1e-3 of its maximum there, 1e-4 elsewhere.
 
     Examples
     --------
     >>> from springpot.oscillator import Barrier, Springpot
-    >>> found = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
-    >>> found.x_density([-0.1, 1.0]).round(3), found.v_density([-0.5, 0.0, 0.5]).round(3)
+    >>> result = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
+    >>> result.x_density([-0.1, 1.0]).round(3), result.v_density([-0.5, 0.0, 0.5]).round(3)
     (array([0.   , 0.451]), array([0.281, 0.325, 0.321]))
-    >>> found.impact_speed_density([0.0, 1.0]).round(3), found.joint_density(0.5, [-1.0, 1.0]).round(3)
+    >>> result.impact_speed_density([0.0, 1.0]).round(3), result.joint_density(0.5, [-1.0, 1.0]).round(3)
     (array([0.   , 0.432]), array([0.127, 0.157]))
     """
 
@@ -72,7 +71,7 @@ class FokkerPlanck(Densities):
     def _impact_speed(self, u: FloatArray, time: float | None) -> FloatArray:
         law = self._at(time)
         assert isinstance(law, Laws)
-        # one division, not two: the last digit of before
+        # one division, not two, which would change the last digit
         return np.asarray(law.flux(u / law.units.speed) / (law.impacts.mass * law.units.speed))
 
     def to_dict(self) -> dict[str, object]:
@@ -84,7 +83,7 @@ class FokkerPlanck(Densities):
 
 
 def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
-    """Solve the stationary Fokker-Planck equation of an oscillator with a dashpot and a wall that takes energy.
+    """Solve the stationary Fokker-Planck equation of an oscillator with a dashpot and a lossy wall.
 
     Parameters
     ----------
@@ -99,14 +98,14 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     Raises
     ------
     NotCovered
-        If the order is not 1, there is no wall, the restitution is too low, or the damping or the wall's position is so
-        extreme that the equation would lose its digits.
+        If the order is not 1, there is no wall, the restitution is too low, or too many digits would be lost because
+        of the damping or the wall's position.
     TypeError
         If ``oscillator`` is not an Oscillator.
 
     Notes
     -----
-    See the module's first lines.  From f follow <x> = (1+r) N <u>, the energy balance
+    See `springpot.theory.methods.fokker_planck.equation`.  From f follow <x> = (1+r) N <u>, the energy balance
     c <v^2> = 1/2 - (1-r^2) N <u^2> / 2 and <x^2> = <v^2> + b <x>, with N the rate and u the speed of the impacts.
 
     Examples

@@ -1,4 +1,4 @@
-"""The oscillator with a dashpot, without its wall, driven by white noise: how x and v spread after leaving the wall."""
+"""Transition densities of the oscillator with a dashpot and white noise, without impacts, from a start at the wall."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class QuadraticForm:
 
     @classmethod
     def at(cls, problem: Problem, time: FloatArray, gap: float = 0.0) -> QuadraticForm:
-        """Of P_t(b + gap, v | b, v')."""
+        """The form of P_t(b + gap, v | b, v')."""
         flow = Flow.at(problem.coefficient, time)
         dx = _row(0.0 * time, -flow.kick, gap + problem.position * flow.slip)
         dv = _row(1.0 + 0.0 * time, -flow.kick_rate, problem.position * flow.kick)
@@ -50,7 +50,7 @@ class QuadraticForm:
 
     @classmethod
     def of_one(cls, line: FloatArray, variance: FloatArray) -> QuadraticForm:
-        """Of one normal variable: the line is zero at its mean."""
+        """The form of one normal variable: the line is zero at its mean."""
         return cls(_product(line, line, 0.5 / variance), 1.0 / np.sqrt(2.0 * math.pi * variance))
 
     @property
@@ -106,7 +106,7 @@ class Flow:
 
     kick: FloatArray  # displacement after a unit speed
     kick_rate: FloatArray  # its derivative
-    slip: FloatArray  # what a unit displacement has lost
+    slip: FloatArray  # 1 less the displacement after a unit displacement
     x_x: FloatArray
     x_v: FloatArray
     v_v: FloatArray
