@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
+from pathlib import Path
 
 import pytest
 
 import springpot as sp
 from springpot.faults import NotCovered
+from springpot.system import KINDS
+from springpot.system_file import schema
+from springpot.theory.solve import methods_for
 
 KICK = sp.WhiteNoise(0.02)
 
@@ -143,3 +149,112 @@ def test_dividing_by_the_mass_keeps_energies_per_unit_mass() -> None:
     assert unit["maxwell"] == sp.Maxwell(1.0, 2.0)
     assert float(system.potential.force(-2.0)) == pytest.approx(-8.0 - 1.0 - 3.0)
     assert float(system.potential.energy(-2.0)) == pytest.approx(8.0 + 2.0 + 3.0 / 2.5)
+
+
+EVERYTHING = sp.System(
+    sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.1, 4e5)), sp.Dashpot(0.4), sp.Springpot(0.5, 1.2),
+    sp.PolynomialDashpot((0.0, 2.0)), sp.VanDerPol(0.1, 0.5), sp.Series(sp.Springpot(0.4, 2.0), sp.Spring(3.0)),
+    sp.Maxwell(1.0, 2.0), sp.Circuit(1e-3, 1e5, 1e-7), sp.Contact(-0.002, 1e6, 1.5, 0.1), sp.Barrier(-0.003, 0.7),
+    sp.WhiteNoise(0.02), sp.WhiteNoise(0.3, on="ground"), sp.ColouredNoise(1.0, 0.1), sp.FilteredNoise(3.0, 0.4, 1.0),
+    sp.Constant(-1.0), sp.Harmonic(0.1, 20.0), sp.PoissonImpulses(1.0, 0.2), sp.ParametricNoise(0.1),
+    stop=sp.Barrier(0.003, 0.7, "below"),
+)  # fmt: skip
+
+
+def test_a_file_gives_the_same_system_back(tmp_path) -> None:
+    place = tmp_path / "device.toml"
+    place.write_text(sp.to_toml(EVERYTHING))
+    assert sp.read_system(place) == EVERYTHING
+    thermal = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0 / 3.0))
+    place.write_text(sp.to_toml(thermal))
+    assert sp.read_system(str(place)) == thermal
+    kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts)}
+    assert kinds == {*KINDS.values()}  # no kind is forgotten here
+
+
+def test_the_schema_is_that_of_the_docs_and_knows_every_kind() -> None:
+    place = Path(__file__).parents[1] / "docs" / "system.schema.json"
+    assert json.loads(place.read_text()) == schema()
+    kinds = [table["properties"]["kind"]["const"] for table in schema()["properties"]["parts"]["items"]["oneOf"]]
+    assert sorted({*kinds}) == sorted(KINDS)
+
+
+def test_a_white_noise_by_its_density() -> None:
+    spring = {"kind": "spring", "stiffness": 1.0}
+    found = sp.read_system({"parts": [spring, {"kind": "white_noise", "psd": 0.01, "psd_unit": "g2/Hz"}]})
+    assert found.parts[1] == sp.WhiteNoise.from_psd(0.01, "g2/Hz")
+
+
+SPRING = {"kind": "spring", "stiffness": 80.0}
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ({}, "it must have a table [[parts]] for each part"),
+        ({"parts": []}, "it must have a table [[parts]] for each part"),
+        ({"parts": [SPRING], "mass": 1.0}, "'mass' is not a key of it"),
+        ({"parts": [3]}, "parts[0] must be a table with a kind, not 3"),
+        ({"parts": [{"stiffness": 1.0}]}, "parts[0].kind must be one of"),
+        ({"parts": [{"kind": "sprng"}]}, "not 'sprng'; did you mean spring?"),
+        ({"parts": [{"kind": "spring"}]}, "parts[0] (spring) needs stiffness."),
+        (
+            {"parts": [SPRING | {"stifness": 1.0}]},
+            "'stifness' is not a key of parts[0] (spring); did you mean stiffness?",
+        ),
+        ({"parts": [SPRING | {"stiffness": "80"}]}, "parts[0] (spring).stiffness must be a real number"),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "restitution": 2.0}]},
+            "parts[1] (barrier).restitution must be in (0, 1]",
+        ),
+        ({"parts": [SPRING | {"name": "my spring"}]}, "parts[0].name must be a word of letters, digits and _"),
+        ({"parts": [SPRING | {"name": "a"}, SPRING | {"name": "a"}]}, "a is the name of two parts"),
+        ({"parts": [{"kind": "spring", "stiffness": -1.0}]}, "the potential must hold the mass"),
+        (
+            {"parts": [{"kind": "series", "springpot": 1.0, "spring": {}}]},
+            "(series).springpot must be a table of its numbers",
+        ),
+        (
+            {"parts": [{"kind": "series", "springpot": {"order": 0.5}, "spring": {}}]},
+            "(series).springpot needs coefficient.",
+        ),
+        ({"parts": [SPRING, {"kind": "white_noise", "psd": 1.0}]}, "parts[1] (white_noise) needs psd_unit."),
+        (
+            {"parts": [SPRING, {"kind": "white_noise", "psd": 1.0, "psd_unit": "V"}]},
+            "parts[1] (white_noise).psd_unit must be",
+        ),
+        ({"parts": [{"kind": "polynomial_spring", "coefficients": "1"}]}, "coefficients must be a tuple of numbers"),
+    ],
+)
+def test_a_bad_file_says_where(content, sentence: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(sentence)) as caught:
+        sp.read_system(content)
+    assert str(caught.value).startswith("the system is not right: ")
+
+
+def test_a_file_that_is_none(tmp_path) -> None:
+    with pytest.raises(FileNotFoundError, match="There is no file"):
+        sp.read_system(tmp_path / "nothing.toml")
+    (tmp_path / "bad.toml").write_text("[[parts]\n")
+    with pytest.raises(ValueError, match="is not TOML"):
+        sp.read_system(tmp_path / "bad.toml")
+    with pytest.raises(TypeError, match="system must be a System"):
+        sp.to_toml(sp.Oscillator())
+
+
+def test_explain_has_every_part_and_every_method() -> None:
+    words = sp.explain(EVERYTHING)
+    first = words.splitlines()[0]
+    assert first.startswith(
+        "0.2 x'' + 80 x + 0.1 x^2 + 400000 x^3 + 0.4 x' + 1.2 D^0.5 x + 2 x'|x'| + 0.1 (x^2 - 0.25) x'"
+    )
+    assert " = w(t) - m u(t) + y(t) - m z(t) - 1 + a(t) + b(t) + x c(t)" in first
+    for name, part in EVERYTHING.named():
+        if isinstance(part, sp.Barrier | sp.WhiteNoise | sp.ColouredNoise | sp.Harmonic | sp.Circuit):
+            assert f"({name})" in words
+    assert "wall (stop): x <= 0.003 m, restitution 0.7" in words
+    assert "methods with an answer: none" in words
+    assert all(method in words for method in methods_for(EVERYTHING))
+    assert "methods with an answer: averaging_printed, averaging" in sp.explain(sp.Oscillator())
+    with pytest.raises(TypeError, match="problem must be a System or an Oscillator"):
+        sp.explain(3)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from springpot import figures, theory
     from springpot.atlases import atlas
+    from springpot.explanation import explain
     from springpot.oscillator import Oscillator
     from springpot.parts import (
         Barrier,
@@ -39,22 +40,27 @@ if TYPE_CHECKING:
     from springpot.simulation.run import run, simulate
     from springpot.studies import open_study, study
     from springpot.system import System
+    from springpot.system_file import read_system, to_toml
 
     __version__: str
 
 __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Harmonic", "Mass",
     "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "Series",
-    "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "figures", "load_run",
-    "open_study", "run", "simulate", "study", "theory",
+    "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "figures",
+    "load_run", "open_study", "read_system", "run", "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
+_ROOMS = ("figures", "theory")
 _LATER = {
     "Oscillator": "springpot.oscillator",
     "System": "springpot.system",
     "atlas": "springpot.atlases",
+    "explain": "springpot.explanation",
     "figures": "springpot.figures",
     "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
+    "read_system": "springpot.system_file",
+    "to_toml": "springpot.system_file",
     "run": "springpot.simulation",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",
@@ -73,7 +79,7 @@ def __getattr__(name: str) -> Any:
 
     place = _LATER.get(name, "springpot.parts")
     module = importlib.import_module(place)
-    return module if place == f"springpot.{name}" else getattr(module, name)
+    return module if name in _ROOMS else getattr(module, name)
 
 
 def __dir__() -> list[str]:

@@ -28,9 +28,9 @@ from springpot.arguments import finite_number
 from springpot.faults import FileFault, shown
 from springpot.options import hints
 from springpot.oscillator import Oscillator
-from springpot.studies.toml import read_toml
 from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS
+from springpot.toml import read_toml
 from springpot.units import UNITS
 
 __all__ = ["PARAMETERS", "QUANTITIES", "Axis", "MonteCarlo", "Study", "read_study"]
