@@ -1,7 +1,7 @@
-"""Reading a TOML file that anybody may have written: its size and its nesting are bounded before it is parsed.
+"""Read a TOML file from any source: its size and nesting are limited before it is parsed.
 
-The standard library's parser calls itself for every bracket, and its time grows with the square of the number of parts
-of a dotted key: without bounds a file of 80 kB takes minutes and gigabytes.
+The standard library's parser is recursive, and its time grows with the square of the number of parts of a dotted key:
+without limits a file of 80 kB takes minutes and gigabytes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
 MOST_BYTES = 2_000_000
 DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
 
-# the quantifiers are possessive, so that the time is proportional to the length whatever stands in the file
+# the quantifiers are possessive, so that the time is always proportional to the length of the file
 _TEXT_OR_COMMENT = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
     r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
@@ -33,20 +33,21 @@ _BRACKET = re.compile(r"[\[\]{}]")
 
 
 def read_toml(path: str | Path, title: str) -> dict[str, Any]:
-    """Content of a TOML file; a byte order mark at its beginning is passed over.
+    """Content of a TOML file; a byte order mark at its beginning is ignored.
 
     Parameters
     ----------
     path : str or Path
     title : str
-        What the file is, for the sentences, such as ``"study file 'a.toml'"``.
+        Name of the file in errors, such as ``"study file 'a.toml'"``.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     FileFault
-        If it cannot be read, is no file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not TOML.
+        If it cannot be read, is not a file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not
+        TOML.
     """
     try:
         body = read_file(str(path), MOST_BYTES)
@@ -71,7 +72,7 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
 
 
 def _check_nesting(text: str, title: str) -> None:
-    bare = _TEXT_OR_COMMENT.sub(lambda found: "" if found[0].startswith("#") else "s", text)
+    bare = _TEXT_OR_COMMENT.sub(lambda match: "" if match[0].startswith("#") else "s", text)
     if _MANY_PARTS.search(bare):
         raise FileFault(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
     deep = 0

@@ -1,6 +1,6 @@
-"""Many questions: a study file, its grid, pure tasks, and a store that loses no answer.
+"""Studies: a study file, its grid of oscillators, one task for each point and method, and a store of the results.
 
-The names below are loaded when they are first used: what a command does not need, it does not wait for.
+The names below are loaded at first use, so that commands start fast.
 """
 
 from __future__ import annotations

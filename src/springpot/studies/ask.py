@@ -1,4 +1,4 @@
-"""A study in one call, from its file or its content to a labelled data set."""
+"""Run a study in one call, and open its results as a labelled data set."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ __all__ = ["open_study", "study"]
 
 
 def open_study(store: str | Path) -> xarray.DataTree:
-    """Open a store: every number that a study has so far, labelled, read from disk when it is looked at.
+    """Open a store: all results of a study so far, labelled, read from disk at first use.
 
     Parameters
     ----------
     store : str or Path
-        The folder that `study` or ``springpot study run`` made.
+        The folder that `study` or ``springpot study run`` has written.
 
     Returns
     -------
     xarray.DataTree
         ``/theory`` has the dimension ``theory`` (the method) and the study's axes, ``/simulation`` the axes alone.
-        Both hold every number under its name, with its unit, NaN where there is none; ``done`` says whether there is an
-        answer, ``said`` holds its warnings or the reason why there is none.  Monte Carlo's numbers have a twin ``_se``
+        Both have all quantities by name, with units, and NaN where there is none; ``done`` says whether there is a
+        result, ``said`` has its warnings or the reason why there is none.  Results of Monte Carlo also have ``_se``
         (standard error) and, where ``rtol`` controls them, ``_error`` (half-width of the total 95 % interval).
 
     Raises
@@ -60,7 +60,7 @@ def study(
     scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xarray.DataTree:
-    """Answer a grid of oscillators, and keep what is answered.
+    """Compute a grid of oscillators by one or more methods, and keep the results.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def study(
         A study file (``springpot study new`` writes an example), or its content: ``name``, ``methods``, ``axes``
         and, as needed, ``fixed``, ``zipped``, ``monte_carlo``, ``quantities``, ``seed``.
     store : str or Path, optional
-        Folder of the store: made if missing, resumed if it holds a part; what it holds is not computed again.  Without
-        one everything is kept in memory only.
+        Folder of the store: created if missing; results in it are not computed again.  Without one all results are kept
+        in memory only.
     threads, workers, scheduler
         Where the tasks run: threads of this process (all processors if left out), that many worker processes of a Dask
         cluster, or the Dask scheduler at that address.  The numbers are the same, to the bit.
@@ -99,21 +99,23 @@ def study(
     >>> tree["theory"]["amplitude_mean_square"].sel(theory="averaging", restitution=1.0).values.round(3).tolist()
     [2.296, 1.0]
     """
-    asked = read_study(source)
+    content = read_study(source)
     if store is None:
         with tempfile.TemporaryDirectory(prefix="springpot-") as folder:
             return _answered(
-                asked, Path(folder) / "study.zarr", threads=threads, workers=workers, scheduler=scheduler,
+                content, Path(folder) / "study.zarr", threads=threads, workers=workers, scheduler=scheduler,
                 progress=progress, labelled=False,
             ).load()  # fmt: skip
-    return _answered(asked, store, threads=threads, workers=workers, scheduler=scheduler, progress=progress)
+    return _answered(content, store, threads=threads, workers=workers, scheduler=scheduler, progress=progress)
 
 
-def _answered(asked: Study, store: str | Path, **how: Any) -> xarray.DataTree:
-    found = run_study(asked, store, **how)
-    if found.failures:
-        task, reason = found.failures[0]
+def _answered(content: Study, store: str | Path, **how: Any) -> xarray.DataTree:
+    outcome = run_study(content, store, **how)
+    if outcome.failures:
+        task, reason = outcome.failures[0]
         warnings.warn(
-            f"{len(found.failures)} tasks failed, the first of them {task.method}: {reason}", UserWarning, stacklevel=3
+            f"{len(outcome.failures)} tasks failed, the first of them {task.method}: {reason}",
+            UserWarning,
+            stacklevel=3,
         )
     return open_study(store)

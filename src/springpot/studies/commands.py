@@ -77,14 +77,14 @@ def check(file: _File, *, json_: Json = False) -> int:
 
     study = read_study(file)
     with Bar("trying some tasks"):
-        found = estimate(study)
+        estimated = estimate(study)
     threads = threads_available()
-    total = sum(found.seconds.values()) / threads
+    total = sum(estimated.seconds.values()) / threads
     if json_:
         print_json(
-            {"name": study.name, "shape": study.shape, "tasks": found.tasks, "processor_seconds": found.seconds,
-             "threads": threads, "seconds": total, "bytes": found.bytes, "without_answer": found.silent,
-             "tried": found.tried, "points_checked": found.checked}
+            {"name": study.name, "shape": study.shape, "tasks": estimated.tasks, "processor_seconds": estimated.seconds,
+             "threads": threads, "seconds": total, "bytes": estimated.bytes, "without_answer": estimated.silent,
+             "tried": estimated.tried, "points_checked": estimated.checked}
         )  # fmt: skip
         return 0
     grid = " x ".join(f"{count} {name}" for name, count in study.shape.items())
@@ -95,19 +95,19 @@ def check(file: _File, *, json_: Json = False) -> int:
             [
                 method,
                 f"{count:,}",
-                str(found.tried[method]),
-                _time(found.seconds[method]),
-                f"{found.silent[method]:.0%}",
+                str(estimated.tried[method]),
+                _time(estimated.seconds[method]),
+                f"{estimated.silent[method]:.0%}",
             ]
-            for method, count in found.tasks.items()
+            for method, count in estimated.tasks.items()
         ]
     )
     points = math.prod(study.shape.values())
-    if study.monte_carlo is not None and found.checked < points:
-        print(f"settings of Monte Carlo checked at {found.checked:,} of {points:,} points.")
+    if study.monte_carlo is not None and estimated.checked < points:
+        print(f"settings of Monte Carlo checked at {estimated.checked:,} of {points:,} points.")
     print(
-        f"{sum(found.tasks.values()):,} tasks, about {_time(total)} on {threads} threads, "
-        f"{_size(found.bytes)} at most (from the tasks tried; good to a factor of two)."
+        f"{sum(estimated.tasks.values()):,} tasks, about {_time(total)} on {threads} threads, "
+        f"{_size(estimated.bytes)} at most (from the tasks tried; good to a factor of two)."
     )
     return 0
 
@@ -141,23 +141,23 @@ def run(
     part = _shard(shard)
     try:
         with Bar(study.name) as bar:
-            found = run_study(
+            outcome = run_study(
                 study, store, threads=threads, workers=workers, scheduler=scheduler, shard=part, progress=bar
             )
     except KeyboardInterrupt:
         say("interrupted; all results so far are kept; the same command continues.")
         return 130
     if json_:
-        print_json({"store": store, "tasks": found.tasks, "found": found.found, "computed": found.computed,
-                    "failed": len(found.failures), "labelled": found.labelled})  # fmt: skip
+        print_json({"store": store, "tasks": outcome.tasks, "found": outcome.found, "computed": outcome.computed,
+                    "failed": len(outcome.failures), "labelled": outcome.labelled})  # fmt: skip
     else:
-        print(f"{store}: {found.tasks} tasks, {found.found} already there, {found.computed} computed.")
-        if found.labelled:
-            print(f'finished: xarray.open_datatree({found.path.as_posix()!r}, engine="zarr") opens it.')
-    if found.failures:
-        task, reason = found.failures[0]
+        print(f"{store}: {outcome.tasks} tasks, {outcome.found} already there, {outcome.computed} computed.")
+        if outcome.labelled:
+            print(f'finished: xarray.open_datatree({outcome.path.as_posix()!r}, engine="zarr") opens it.')
+    if outcome.failures:
+        task, reason = outcome.failures[0]
         where = ", ".join(f"{name} {task.point[name]:g}" for name in study.columns)
-        say(f"{len(found.failures)} tasks failed, the first of them {task.method} at {where}: {reason}")
+        say(f"{len(outcome.failures)} tasks failed, the first of them {task.method} at {where}: {reason}")
         return 1
     return 0
 
@@ -172,21 +172,21 @@ def status(store: _Store, *, json_: Json = False) -> int:
     from springpot.studies.store import open_store
 
     opened = open_store(store)
-    found = look(opened)
+    counts = look(opened)
     if json_:
-        print_json({"name": opened.study.name, "shape": opened.study.shape, "done": found.done,
-                    "damaged": found.damaged, "missing": found.missing,
-                    "damaged_metadata": opened.damaged_metadata(), "labelled": found.labelled})  # fmt: skip
+        print_json({"name": opened.study.name, "shape": opened.study.shape, "done": counts.done,
+                    "damaged": counts.damaged, "missing": counts.missing,
+                    "damaged_metadata": opened.damaged_metadata(), "labelled": counts.labelled})  # fmt: skip
         return 0
     print(f"{opened.study.name}: {' x '.join(f'{count} {name}' for name, count in opened.study.shape.items())}")
     print_table(
         [["", "done", "damaged", "missing"]]
-        + [[m, str(found.done[m]), str(found.damaged[m]), str(found.missing[m])] for m in opened.study.methods]
+        + [[m, str(counts.done[m]), str(counts.damaged[m]), str(counts.missing[m])] for m in opened.study.methods]
     )
     if descriptions := opened.damaged_metadata():
         print(f"damaged descriptions: {', '.join(descriptions)}")
-    print(f"labelled group, for xarray: {found.labelled}")
-    if any((*found.damaged.values(), *found.missing.values(), *descriptions)) or found.labelled != "right":
+    print(f"labelled group, for xarray: {counts.labelled}")
+    if any((*counts.damaged.values(), *counts.missing.values(), *descriptions)) or counts.labelled != "right":
         print(f"springpot study run FILE --store {store} computes what is missing and mends what is damaged.")
     return 0
 

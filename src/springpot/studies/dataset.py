@@ -1,4 +1,4 @@
-"""A store as a labelled data set: an xarray DataTree with `/theory` and `/simulation`, read when it is looked at."""
+"""A store as a labelled data set: an xarray DataTree with `/theory` and `/simulation`, read at first use."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ _PARAMETER_UNITS = {
 
 @dataclass(frozen=True)
 class Results:
-    """Every answer of one method on the grid; the files are read when the first number is asked for."""
+    """All results of one method on the grid; the files are read at first use."""
 
     store: Store
     method: str
 
     @cached_property
     def all(self) -> list[Answer | None]:
-        found = []
+        answers = []
         only = self.store.study.model_copy(update={"methods": (self.method,)})
         for task in tasks(only):
             try:
-                found.append(self.store.read(task))
+                answers.append(self.store.read(task))
             except Damaged:  # running the study again computes it anew
-                found.append(None)
-        return found
+                answers.append(None)
+        return answers
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = columns_of(self.method).index(column)
@@ -60,7 +60,7 @@ class Results:
 
 
 def open_tree(store: Store) -> xarray.DataTree:
-    """The grid with every number that the store holds, as `springpot.open_study` describes it."""
+    """The grid with all numbers of the store, as `springpot.open_study` describes it."""
     import xarray
 
     study = store.study
@@ -92,14 +92,14 @@ def open_tree(store: Store) -> xarray.DataTree:
 
 
 def _coordinates(study: Study) -> dict[str, Any]:
-    found: dict[str, Any] = {
+    coordinates: dict[str, Any] = {
         name: (axis, list(values), {"units": _PARAMETER_UNITS[name]}) for name, (axis, values) in study.columns.items()
     }
-    return found | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in found}
+    return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
-    """The columns that can hold a number, as Monte Carlo was asked."""
+    """The columns that can have a number, with the study's settings of Monte Carlo."""
     given = {} if study.monte_carlo is None else study.monte_carlo.given()
 
     def known(column: str) -> bool:
@@ -116,7 +116,7 @@ def _variables(
     def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any) -> Any:
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(shape), shape, np.dtype(kind))
 
-    found = {}
+    columns = {}
     for column in result_columns(study, answers[0].method):
         name = column.removesuffix("_se").removesuffix("_error")
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
@@ -124,23 +124,27 @@ def _variables(
         attributes = {"units": UNITS[name], "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
-        found[column] = (dimensions, lazily(lambda part, column=column: part.numbers(column), "f8"), attributes)  # type: ignore[misc]
-    found["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
-    found["said"] = (dimensions, lazily(Results.sentences, "O"), {"long_name": "warnings, or why there is no answer"})
-    return found
+        columns[column] = (dimensions, lazily(lambda part, column=column: part.numbers(column), "f8"), attributes)  # type: ignore[misc]
+    columns["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
+    columns["said"] = (
+        dimensions,
+        lazily(Results.sentences, "O"),
+        {"long_name": "warnings, or why there is no answer"},
+    )
+    return columns
 
 
 @dataclass(frozen=True)
 class _Once:
-    """An array made when it is first wanted."""
+    """An array that is computed at first use."""
 
     make: Callable[[], npt.NDArray[Any]]
-    made: list[npt.NDArray[Any]] = field(default_factory=list)
+    kept: list[npt.NDArray[Any]] = field(default_factory=list)
 
     def __call__(self) -> npt.NDArray[Any]:
-        if not self.made:
-            self.made.append(self.make())
-        return self.made[0]
+        if not self.kept:
+            self.kept.append(self.make())
+        return self.kept[0]
 
 
 def _lazy(make: Callable[[], npt.NDArray[Any]], shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""What a study will take, before it is run: tasks, time and disk; and what a store holds."""
+"""Estimate of a study before it is run: tasks, time and disk space; and status of a store."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from springpot.studies.tasks import Answer, Task, check_some, columns_of, comput
 __all__ = ["Estimate", "Status", "estimate", "status"]
 
 SAMPLE = 12  # tasks of a method that are tried
-LARGEST_SAMPLE = 1.0  # s spent on each method, one task after another
+LARGEST_SAMPLE = 1.0  # s spent on each method
 CHECKED = 500  # points at which the settings of Monte Carlo are checked
-BLOCK = 4096  # bytes a file system gives the smallest file
-ROUGH = {"rtol": 0.02, "paths": 512}  # as Monte Carlo is tried: its pilot runs are a fixed cost
-LONGEST_TRY = 0.3  # s after its pilot runs until a task's time is told from what is done
-LONGEST_PILOT = 3.0  # s that pilot runs may take, of which nothing can be told before they end
+BLOCK = 4096  # bytes of the smallest file on disk
+ROUGH = {"rtol": 0.02, "paths": 512}  # settings with which Monte Carlo is tried; its pilot runs are a fixed cost
+LONGEST_TRY = 0.3  # s after the pilot runs, when the time of a task is extrapolated
+LONGEST_PILOT = 3.0  # s for pilot runs, which cannot be extrapolated
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a study will take.
+    """Estimated work of a study.
 
     Attributes
     ----------
     tasks : dict
         Number of tasks of each method.
     seconds : dict
-        Time of all its tasks on one processor, from a sample of them; good to a factor of two.
+        Time of all its tasks on one processor, from a sample of them; right to a factor of two.
     bytes : int
-        Room that the store will take, at most.
+        Largest disk space of the store.
     silent : dict
-        Share of the tried tasks of each method that have no answer: not covered, or no stationary state.
+        Share of the tried tasks of each method that have no result: not covered, or no stationary state.
     tried : dict
-        Number of tasks of each method in the sample that ``seconds`` and ``silent`` are taken from.
+        Number of tasks of each method in the sample.
     checked : int
         Number of points at which the settings of Monte Carlo were checked.
     """
@@ -53,14 +53,14 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Status:
-    """What a store holds of its study.
+    """Status of a store.
 
     Attributes
     ----------
     done, damaged, missing : dict
         Number of tasks of each method.
     labelled : {"right", "outdated", "damaged", "missing"}
-        How the group that any xarray opens compares with the answers.
+        State of the group that any xarray can open.
     """
 
     done: dict[str, int]
@@ -70,7 +70,7 @@ class Status:
 
 
 def estimate(study: Study) -> Estimate:
-    """Check a study, and say what it will take from a few of its tasks: the time does not grow with the grid.
+    """Check a study, and estimate its work from a sample of its tasks.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def estimate(study: Study) -> Estimate:
         room += count * math.ceil((8 * (2 + len(columns_of(method))) + 4) / BLOCK) * BLOCK
         room += count * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
-        _cost(tried[0])  # kernels are compiled and loaded
+        _cost(tried[0])  # compiles or loads the kernels
         spent, mute, used[method] = 0.0, 0, 0
         begun = time.perf_counter()
         for task in tried:
@@ -103,22 +103,22 @@ def estimate(study: Study) -> Estimate:
 
 
 class _Enough(Exception):
-    """What a task takes can be told from its beginning."""
+    """Raised to end a task whose time can be extrapolated."""
 
 
 def _cost(task: Task) -> tuple[float, str]:
-    """Time that a task takes, told from the beginning of a cheaper one if it is long, and why it has no answer."""
+    """Time of a task, extrapolated from the beginning of a cheaper one if it is long, and why it has no result."""
     cheap, factor = _cheaper(task)
     begun = time.perf_counter()
     pilots, expected = 0.0, math.nan
 
-    def tell(done: float) -> None:
+    def extrapolate(done: float) -> None:
         nonlocal pilots, expected
         spent = time.perf_counter() - begun
         if not done > 0.0:
             pilots = spent
         else:
-            of_the_run = getattr(done, "estimate", None)  # of a run to a tolerance, whose first round tells the rest
+            of_the_run = getattr(done, "estimate", None)  # of a run with rtol
             whole = spent - pilots + of_the_run.seconds if of_the_run is not None else (spent - pilots) / done
             expected = pilots + factor * whole
         if spent > (pilots + LONGEST_TRY if math.isfinite(expected) else LONGEST_PILOT):
@@ -126,18 +126,18 @@ def _cost(task: Task) -> tuple[float, str]:
 
     statement = ""
     try:
-        statement = compute(cheap, progress=tell).statement
+        statement = compute(cheap, progress=extrapolate).statement
     except _Enough:
         spent = time.perf_counter() - begun
         return (expected if math.isfinite(expected) else factor * spent), ""
-    except Exception:  # running it will tell
+    except Exception:  # reported when the study is run
         pass
     spent = time.perf_counter() - begun
     return pilots + factor * (spent - pilots), statement
 
 
 def _cheaper(task: Task) -> tuple[Task, float]:
-    """A task with fewer paths, and how many times longer the task itself will take once its pilot runs are over."""
+    """A task with fewer paths, and the ratio of the times after the pilot runs."""
     for name, rough in ROUGH.items():
         wanted = task.settings.get(name)
         if wanted is None or (wanted >= rough if name == "rtol" else wanted <= rough):
@@ -148,7 +148,7 @@ def _cheaper(task: Task) -> tuple[Task, float]:
 
 
 def status(store: Store) -> Status:
-    """Look at every answer of a store's study, with its checksum."""
+    """Read all results of a store, and verify their checksums."""
     done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
     digest = AnswersDigest(store)
     for task in tasks(store.study):

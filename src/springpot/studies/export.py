@@ -17,7 +17,7 @@ __all__ = ["export"]
 
 
 def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write everything a store holds to one place.
+    """Write all results of a store to one file or folder.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
         Ends in ``.nc`` (netCDF 4, groups ``theory`` and ``simulation``), ``.zarr`` (a folder: the same as a Zarr group)
         or ``.csv`` (a row for each point and method).
     overwrite : bool
-        Whether to replace what is there: a file, or a Zarr group that is no store of a study.
+        Whether to replace an existing file, or a Zarr group that is not a store of a study.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
     Raises
     ------
     ValueError
-        If it ends otherwise, or is there already.
+        If the name ends otherwise, or exists already.
     OSError
         If it cannot be written.
     """
@@ -68,7 +68,7 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
 
 
 def _check_replaced(path: Path, overwrite: bool) -> None:
-    """Nothing is replaced that was not meant to be."""
+    """Raise an error unless ``path`` may be written."""
     if not os.path.lexists(path):
         return
     what = str(path)
@@ -84,7 +84,7 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
 
 
 def _write_table(store: Store, path: Path) -> None:
-    """One row for each point and method: numbers at full precision, empty where there is none."""
+    """One row for each point and method: numbers at full precision, empty cells for NaN."""
     import csv
 
     study = store.study
@@ -98,9 +98,9 @@ def _write_table(store: Store, path: Path) -> None:
             for point, answer in zip(study.points(), answers.all, strict=True):
                 numbers = dict(zip(columns_of(method), answer.numbers, strict=True)) if answer else {}
                 cells = [numbers.get(name, math.nan) for name in columns]
-                said = "" if answer is None else answer.statement or " ".join(answer.warnings)
+                sentences = "" if answer is None else answer.statement or " ".join(answer.warnings)
                 writer.writerow(
                     [method, *(point[name] for name in study.columns)]
                     + ["" if math.isnan(cell) else repr(cell) for cell in cells]
-                    + [int(answer is not None), said]
+                    + [int(answer is not None), sentences]
                 )

@@ -1,12 +1,11 @@
-"""A finished study as any xarray opens it: one labelled Zarr group beside the working chunks, made from them.
+"""The labelled group of a finished study: a Zarr group beside the working chunks that any xarray can open.
 
     study.zarr/zarr.json         its consolidated metadata list the labelled group, and nothing else
     study.zarr/labelled          groups theory and simulation, as `springpot.open_study` gives them
 
-The group is written beside its place and moved there in one step, after every task has an answer, and it is taken away
-before a store is changed.  It holds two digests: of the answers that it was made from, and of its own files.  So a
-group that is not of the present answers, or damaged, is known as such, and the next run makes it anew.  `open_study`
-never reads it.
+The group is written under another name and renamed when every task has a result; it is removed before a store is
+changed.  It has two digests: of the results and of its own files.  So an outdated or damaged group is detected, and the
+next run writes it again.  `open_study` never reads it.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ State = Literal["right", "outdated", "damaged", "missing"]
 
 
 class AnswersDigest:
-    """Digest of all answers of a study, added one after another in the order of its tasks."""
+    """Digest of all results of a study, added one by one in the order of its tasks."""
 
     def __init__(self, store: Store) -> None:
         self._sum = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
@@ -62,12 +61,12 @@ class AnswersDigest:
             self._sum.update(json.dumps([answer.statement, answer.warnings]).encode())
 
     def value(self) -> str | None:
-        """The digest, or None if an answer is missing."""
+        """The digest, or None if a result is missing."""
         return self._sum.hexdigest() if self._whole else None
 
 
 def state(store: Store, answers: str | None) -> State:
-    """How a store's labelled group compares with the answers' digest (None: they are not complete)."""
+    """State of a store's labelled group; ``answers`` is the digest of the results (None if some are missing)."""
     place = store.path / LABELLED
     if not os.path.lexists(place):
         return "missing"
@@ -81,12 +80,12 @@ def state(store: Store, answers: str | None) -> State:
 
 
 def finish(store: Store) -> bool:
-    """Make the labelled group if every task has an answer; leave it as it is if it is right already.
+    """Write the labelled group if every task has a result and the group is not up to date.
 
     Returns
     -------
     bool
-        Whether there is one of the present answers.
+        Whether there is an up-to-date group.
     """
     if not _may_be_complete(store):
         return False
@@ -112,7 +111,7 @@ def finish(store: Store) -> bool:
 
 
 def _may_be_complete(store: Store) -> bool:
-    """Whether there are as many chunks as tasks: quickly known, and enough to say no."""
+    """Whether there are as many chunks as tasks: a quick check that can exclude completeness."""
     wanted = 1
     for length in store.study.shape.values():
         wanted *= length
@@ -129,7 +128,7 @@ def _may_be_complete(store: Store) -> bool:
 def write_zarr(tree: xarray.DataTree, place: Path, attributes: dict[str, str] | None = None) -> None:
     """Write a tree as a Zarr (version 3) group with consolidated metadata and a checksum in every chunk.
 
-    Its attributes get the digest of its files, beside those given.
+    The digest of its files is added to the given attributes.
     """
     from zarr.codecs import ZstdCodec
 
@@ -140,7 +139,7 @@ def write_zarr(tree: xarray.DataTree, place: Path, attributes: dict[str, str] | 
         node.path: {str(name): packed for name in node.to_dataset(inherit=False).variables} for node in plain.subtree
     }
     with warnings.catch_warnings():
-        # consolidated metadata are an addition of zarr-python's and xarray's to the format: others pass over them
+        # consolidated metadata are an extension by zarr-python and xarray, which other readers ignore
         warnings.filterwarnings("ignore", message="Consolidated metadata")
         plain.to_zarr(place, zarr_format=3, consolidated=True, encoding=encoding, mode="w-")
     root = json.loads((place / "zarr.json").read_text(encoding="utf-8"))
@@ -150,22 +149,22 @@ def write_zarr(tree: xarray.DataTree, place: Path, attributes: dict[str, str] | 
 
 
 def _with_plain_texts(part: xarray.Dataset) -> xarray.Dataset:
-    """Texts of any length: those of a fixed length have no place in the format."""
+    """Strings of variable length: the format has none of fixed length."""
     return part.assign_coords({name: part[name].astype(object) for name in part.coords if part[name].dtype.kind == "U"})
 
 
 def _files_digest(place: Path, root: dict[str, Any]) -> str | None:
     """Digest of all files of a labelled group, of its root's metadata without the digest itself; None if unreadable."""
     attributes = {name: value for name, value in root["attributes"].items() if name != FILES}
-    found = hashlib.sha256(json.dumps({**root, "attributes": attributes}, sort_keys=True).encode())
+    digest = hashlib.sha256(json.dumps({**root, "attributes": attributes}, sort_keys=True).encode())
     try:
         for name in sorted(_names_below(place)):
             if name != "zarr.json":
                 body = read_file(f"{place}/{name}", LARGEST) or b""
-                found.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
+                digest.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
     except (OSError, Damaged):
         return None
-    return found.hexdigest()
+    return digest.hexdigest()
 
 
 def _names_below(place: Path) -> Iterable[str]:

@@ -1,6 +1,6 @@
-"""The study file: a grid of oscillators, the methods to answer them by, and how well Monte Carlo must know.
+"""The study file: a grid of oscillators, the methods, and the settings of Monte Carlo.
 
-A file is TOML; what it may hold is the model `Study` below, whose JSON schema `springpot study schema` prints.
+A file is TOML; its content is the model `Study` below, whose JSON schema `springpot study schema` prints.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Quantity = Literal[
 PARAMETERS: tuple[str, ...] = get_args(Parameter)
 """Numbers of the oscillator that an axis can run over."""
 QUANTITIES: tuple[str, ...] = get_args(Quantity)
-"""The stationary numbers that every method answers with."""
+"""The stationary moments that every method gives."""
 _TAKEN = {name + part for name in UNITS for part in ("", "_se", "_error")} | {
     *PARAMETERS, "theory", "method", "done", "said",
 }  # fmt: skip
@@ -62,7 +62,7 @@ class _Strict(BaseModel):
 
 
 def _axis(value: object) -> tuple[float, ...]:
-    """The values of an axis, from a list (from Python, an array as well) or from one of the two short forms."""
+    """The values of an axis, from a list (in Python also an array), ``linspace`` or ``geomspace``."""
     if isinstance(value, np.ndarray) and value.ndim == 1:
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -82,11 +82,11 @@ def _axis(value: object) -> tuple[float, ...]:
 
 
 def _number(value: object, name: str) -> float:
-    if type(value) is float and math.isfinite(value):  # most are, of very many
+    if type(value) is float and math.isfinite(value):  # the usual case, made fast
         return value
     try:
         return finite_number(value, name)
-    except TypeError as error:  # a fault of the file like any other
+    except TypeError as error:  # in a file every error is a ValueError
         raise ValueError(str(error)) from None
 
 
@@ -127,7 +127,7 @@ Axis = Annotated[
 
 
 class Fixed(_Strict):
-    """What is the same at every point; an axis of the same name may not be there as well."""
+    """Parameters with the same value at every point; an axis must not have the same name."""
 
     order: float = 0.5
     coefficient: float = 1.0
@@ -152,9 +152,9 @@ _Settings = create_model(  # a study has a seed of its own, and stores no paths
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: one of ``rtol``, ``path_times`` or the settings of a run.
 
-    ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (adapted runs scaled to each
-    point, see `springpot.simulation.scaled`) gives every point about the same standard error.  All others are the
-    arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (runs scaled to each point,
+    see `springpot.simulation.scaled`) gives every point about the same standard error.  All others are the arguments of
+    `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
@@ -172,12 +172,12 @@ class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
         return self
 
     def given(self) -> dict[str, Any]:
-        """What the file says, without what it leaves out."""
+        """The settings in the file."""
         return {name: value for name, value in self.model_dump().items() if value is not None}
 
 
 class Study(_Strict):
-    """A grid of questions.
+    """A grid of oscillators, and the methods by which they are solved.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ class Study(_Strict):
     methods : tuple of str
         Methods of the theory, and ``monte_carlo``.
     quantities : tuple of str
-        What ``rtol`` controls, and what tables and charts show.  The store keeps every number.
+        Quantities that ``rtol`` controls, and that tables and charts show.  The store keeps all quantities.
     fixed : Fixed
     axes : dict
         Name of a parameter to its values: the grid is their product.
@@ -255,14 +255,14 @@ class Study(_Strict):
 
     @property
     def columns(self) -> dict[str, tuple[str, tuple[float, ...]]]:
-        """Each parameter that varies: the axis it runs along, and its values."""
-        found = {str(name): (str(name), axis) for name, axis in self.axes.items()}
+        """Axis and values of each parameter that varies."""
+        columns_by_parameter = {str(name): (str(name), axis) for name, axis in self.axes.items()}
         for title, columns in self.zipped.items():
-            found |= {str(name): (title, axis) for name, axis in columns.items()}
-        return found
+            columns_by_parameter |= {str(name): (title, axis) for name, axis in columns.items()}
+        return columns_by_parameter
 
     def points(self) -> Iterator[Point]:
-        """Every point of the grid, the last axis fastest: all numbers that make its oscillator."""
+        """All points of the grid, the last axis fastest, each with all parameters of its oscillator."""
         fixed = self.fixed.model_dump()
         axes = [*self._columns_of_axes()]
         for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
@@ -272,7 +272,7 @@ class Study(_Strict):
             yield point
 
     def point(self, index: int) -> Point:
-        """The point of that index among `points`, without making those before it."""
+        """The point with this index in `points`."""
         point: Point = self.fixed.model_dump()
         for values in reversed([*self._columns_of_axes()]):
             index, place = divmod(index, len(next(iter(values.values()))))
@@ -290,9 +290,9 @@ class Study(_Strict):
             yield {str(name): column for name, column in columns.items()}
 
     def _check_oscillators(self) -> None:
-        """Every value of every axis makes an oscillator: what is wrong is said before any work.
+        """Raise an error if a value of an axis is outside the range of its parameter.
 
-        What each number may be is an interval, so the ends of each column stand for the values between them.
+        Ranges are intervals, so the smallest and the largest value of each column are checked.
         """
         base = self.fixed.model_dump()
         _check_oscillator(base, {name: f"fixed.{name}" for name in base})
@@ -307,7 +307,7 @@ class Study(_Strict):
 
 
 def _check_oscillator(point: Point, places: Mapping[str, str]) -> None:
-    """The oscillator's sentence begins with the name of a number: here it gets the place of that number in the file."""
+    """Check an oscillator; in errors the name of the parameter is replaced by its place in the file."""
     try:
         oscillator_of(point)
     except ValueError as error:
@@ -316,7 +316,7 @@ def _check_oscillator(point: Point, places: Mapping[str, str]) -> None:
 
 
 def _twice(names: Iterable[Any]) -> Any:
-    """The first of them that was there before."""
+    """The first name that occurs for the second time."""
     before: set[Any] = set()
     return next(name for name in names if name in before or before.add(name))  # type: ignore[func-returns-value]
 
@@ -341,7 +341,7 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     Raises
     ------
     ValueError
-        One sentence that says what is wrong in it, and where, or why the file cannot be read.
+        One sentence: the error and its place, or why the file cannot be read.
     FileNotFoundError
         If there is no such file.
 
@@ -370,7 +370,7 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
 
 def _check_keys(content: Mapping[str, Any]) -> None:
-    """Every key of every table is known."""
+    """Raise an error if a table has an unknown key."""
     tables: list[tuple[str, Any, Iterable[str]]] = [
         ("", content, Study.model_fields),
         ("fixed", content.get("fixed"), Fixed.model_fields),

@@ -1,8 +1,8 @@
-"""Running a study: which tasks are missing, and who computes them.
+"""Run a study: compute its missing tasks.
 
-Threads of this process, workers of a Dask cluster, or one shard of a job array: each task is pure and writes its own
-chunk, so who computed it does not show in the store.  Several processes may work on one store at once: each goes
-through the missing tasks in an order of its own and leaves out what another has finished meanwhile.
+Tasks run in threads of this process, in workers of a Dask cluster, or in one shard of a job array.  Each task is a pure
+function and writes its own chunk, so the store does not depend on where it ran.  Several processes may use one store at
+the same time: each takes the missing tasks in its own random order and skips those that another has finished.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ class _Stopped(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of a study did.
+    """Result of `run_study`.
 
     Attributes
     ----------
     path : Path
     tasks : int
-        Of this study (of this shard).
+        Number of tasks of this study (of this shard).
     found, computed : int
-        Answers that were there already, and that were computed now.
+        Results that were there already, and that were computed now.
     failures : tuple of (Task, str)
-        Tasks that ended with an error; they have no answer.
+        Tasks that ended with an error; they have no result.
     labelled : bool
-        Whether the study is finished and its labelled group, which any xarray opens, is there.
+        Whether the study is finished and has its labelled group, which any xarray can open.
     """
 
     path: Path
@@ -67,7 +67,7 @@ class Outcome:
 
 @dataclass
 class _Count:
-    """How far a run is; shared by its threads."""
+    """Progress of a run; shared by its threads."""
 
     total: int
     progress: Progress | None
@@ -79,7 +79,7 @@ class _Count:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def tell(self) -> None:
-        """Called by the thread that began the run, only."""
+        """Call ``progress``; only in the thread that started the run."""
         if self.progress is not None and self.total:
             with self.lock:
                 done = self.computed + self.others + len(self.failures) + sum(self.under_way.values())
@@ -97,13 +97,13 @@ def run_study(
     progress: Progress | None = None,
     labelled: bool = True,
 ) -> Outcome:
-    """Compute every task of a study that its store does not hold yet.
+    """Compute every task of a study that has no result in the store.
 
     Parameters
     ----------
     study : Study
     path : str or Path
-        Of the store; made if there is none.
+        Of the store; created if missing.
     threads : int, optional
         Tasks at a time in this process; all processors that it may use if left out.  For the same last bits of the
         envelope and the closure as on workers, set `OPENBLAS_NUM_THREADS` to 1 before NumPy is loaded; the command
@@ -115,9 +115,9 @@ def run_study(
     shard : (int, int)
         (i, N) does only every N-th task, from the i-th: N jobs with i = 1 ... N do them all.
     progress : callable
-        Called with the fraction done, some times a second, by the thread that called this.
+        Called with the fraction done, some times a second, in the calling thread.
     labelled : bool
-        Whether to write the labelled group once every task of the study has an answer.
+        Whether to write the labelled group when every task of the study has a result.
 
     Returns
     -------
@@ -136,10 +136,10 @@ def run_study(
     --------
     >>> import tempfile
     >>> from springpot.studies import read_study
-    >>> asked = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
+    >>> orders = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     first = run_study(asked, f"{folder}/orders.zarr")
-    ...     again = run_study(asked, f"{folder}/orders.zarr")
+    ...     first = run_study(orders, f"{folder}/orders.zarr")
+    ...     again = run_study(orders, f"{folder}/orders.zarr")
     >>> first.computed, again.computed, again.found
     (2, 0, 2)
     """
@@ -163,7 +163,7 @@ def run_study(
         store.remove_orphans()
         mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]
         missing = [task for task in mine if not store.has(task)]
-        # an order of its own for each process: two on one store seldom meet, and the time left is told without bias
+        # random order: two processes on one store rarely compute the same task, and the time left is estimated well
         random.SystemRandom().shuffle(missing)
         count = _Count(len(missing), progress)
         if missing:
@@ -178,8 +178,8 @@ def run_study(
         else:
             _on_threads(store, missing, count, threads)
         whole = labelled and not count.failures and _finished(store, count)
-    found = len(mine) - len(missing) + count.others
-    return Outcome(path, len(mine), found, count.computed, tuple(count.failures), whole)
+    already_there = len(mine) - len(missing) + count.others
+    return Outcome(path, len(mine), already_there, count.computed, tuple(count.failures), whole)
 
 
 def _finished(store: Store, count: _Count) -> bool:
@@ -188,7 +188,7 @@ def _finished(store: Store, count: _Count) -> bool:
     except OSError as error:
         if count.computed:
             raise cannot_write(store.path, error) from error
-        return False  # a store that can only be read is as good as it was
+        return False  # a read-only store stays as it was
 
 
 def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
@@ -204,13 +204,13 @@ def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: i
             _one(store, task, inner, count)
 
     def halt() -> None:
-        count.stopping = True  # threads end at their task's next report, or with it
+        count.stopping = True  # threads end at the next report of their task, or at its end
 
     work_together(work, min(threads, len(missing)), stop=halt, tell=count.tell, every=TELL)
 
 
 def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
-    """Compute one task and keep its answer, unless another process has."""
+    """Compute one task and save its result, unless another process has done so."""
 
     def alive(fraction: float) -> None:
         if count.stopping:
@@ -245,7 +245,7 @@ def _store_at(path: str) -> Store:
 
 
 def _remote(path: str, task: Task) -> bool:
-    """What a worker of a cluster does with a task, unless it finds the answer there."""
+    """Compute and save a task in a worker of a cluster; False if the store has its result already."""
     store = _store_at(path)
     if store.has(task):
         return False
@@ -278,7 +278,7 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
     ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
     def submit(task: Task) -> None:
-        # the key is new each time: a cluster may remember what a store has lost
+        # a new key each time: a cluster may cache the result of a key
         future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
         of_key[future.key] = task
         future.add_done_callback(ended.put)
@@ -302,16 +302,16 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
 
 
 def _take(future: Any, task: Task, count: _Count) -> None:
-    """Count a task that a worker has done, or what went wrong with it."""
+    """Count a task that a worker has finished, or record its error."""
     if future.status == "finished":
-        found = future.result()
-        count.computed += found
-        count.others += not found
+        computed = future.result()
+        count.computed += computed
+        count.others += not computed
     elif future.status != "error":
         raise ConnectionError("a task was cancelled by the cluster")
     else:
         error = future.exception()
-        if isinstance(error, OSError | MemoryError | StoreError):  # so it will be with all others
+        if isinstance(error, OSError | MemoryError | StoreError):  # all other tasks would fail too
             raise error
         count.failures.append((task, f"{type(error).__name__}: {error}"))
     future.release()

@@ -1,16 +1,16 @@
-"""Where answers are kept: a Zarr (version 3) store, one chunk for each task, each with its checksum.
+"""The store of a study's results: Zarr (version 3), one chunk for each task, each with its checksum.
 
     study.zarr/zarr.json                     group; its attributes hold the study, versions and units
     study.zarr/theory/<method>/numbers       float64, shape (2^60, columns), one row for each chunk
     study.zarr/simulation/monte_carlo/numbers
-    .../sentences                            uint8, shape (2^60, 4096): warnings, or why there is no answer, as JSON
+    .../sentences                            uint8, shape (2^60, 4096): warnings, or why there is no result, as JSON
 
-A row is the task's slot (`springpot.studies.tasks.Task`), so the arrays are preallocated once, an answer keeps its
-chunk however the grid grows, and chunks that were never written take no room.  Any Zarr reader opens the store; here
-chunks are written and read as the files they are (little-endian bytes and their CRC-32C, as the arrays' metadata say),
-each written beside its place and moved there in one step: a tenth of the time, and nothing half-written is ever seen.
+A row is the task's slot (`springpot.studies.tasks.Task`), so the shape of the arrays is fixed, a result keeps its chunk
+when the grid grows, and chunks that were never written take no space.  Any Zarr reader can open the store.  Here chunks
+are written and read directly as files (little-endian bytes and their CRC-32C, as the arrays' metadata say), which takes
+a tenth of the time.  A file is written under another name and then renamed, so that it is never seen half-written.
 
-An answer is there if its file has the right length, checksum and task, never because a file exists.
+A result is valid if its file has the right length, checksum and task.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ FORMAT = 1
 ATTRIBUTE = "springpot_study"
 CONSOLIDATED = "consolidated_metadata"
 MOST_METADATA = 2**28  # bytes of a zarr.json: a million values on axes take a tenth of it
-VERSION = r"[\w.+!-]{1,40}"  # of a program; what else may stand in its place is not shown to a terminal
-CHECKSUM = "crc32c"  # of the root's metadata without it
+VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a terminal
+CHECKSUM = "crc32c"  # of the root's other metadata
 
 
 class StoreError(FileFault):
@@ -85,12 +85,12 @@ class Store:
     versions: list[dict[str, str]]
 
     def read(self, task: Task) -> Answer | None:
-        """A task's answer, or None if there is none.
+        """A task's result, or None if there is none.
 
         Raises
         ------
         Damaged
-            If its chunk is not what was written.
+            If its chunk is damaged.
         """
         columns = columns_of(task.method)
         body = read_chunk(self._chunk(task, "numbers"), 8 * (2 + len(columns)))
@@ -105,8 +105,8 @@ class Store:
             if text is None:
                 raise Damaged("its sentences are missing")
             try:
-                said = json.loads(text[: int(row[1])])
-                owner, statement, warnings = said["task"], said["statement"], tuple(said["warnings"])
+                content = json.loads(text[: int(row[1])])
+                owner, statement, warnings = content["task"], content["statement"], tuple(content["warnings"])
             except (ValueError, KeyError, TypeError):
                 owner = None
             if owner != task.check:
@@ -114,38 +114,38 @@ class Store:
         return Answer(tuple(row[2:].tolist()), statement, warnings)
 
     def has(self, task: Task) -> bool:
-        """Whether a task's answer is there, whole."""
+        """Whether there is a valid result of a task."""
         try:
             return self.read(task) is not None
         except Damaged:
             return False
 
     def write(self, task: Task, answer: Answer) -> None:
-        """Keep an answer.  Its sentences come first, so that the numbers stand for the whole.
+        """Save a result.  The sentences are written first, so that a result with numbers is complete.
 
         Raises
         ------
         OSError
-            If it cannot be written; what was there before is still there.
+            If it cannot be written; an earlier result is then unchanged.
         """
-        said = _sentences(task, answer)
-        row = np.array([float(task.check), float(len(said)), *answer.numbers], "<f8")
+        sentences = _sentences(task, answer)
+        row = np.array([float(task.check), float(len(sentences)), *answer.numbers], "<f8")
         try:
-            if said:
-                write_chunk(self._chunk(task, "sentences"), said.ljust(SENTENCES, b"\0"))
+            if sentences:
+                write_chunk(self._chunk(task, "sentences"), sentences.ljust(SENTENCES, b"\0"))
             write_chunk(self._chunk(task, "numbers"), row.tobytes())
         except OSError as error:
             raise cannot_write(self.path, error) from error
 
     def remove_orphans(self) -> int:
-        """Remove what killed processes left half-written; files of processes at work are left alone."""
+        """Remove half-written files of killed processes; those of running processes are kept."""
         places = [f"{place_of(method)}/{array}" for method in self.study.methods for array in ARRAYS]
         folders = {"", *places, *metadata(self.study.methods)}
         beside = remove_orphans(str(self.path.parent), self.path.name)
         return beside + sum(remove_orphans(f"{self.path}/{folder}") for folder in folders)
 
     def damaged_metadata(self) -> list[str]:
-        """Metadata of groups and arrays that other Zarr readers would stumble over; running the study mends them."""
+        """Damaged metadata of groups and arrays, which other Zarr readers need; running the study repairs them."""
         expected = metadata(self.study.methods)
         return [f"{place}/zarr.json" for place in expected if _json(self.path / place / "zarr.json") != expected[place]]
 
@@ -154,7 +154,7 @@ class Store:
 
 
 def cannot_write(path: Path, error: OSError) -> OSError:
-    """The error with the sentence that says what of the store is kept."""
+    """The error to raise if a store cannot be written."""
     return OSError(
         f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and "
         "running the study again goes on from there."
@@ -162,7 +162,7 @@ def cannot_write(path: Path, error: OSError) -> OSError:
 
 
 def _sentences(task: Task, answer: Answer) -> bytes:
-    """Statement and warnings as JSON, at most SENTENCES bytes: of more warnings than fit, the first ones."""
+    """Statement and warnings as JSON, at most SENTENCES bytes: the first warnings if not all fit."""
     if not answer.statement and not answer.warnings:
         return b""
     statement = answer.statement if len(json.dumps(answer.statement)) < SENTENCES - 100 else answer.statement[:600]
@@ -175,13 +175,13 @@ def _sentences(task: Task, answer: Answer) -> bytes:
 
 
 def open_store(path: str | Path, study: Study | None = None) -> Store:
-    """Open a store, or make it if there is none and a study is given.
+    """Open a store, or create it if a study is given.
 
     Parameters
     ----------
     path : str or Path
     study : Study, optional
-        What is to be run: the store must be this study's, and grows if its axes or methods have.
+        The study to be run: the store must be of this study; axes and methods may have been extended.
 
     Returns
     -------
@@ -190,16 +190,16 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
     Raises
     ------
     StoreError
-        If the store is another study's, was made by a newer version, or is no store of ours.
+        If the store is of another study, was written by a newer version, or is not a store.
     OSError
         If it cannot be read or written.
 
     Examples
     --------
     >>> import tempfile
-    >>> asked = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
+    >>> orders = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     open_store(f"{folder}/orders.zarr", asked).study.shape
+    ...     open_store(f"{folder}/orders.zarr", orders).study.shape
     {'order': 2}
     """
     path = Path(path)
@@ -226,7 +226,7 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
 
 
 def _json(place: Path) -> Any:
-    """Content of a JSON file, or None if it is missing, damaged, or no file."""
+    """Content of a JSON file, or None if it is missing, damaged, or not a file."""
     try:
         body = read_file(str(place), MOST_METADATA)
         return None if body is None else json.loads(body)
@@ -235,13 +235,13 @@ def _json(place: Path) -> Any:
 
 
 def metadata_of(place: Path) -> dict[str, Any] | None:
-    """Zarr's metadata in a folder, or None if they are missing or damaged."""
+    """Zarr metadata in a folder, or None if they are missing or damaged."""
     content = _json(place / "zarr.json")
     return content if isinstance(content, dict) else None
 
 
 def describe_labelled(path: Path, labelled: dict[str, Any] | None) -> None:
-    """Let the root's consolidated metadata list the labelled group, by its metadata, or (None) nothing."""
+    """List the labelled group, given its metadata, in the root's consolidated metadata; remove the list for None."""
     root = metadata_of(path)
     if root is None:
         return
@@ -253,15 +253,15 @@ def describe_labelled(path: Path, labelled: dict[str, Any] | None) -> None:
 
 
 def listed(labelled: dict[str, Any]) -> dict[str, Any]:
-    """The root's consolidated metadata where there is a labelled group with these metadata."""
+    """The root's consolidated metadata for a labelled group with these metadata."""
     below = labelled[CONSOLIDATED]["metadata"]
     own = {name: part for name, part in labelled.items() if name != CONSOLIDATED}
-    found = {LABELLED: own} | {f"{LABELLED}/{name}": part for name, part in below.items()}
-    return {"kind": "inline", "must_understand": False, "metadata": found}
+    groups = {LABELLED: own} | {f"{LABELLED}/{name}": part for name, part in below.items()}
+    return {"kind": "inline", "must_understand": False, "metadata": groups}
 
 
 def take_away_labelled(path: Path) -> None:
-    """Remove the labelled group, if there is one; first from the root's list, so that this never leads to nothing."""
+    """Remove the labelled group, if there is one; first from the root's list, which never lists a missing group."""
     place = path / LABELLED
     if not os.path.lexists(place):
         return
@@ -275,7 +275,7 @@ def take_away_labelled(path: Path) -> None:
 
 
 def _ours(path: Path) -> dict[str, Any] | None:
-    """What the root's attributes say of the study, or None if they are damaged."""
+    """The study's description in the root's attributes, or None if it is damaged."""
     from importlib.metadata import version
 
     content = _json(path / "zarr.json")
@@ -299,7 +299,7 @@ def _ours(path: Path) -> dict[str, Any] | None:
 
 
 def is_store(path: Path) -> bool:
-    """Whether a folder holds, or held, the answers of a study."""
+    """Whether a folder is, or was, the store of a study."""
     attributes = (metadata_of(path) or {}).get("attributes")
     described = isinstance(attributes, dict) and ATTRIBUTE in attributes
     return described or any(path.glob("*/*/numbers"))
@@ -310,7 +310,7 @@ def _release(version: str) -> tuple[int, ...]:
 
 
 def _check_same(path: Path, kept: Study, given: Study) -> None:
-    """A study may get other values on its axes, other methods and quantities; all else makes it another one."""
+    """Raise an error if more than the values on axes, methods and quantities has changed."""
     apart = []
     for name in ("name", "seed", "fixed", "monte_carlo"):
         before, now = getattr(kept, name), getattr(given, name)
@@ -327,7 +327,7 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
 
 
 def _check_answers(store: Store) -> None:
-    """A store whose description is lost may only be described anew by the study that its answers belong to."""
+    """Raise an error if a store whose description is lost has results, but none of this study."""
     empty = all(not entry.name.endswith(".0") for entry in store.path.glob("*/*/numbers/*"))
     if not empty and not any(store.has(task) for task in tasks(store.study)):
         raise StoreError(
@@ -337,21 +337,21 @@ def _check_answers(store: Store) -> None:
 
 
 def _make(path: Path, study: Study) -> None:
-    """Make the store beside its place and move it there, so that no half-made store is ever seen."""
-    made = path.with_name(partial_name(path.name))
+    """Create the store under another name and rename it, so that it is never seen incomplete."""
+    partial = path.with_name(partial_name(path.name))
     try:
-        made.mkdir(parents=True)
-        _describe(made, study, None)
-        os.rename(made, path)
+        partial.mkdir(parents=True)
+        _describe(partial, study, None)
+        os.rename(partial, path)
     except OSError as error:
         if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
             raise OSError(f"store {str(path)!r} cannot be made ({error.strerror}).") from error
     finally:
-        shutil.rmtree(made, ignore_errors=True)
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
-    """Bring all metadata up to the study: make what is missing, mend what is damaged, leave what is right."""
+    """Write all metadata of the study that are missing, damaged or outdated."""
     from importlib.metadata import version
 
     versions = [] if ours is None else ours["versions"]
@@ -367,7 +367,7 @@ def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
         try:
             write(f"{path}/zarr.json", _text(_root(now)), durable=True)
         except OSError:
-            # where only the versions are new, a store that can only be read is as good as it was
+            # a read-only store is fine if only the versions are new
             if ours is None or ours["study"] != now["study"]:
                 raise
     if ours is not None and ours["study"] != now["study"]:
@@ -376,16 +376,16 @@ def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
 
 
 def document(study: Study) -> dict[str, Any]:
-    """The study as its file says it, axes written out."""
+    """The study as in its file, with the values of all axes."""
     return study.model_dump(mode="json", exclude_none=True, exclude_unset=True)
 
 
 def _root(ours: dict[str, Any]) -> dict[str, Any]:
-    """The root's metadata, with their checksum."""
+    """The root's metadata, with a checksum."""
     attributes = {"Conventions": "CF-1.11", "title": ours["study"]["name"]}
-    said = {name: part for name, part in ours.items() if name != CHECKSUM}
-    text = json.dumps({**attributes, ATTRIBUTE: said}, sort_keys=True)
-    return group({**attributes, ATTRIBUTE: {**said, CHECKSUM: checksum(text.encode())}})
+    described = {name: part for name, part in ours.items() if name != CHECKSUM}
+    text = json.dumps({**attributes, ATTRIBUTE: described}, sort_keys=True)
+    return group({**attributes, ATTRIBUTE: {**described, CHECKSUM: checksum(text.encode())}})
 
 
 def _text(content: dict[str, Any]) -> bytes:

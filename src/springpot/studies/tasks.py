@@ -1,7 +1,7 @@
-"""One point of a grid and one method: a pure task, named by its own content.
+"""The tasks of a study: one point of the grid and one method each.
 
-A task's key is a digest of everything its answer depends on, so the answer keeps its place in the store, and Monte
-Carlo its seed, however the grid around it grows.
+A task's key is a digest of everything that its result depends on, so that place in the store and seed of Monte Carlo do
+not change when the grid grows.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ __all__ = [
 ]
 
 SLOTS = 2**60
-"""Length of a store's arrays: a task's slot is a digest, and only slots with an answer take room."""
-ANSWERS_FORMAT = 1  # part of every key: raised when what a method answers with changes its meaning
+"""Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
+ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
 
 THEORY_COLUMNS = QUANTITIES
 MONTE_CARLO_COLUMNS = tuple(name + part for name in UNITS for part in ("", "_se", "_error"))
@@ -42,7 +42,7 @@ MONTE_CARLO_COLUMNS = tuple(name + part for name in UNITS for part in ("", "_se"
 
 @dataclass(frozen=True)
 class Task:
-    """What to answer, and where the answer goes.
+    """What to compute, and the place of the result.
 
     Attributes
     ----------
@@ -52,13 +52,13 @@ class Task:
     settings : dict
         Of Monte Carlo, without the seed; empty for a theory.
     quantities : tuple of str
-        What ``rtol`` controls; empty otherwise.
+        Quantities that ``rtol`` controls; empty otherwise.
     seed : int
         Of Monte Carlo, from the study's seed and the content; 0 for a theory.
     slot : int
         Place in the store's arrays.
     check : int
-        52 more bits of the digest, kept with the answer: a chunk that lies in another's place is found out.
+        52 more bits of the digest, saved with the result, so that a misplaced chunk is detected.
     """
 
     method: str
@@ -72,14 +72,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Answer:
-    """Numbers by column (NaN where there is none), and what has to be said about them.
+    """Result of one task.
 
     Attributes
     ----------
     numbers : tuple of float
-        As in `columns_of` the method.
+        By `columns_of` the method; NaN where there is none.
     statement : str
-        Why there is no answer; empty if there is one.
+        Why there is no result; empty if there is one.
     warnings : tuple of str
     """
 
@@ -89,7 +89,7 @@ class Answer:
 
 
 def columns_of(method: str) -> tuple[str, ...]:
-    """Names of the numbers that a method's answer holds."""
+    """Names of the numbers in a method's result."""
     return MONTE_CARLO_COLUMNS if method == "monte_carlo" else THEORY_COLUMNS
 
 
@@ -110,7 +110,7 @@ def tasks(study: Study) -> Iterator[Task]:
 
 
 def task_at(study: Study, method: str, index: int) -> Task:
-    """A method's task at the point of that index, without making those before it."""
+    """A method's task at the point with this index."""
     return _task(method, study.point(index), *_how(study, method))
 
 
@@ -123,10 +123,9 @@ def _how(study: Study, method: str) -> tuple[dict[str, Any], tuple[str, ...], in
 
 
 def _settings(monte_carlo: MonteCarlo) -> dict[str, Any]:
-    """What the study file says of Monte Carlo, with the start that a run without one would take.
+    """The settings of Monte Carlo in the study file, with the default start made explicit.
 
-    The start is part of a task's key.  At a point without a stationary state the answer is a statement then, and not
-    that of a run from rest beside stationary ones.
+    So a point without a stationary state gives a statement, not a run from rest among stationary ones.
     """
     given = monte_carlo.given()
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
@@ -150,7 +149,7 @@ def _task(method: str, point: Point, settings: dict[str, Any], quantities: tuple
 
 
 def spread(count: int, most: int) -> list[int]:
-    """Up to ``most`` numbers below ``count``, the first few of them from all over the range already.
+    """Up to ``most`` numbers below ``count``, in an order whose first few cover the range.
 
     Examples
     --------
@@ -164,7 +163,7 @@ def spread(count: int, most: int) -> list[int]:
 
 
 def check_some(study: Study, most: int) -> int:
-    """Check the Monte Carlo settings at up to ``most`` points of the grid and at its corners, and say at how many."""
+    """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number."""
     shape = tuple(study.shape.values())
     count = math.prod(shape)
     chosen = set(spread(count, most))
@@ -178,12 +177,12 @@ def check_some(study: Study, most: int) -> int:
 
 
 def _check(study: Study, points: Iterable[Point]) -> None:
-    """Check the Monte Carlo settings at these points, before any work.
+    """Check the Monte Carlo settings at these points.
 
     Raises
     ------
     TypeError, ValueError
-        One sentence that says what is wrong.  A point without a stationary state is not wrong: that is its answer.
+        One sentence.  A point without a stationary state is no error.
     """
     from springpot.simulation.accuracy import checked_quantities
     from springpot.simulation.settings import resolve
@@ -206,7 +205,7 @@ def _check(study: Study, points: Iterable[Point]) -> None:
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
-    """Answer one task.  The same task gives the same bits wherever and however often it is computed."""
+    """Compute one task.  The same task always gives the same bits."""
     if task.method == "monte_carlo":
         return _simulated(task, threads, progress)
     from springpot.theory import solve_one
@@ -232,9 +231,9 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
             values, errors = scaled.values, scaled.errors
         else:
             more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-            found = run(oscillator, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
-            values, errors, warnings = found.values, found.errors, found.warnings
-            totals = {name: budget.total for name, budget in found.budgets.items()}
+            result = run(oscillator, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+            values, errors, warnings = result.values, result.errors, result.warnings
+            totals = {name: budget.total for name, budget in result.budgets.items()}
     except NoStationaryState as nothing:
         return Answer((math.nan,) * len(MONTE_CARLO_COLUMNS), str(nothing), ())
     numbers = [part.get(name, math.nan) for name in UNITS for part in (values, errors, totals)]

@@ -1,4 +1,4 @@
-"""What is wrong in a study file, in one sentence that names the key as it stands there."""
+"""Errors of a study file: one sentence that names the key."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _WORDS = (
     ("Tuple should have", "must have"),
     (" after validation", ""),
 )
-"""What pydantic says, and what the reader of a TOML file understands."""
+"""Pydantic's words, and the words for the user of a TOML file."""
 
 
 def unknown_key(key: object, table: str, known: Iterable[str]) -> str:
@@ -38,7 +38,7 @@ def unknown_key(key: object, table: str, known: Iterable[str]) -> str:
 
 
 def sentence(error: ValidationError) -> str:
-    """The first fault that pydantic finds."""
+    """The sentence for the first error that pydantic reports."""
     fault = error.errors(include_url=False)[0]
     place = _place(fault["loc"])
     if fault["type"] == "missing":

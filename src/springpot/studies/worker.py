@@ -1,7 +1,7 @@
 """One worker process of a study's own Dask cluster: ``python -m springpot.studies.worker ADDRESS FOLDER``.
 
-Its standard input is a pipe from the process that started it.  When that one ends, in whatever way, the system closes
-the pipe, and the worker ends at once: also while its modules still load, or while it computes.
+Its standard input is a pipe from the process that started it.  When that process ends, for any reason, the system
+closes the pipe, and the worker ends at once: also while its modules load, or while it computes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def main(address: str, folder: str) -> None:
     from springpot.trusted import UnusedCache
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    warnings.simplefilter("ignore", UnusedCache)  # the first process says it
+    warnings.simplefilter("ignore", UnusedCache)  # the first process warns
 
     async def work() -> None:
         worker = distributed.Worker(address, nthreads=1, host="127.0.0.1", local_directory=folder, silence_logs=50)

@@ -1,4 +1,4 @@
-"""The worker processes of a study's own Dask cluster: started here, replaced when they end, and never left behind."""
+"""The worker processes of a study's own Dask cluster: they are started, replaced when they end, and ended here."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from springpot.one_thread import ONE_THREAD
 
 __all__ = ["Workers", "without_ctrl_c"]
 
-MOST_ENDS = 10  # of each worker, without a task done in between
+MOST_ENDS = 10  # of each worker, without a finished task in between
 
 
 class Workers:
@@ -38,7 +38,7 @@ class Workers:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for process in self._processes:  # nothing is lost: a task is kept by the time it is reported
+        for process in self._processes:  # no result is lost: it is saved before it is reported
             process.kill()
         for process in self._processes:
             process.wait()
@@ -47,12 +47,12 @@ class Workers:
         self._folder.cleanup()
 
     def replace_ended(self, progress: bool) -> None:
-        """Start a worker for each that has ended, as by a batch system that wants its memory.
+        """Replace workers that have ended, for example because a batch system killed them.
 
         Parameters
         ----------
         progress : bool
-            Whether a task was done since the last call.
+            Whether a task was finished since the last call.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class Workers:
 
 @contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Processes begun here do not obey Ctrl-C, which a terminal sends to all: they are ended by the first one."""
+    """Processes started here ignore Ctrl-C, which a terminal sends to all processes: the first one ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
