@@ -29,7 +29,7 @@ from springpot.parts import (
 from springpot.system import System
 from springpot.theory import solve_all
 
-__all__ = ["explain"]
+__all__ = ["equation", "explain"]
 
 
 def explain(problem: System | Oscillator) -> str:
@@ -63,10 +63,11 @@ def explain(problem: System | Oscillator) -> str:
         problem = System.of_oscillator(problem)
     if not isinstance(problem, System):
         raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
-    return "\n".join([*_equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])
+    return "\n".join([*equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])
 
 
-def _equation(system: System) -> Iterator[str]:
+def equation(system: System) -> Iterator[str]:
+    """The equation of motion with its numbers, and a line for each excitation, wall and circuit."""
     inertia = f"{system.mass:.6g} x''" if system.of(Mass) else "x''"
     left = "".join(part.term() for part in system.parts if hasattr(part, "term"))
     excitations = [*_excitations(system)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -170,6 +170,16 @@ class System:
     def natural_frequency(self) -> float:
         """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
         return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """The parts as a file has them: a name, a kind and the numbers of each.
+
+        Examples
+        --------
+        >>> System(Spring(80.0)).to_dict()
+        {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
+        """
+        return {"parts": [{"name": name, "kind": kind_of(part), **asdict(part)} for name, part in self.named()]}
 
     def canonical(self) -> Oscillator:
         """The same problem as an `Oscillator`.

@@ -13,8 +13,19 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
-from springpot.cli.flags import AS_USUAL, MONTE_CARLO, STANDARD, Flags, RunSettings, Threads, with_flags
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
+from springpot.cli.flags import (
+    AS_USUAL,
+    MONTE_CARLO,
+    STANDARD,
+    Flags,
+    RunSettings,
+    SystemFile,
+    Threads,
+    oscillator_of,
+    problem_of,
+    with_flags,
+)
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
 from springpot.interrupt import leave_at_once
 from springpot.places import place_for
 from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
@@ -22,6 +33,7 @@ from springpot.terminal import Bar, Json, Whole, check_picture, print_json, prin
 __all__ = ["app", "in_flags", "simulate"]
 
 _OUTPUT = Group("Output", sort_key=9)
+Schema = Annotated[bool, Parameter(negative="", help="Print the JSON schema of such a file, and nothing else.")]
 
 
 def _version() -> str:
@@ -40,33 +52,62 @@ app = App(
 
 
 @app.command
-def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
+def explain(file: SystemFile = None, /, *, flags: Flags = STANDARD, schema: Schema = False) -> int:
+    """Explain: the equation with its numbers and units, its scales, what dissipates, and which methods cover it.
+
+    Example: springpot explain device.toml
+    """
+    if schema:
+        if file is not None or flags != STANDARD:
+            raise ValueError("--schema prints the JSON schema of a file, and takes nothing else.")
+        from springpot.system_file import schema as schema_of_a_file
+
+        print_json(schema_of_a_file())
+        return 0
+    problem = problem_of(file, flags)
+    with leave_at_once():
+        from springpot.explanation import explain as in_words
+
+    print(in_words(problem))
+    return 0
+
+
+@app.command
+def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
     """Theory: all analytical methods side by side (no random numbers), their warnings, and the recommended one.
 
     Example: springpot theory --order 0.7 --coefficient 0.2 --natural-frequency 3
     """
-    oscillator = flags.oscillator()
+    problem = problem_of(file, flags)
     with leave_at_once():
+        from springpot.explanation import equation
+        from springpot.system import System
         from springpot.theory import all_methods
         from springpot.units import UNITS
 
-    found = all_methods(oscillator)
+    found = all_methods(problem)
     if json_:
-        print_json({"oscillator": oscillator.to_dict(), **found})
+        print_json({"oscillator" if file is None else "system": problem.to_dict(), **found})
         return 0
-    print(f"oscillator: {plain(oscillator.to_dict())}")
+    if isinstance(problem, System):
+        print("\n".join(equation(problem)))
+    else:
+        print(f"oscillator: {plain(problem.to_dict())}")
     best, why_none = found.pop("recommended"), found.pop("why_none_is_recommended")
     answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    units = {name: unit for name, unit in {**UNITS, "decay_rate": "s-1"}.items() if name in names(shown)}
+    more = {"decay_rate": "s-1", "harvested_power": "W"}
+    units = {name: unit for name, unit in {**UNITS, **more}.items() if name in names(shown)}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
     ]
+    if isinstance(problem, System):
+        rows += walls(problem, shown)
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
-    for name, statement in silent.items():
-        print(f"{name}: {statement}")
+    for statement in dict.fromkeys(silent.values()):
+        print(f"{', '.join(name for name, said in silent.items() if said == statement)}: {statement}")
     print(f"* recommended here: {best}" if best else why_none)
     # warnings of the other methods: --json prints them
     for sentence in sentences(answers.get(str(best), {}), "warnings"):
@@ -75,12 +116,12 @@ def theory(*, flags: Flags = STANDARD, json_: Json = False) -> int:
 
 
 @app.command
-def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
+def atlas(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
     """Atlas: stationary moments from a table of Monte Carlo that comes with the library, with their errors, at once.
 
     Example: springpot atlas --order 0.3 --coefficient 30 --natural-frequency 12 --restitution 0.7
     """
-    oscillator = flags.oscillator()
+    oscillator = oscillator_of(file, flags)
     with leave_at_once():
         from springpot.atlases import atlas as look_up
         from springpot.theory.result import MOMENTS
@@ -98,6 +139,8 @@ def atlas(*, flags: Flags = STANDARD, json_: Json = False) -> int:
 
 @app.command
 def compare(
+    file: SystemFile = None,
+    /,
     *,
     flags: Flags = STANDARD,
     rtol: Annotated[float, Parameter(group=MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
@@ -117,7 +160,7 @@ def compare(
 
     Example: springpot compare --order 0.5 --restitution 0.8 --rtol 0.02
     """
-    oscillator = flags.oscillator()
+    oscillator = oscillator_of(file, flags)
     with leave_at_once():
         from springpot.comparison import compare as set_side_by_side
         from springpot.comparison import observe
@@ -165,6 +208,8 @@ def compare(
 
 @app.command
 def simulate(
+    file: SystemFile = None,
+    /,
     *,
     flags: Flags = STANDARD,
     rtol: Annotated[
@@ -232,7 +277,7 @@ def simulate(
 
     Example: springpot simulate --order 0.5 --restitution 0.8 --out run.nc
     """
-    oscillator = flags.oscillator()
+    oscillator = oscillator_of(file, flags)
     if quantity is not None and rtol is None:
         raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
     asked: dict[str, Any] = {

@@ -15,7 +15,13 @@ from springpot.options import hints, words
 from springpot.oscillator import Oscillator
 from springpot.terminal import Whole
 
-__all__ = ["AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFlags", "RunSettings", "Threads", "with_flags"]
+if TYPE_CHECKING:
+    from springpot.system import System
+
+__all__ = [
+    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFlags", "RunSettings", "SystemFile", "Threads",
+    "oscillator_of", "problem_of", "with_flags",
+]  # fmt: skip
 
 _DEFAULT = Oscillator().numbers
 _PER_MASS = Group("Oscillator", sort_key=0)
@@ -160,6 +166,42 @@ def _flags(names: Iterable[str]) -> str:
 STANDARD = OscillatorFlags()
 Flags = Annotated[OscillatorFlags, Parameter(name="*")]
 Threads = Annotated[Whole | None, Parameter(help=words("threads"))]
+
+
+def _toml_file(_: object, tokens: Sequence[Any]) -> str:
+    """The place of a TOML file; another word is one too many."""
+    word: str = tokens[0].value
+    if not word.endswith(".toml"):
+        raise ValueError("the file of a system must end with .toml")
+    return word
+
+
+SystemFile = Annotated[
+    str | None,
+    Parameter(
+        group=_PER_MASS,
+        metavar="FILE",
+        converter=_toml_file,
+        help="A system of parts, in a file that ends with .toml, instead of the flags below.",
+    ),
+]
+
+
+def problem_of(file: str | None, flags: OscillatorFlags) -> Oscillator | System:
+    """What a command is asked: the system in a file, or the oscillator of the flags."""
+    if file is None:
+        return flags.oscillator()
+    if flags != STANDARD:
+        raise ValueError(f"FILE {file!r} states the problem: no flag of the oscillator can be given with it.")
+    from springpot.system_file import read_system
+
+    return read_system(file)
+
+
+def oscillator_of(file: str | None, flags: OscillatorFlags) -> Oscillator:
+    """The same for a command that needs an oscillator; a system of other parts is refused, by the part's name."""
+    problem = problem_of(file, flags)
+    return problem if isinstance(problem, Oscillator) else problem.canonical()
 
 
 def _flag_of(name: str, hint: Any) -> tuple[str, Any, Any]:

@@ -42,9 +42,9 @@ def usage(error: CycloptsError) -> str:
             names = [name for argument in error.argument_collection for name in argument.names]
             return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
         case UnusedCliTokensError(unused_tokens=[word, *_]):
-            flag = _flag_before(word, error.root_input_tokens or [])
-            right = f"{flag} takes {_PAIRS[flag]}" if flag in _PAIRS else f"{command} --help shows what it takes"
-            return f"{word!r} is one word too many: {right}."
+            return _too_many(word, error)
+        case CoercionError(token=Token(keyword=None, value=word), argument=argument) if is_file(argument):
+            return _too_many(word, error)
         case MissingArgumentError(argument=argument) if argument is not None:
             name = error.keyword or argument.name
             return f"{name} needs {_PAIRS.get(name, f'a value: {command} --help says which')}."
@@ -54,6 +54,19 @@ def usage(error: CycloptsError) -> str:
             return _unfit(error, token)
     error.verbose = False
     return one_sentence(error)
+
+
+def _too_many(word: str, error: CycloptsError) -> str:
+    """A word that neither a flag nor the command takes, a file of a system apart."""
+    flag = _flag_before(word, error.root_input_tokens or [])
+    command = " ".join(["springpot", *(error.command_chain or ())])
+    right = f"{flag} takes {_PAIRS[flag]}" if flag in _PAIRS else f"{command} --help shows what it takes"
+    return f"{word!r} is one word too many: {right}."
+
+
+def is_file(argument: object) -> bool:
+    """Whether an argument is the file of a system."""
+    return getattr(argument, "name", "").lstrip("-").lower() == "file"
 
 
 def _unfit(error: CoercionError, token: Token) -> str:

@@ -31,6 +31,7 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
+from springpot.system import System
 
 if TYPE_CHECKING:
     import xarray
@@ -44,7 +45,7 @@ _OWN_ARGUMENTS = (
 
 
 def run(
-    oscillator: Oscillator,
+    oscillator: Oscillator | System,
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),
@@ -77,6 +78,8 @@ def run(
     >>> result.values["x_mean"] > 0.0
     True
     """
+    if isinstance(oscillator, System):
+        oscillator = oscillator.canonical()
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
@@ -192,7 +195,7 @@ def _run_to(
 
 
 def simulate(
-    oscillator: Oscillator,
+    oscillator: Oscillator | System,
     *,
     rtol: float | None = None,
     quantities: Sequence[str] = ("amplitude_mean_square",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import overload
+from typing import Any, overload
 
 from springpot.oscillator import Oscillator
 from springpot.system import System
@@ -116,12 +116,12 @@ def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
     return {name: method for name, method in METHODS.items() if name not in SYSTEM_METHODS} | dict(SYSTEM_METHODS)
 
 
-def all_methods(oscillator: Oscillator) -> dict[str, object]:
-    """Every method's answer to one oscillator, ready for JSON.
+def all_methods(oscillator: Oscillator | System) -> dict[str, object]:
+    """Every method's answer to one oscillator or system, ready for JSON.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
 
     Returns
     -------
@@ -139,13 +139,24 @@ def all_methods(oscillator: Oscillator) -> dict[str, object]:
     """
     answers, statements = solve_all(oscillator)
     found: dict[str, object] = {}
-    for name in METHODS:
+    for name in methods_for(oscillator):
         if name in answers:
             found[name] = answers[name].to_dict()
         else:
             found[name] = None if name == "exact" else no_answer(statements[name])
-    return {
-        **found,
-        "recommended": recommended(oscillator, answers) or None,
-        "why_none_is_recommended": why_none_is_recommended(oscillator, answers) or None,
-    }
+    best, why_none = _trusted(oscillator, answers)
+    return {**found, "recommended": best or None, "why_none_is_recommended": why_none or None}
+
+
+def _trusted(problem: Oscillator | System, answers: Mapping[str, Any]) -> tuple[str, str]:
+    """The recommended method, or why none is; one of the two is empty."""
+    if isinstance(problem, System):
+        if exact := [name for name, method in SYSTEM_METHODS.items() if method.exact and name in answers]:
+            return exact[-1], ""
+        try:
+            problem = problem.canonical()
+        except NotCovered:
+            if not answers:
+                return "", "no method is recommended here: none has an answer."
+            return "", "no method is recommended here, for the validity map knows oscillators only."
+    return recommended(problem, answers), why_none_is_recommended(problem, answers)
