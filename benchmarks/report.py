@@ -20,21 +20,22 @@ ABOUT = {
     "one core": (
         "Multiply-add peak of one core, measured by 12 independent chains of multiply-adds on arrays on the stack; the "
         "memory modes against it, counted as 17 flops per mode for four steps; and where the time of a path-step goes. "
-        "The parts are timed alone, so that what they leave of the whole is the price of walls, sums, and of the parts "
-        "being together."
+        "Each part is timed alone. The rest of the whole is the cost of walls and sums, and of running the parts "
+        "together."
     ),
     "plain kernel": (
         "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "
         "step at a time, Euler step, mirrored at the end of a step in which it crosses the wall), with 32 modes and "
-        "the same normals, at the same step. It keeps two sums, ours 14 columns, and it misses the impacts between two "
-        "instants and the time at which they happen; what the same *error* costs is not in this row."
+        "the same normals, at the same step. It keeps two sums, springpot keeps 14. It misses the impacts "
+        "between two instants, and the time at which they happen. This row does not compare the cost of the same "
+        "*error*."
     ),
     "Fig. 2": (
         "The paper's own Monte Carlo in NumPy, vectorised over paths, on one core, with the whole past summed at every "
         "step. "
-        "**Scaled, not run**: measured at two lengths, then by the square of the number of steps. Ours is "
-        "`scheme='grunwald'`, the same scheme with the past as a sum of exponentials, run at full length for three of "
-        "the 63 points."
+        "**Scaled, not run**: measured at two lengths, then scaled with the square of the number of steps. springpot "
+        "runs `scheme='grunwald'`, the same scheme with the past as a sum of exponentials, run at full length for "
+        "three of the 63 points."
     ),
     "white noise": (
         "No memory: x'' + x' + x = white noise above a wall at 0, where <x^2 + v^2> = 1 exactly. Wall time, best of "
@@ -42,22 +43,22 @@ ABOUT = {
     ),
     "free response": (
         "One path of x'' + 0.5 D^0.5 x + x = 0, x(0) = 1, no noise and no wall, against the exact solution: time to an "
-        "error at least as small. Ours is a call of `run`, which takes a millisecond or two before its first "
-        "step: for one short path the whole past in a few lines of Numba is quicker."
+        "error at least as small. springpot is a call of `run`, which takes a millisecond or two before its first "
+        "step. So for one short path a few lines of Numba with the whole past are faster."
     ),
-    "<A^2>": "Time to a total error (sampling, step, memory, start) that was asked for: `run(oscillator, rtol=0.01)`.",
-    "one block": "Cost against the number of steps N, with a fixed memory and with the memory that N asks for.",
+    "<A^2>": "Time to reach a given total error (sampling, step, memory, start): `run(oscillator, rtol=0.01)`.",
+    "one block": "Cost against the number of steps N, with a fixed number of modes and with the number that N needs.",
     "memory held": "What a run holds per path, for two lengths.",
     "the command": "`springpot simulate`, first with empty caches and then again.",
     "one oscillator": "Stationary moments of one oscillator by each method, warm, on one core.",
-    "machine": "What it was measured with.",
+    "machine": "All measurements were made on this machine.",
 }  # fmt: skip
 
 BEGINNING = """# Performance
 
 This page is written by `make bench`, which runs everything below once on one machine. Ratios are of numbers from the
 same run; processor time is the best of several where one thread works, wall time where threads matter. On another
-machine, or on a busy one, the numbers differ, and the ratios do less. The same rows are in
+machine, or on a busy one, the numbers differ; the ratios differ less. The same rows are in
 [benchmarks/results/table.csv](../benchmarks/results/table.csv).
 
 To run it again: `make bench` (its environment, with diffrax and pycaputo, is made in `.tools/bench`; it takes a few

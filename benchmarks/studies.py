@@ -54,7 +54,7 @@ def _overhead(place: Path, count: int) -> Row:
     number = iter(range(100))
     whole = best_wall(lambda: run_study(study, place / f"overhead{next(number)}.zarr", threads=1))
     bare = best_wall(alone)
-    note = f"{count} tasks of {1e3 * bare / count:.2g} ms on one thread; asked: at most 2 ms"
+    note = f"{count} tasks of {1e3 * bare / count:.2g} ms on one thread; goal: at most 2 ms"
     return Row(SECTION, "cost of a task beyond its computation", 1e3 * (whole - bare) / count, "ms", note=note)
 
 
@@ -66,7 +66,7 @@ def _status(place: Path, count: int) -> Row:
         store.write(task, Answer((1.0,) * len(columns_of(task.method)), "", ()))
     words = [sys.executable, "-m", "springpot", "study", "status", str(store.path)]
     seconds = best_wall(lambda: subprocess.run(words, check=True, capture_output=True), 5)
-    return Row(SECTION, f"study status, {count:,} tasks", seconds, "s wall", note="asked: less than 1 s")
+    return Row(SECTION, f"study status, {count:,} tasks", seconds, "s wall", note="goal: less than 1 s")
 
 
 def _wall(work: Callable[[], object]) -> float:
@@ -89,7 +89,7 @@ def _second_worker(place: Path, quick: bool) -> Row:
         begun = _wall(lambda w=workers: run_study(nothing, place / f"nothing{w}.zarr", workers=w))  # type: ignore[misc]
         all_of_it = _wall(lambda w=workers: run_study(study, place / f"workers{w}.zarr", workers=w))  # type: ignore[misc]
         taken.append(all_of_it - begun)
-    note = f"{count} tasks of {taken[0] / count:.2g} s: {taken[0]:.3g} s with one; asked: at least 1.9 times as fast"
+    note = f"{count} tasks of {taken[0] / count:.2g} s: {taken[0]:.3g} s with one; goal: at least 1.9 times as fast"
     ratio = taken[0] / taken[1] if taken[1] > 0.0 else None
     return Row(SECTION, "two Dask workers", taken[1], "s wall", ratio, "one worker's speed", note)
 

@@ -2,7 +2,7 @@
 The paper's first figure
 ========================
 
-The modulus of a cosine as a Fourier series, on which the averaging rests, and its error.
+The Fourier series of the modulus of a cosine, on which averaging is based, and its error.
 """
 
 import matplotlib.pyplot as plt

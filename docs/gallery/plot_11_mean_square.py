@@ -5,7 +5,7 @@ The paper's second figure
 The mean-square amplitude against the order of the derivative at three intensities of the noise: the paper's Eq. 20 as
 printed, and its own Monte Carlo (Grünwald-Letnikov sums, Euler steps, from rest), with fewer samples and error bars.
 
-By scale invariance :math:`\langle A^2\rangle / q` is one function of the order, so the three curves are one.
+By scale invariance :math:`\langle A^2\rangle / q` is one function of the order, so the three curves coincide.
 ``make figures`` reproduces the figure at full size.
 """
 
@@ -42,10 +42,10 @@ above.set_yscale("log")
 above.set_xlabel("")
 above.legend(frameon=False)
 below.axhline(1.0, color="black", lw=1.0)
-below.set(xlabel=r"order of the derivative $\alpha$ (1)", ylabel="Monte Carlo over Eq. 20 (1)")
+below.set(xlabel=r"order of the derivative $\alpha$ (1)", ylabel="Monte Carlo / Eq. 20 (1)")
 plt.show()
 
 # %%
-# In the middle of the range the formula is several per cent too high, which the paper's logarithmic axis hides. At
+# In the middle of the range the formula is several per cent too high; the paper's logarithmic axis hides this. At
 # :math:`\alpha = 1` it is exact. At small :math:`\alpha` a run from rest over 100 s has not become stationary: see
 # :ref:`sphx_glr_auto_gallery_plot_26_start.py`.

@@ -2,8 +2,9 @@ r"""
 The erratum that matters
 ========================
 
-Eq. 20 as printed loses a factor :math:`\Omega` in Eq. 14. At :math:`\Omega = 1`, the only case in the paper, nobody
-notices; elsewhere the printed formula is too large by the factor :math:`\Omega`. Monte Carlo decides.
+Eq. 14 loses a factor :math:`\Omega`, and so Eq. 20 is printed with an error. At :math:`\Omega = 1`, the only case
+in the paper, this has no effect. Elsewhere the printed formula is too large by the factor :math:`\Omega`. Monte
+Carlo confirms the corrected formula.
 """
 
 import textwrap
@@ -37,10 +38,10 @@ axes.legend(frameon=False)
 plt.show()
 
 # %%
-# The other slips
-# ---------------
+# The other errors
+# ----------------
 #
-# Each of the seven has a check that computes the number in question without the equation that is wrong.
+# Each of the seven errors has a check. It computes the number in question without the equation that is wrong.
 
 for slip in ERRATA:
     print(f"{slip.number}. {slip.equation}: {slip.title}.")

@@ -1,9 +1,9 @@
 r"""
-A path, its impacts, and the plane
-==================================
+A path, its impacts, and its phase portrait
+===========================================
 
-One sample path of a mass on a springpot of order 0.5 that bounces off a wall at its equilibrium and leaves it with
-0.8 of the speed.
+One sample path of a mass on a springpot of order 0.5 that bounces off a wall at its equilibrium. It leaves the wall
+with 0.8 of its speed before the impact.
 """
 
 import matplotlib.pyplot as plt
@@ -28,5 +28,4 @@ plt.show()
 
 # %%
 # The noise acts on the velocity, which is continuous between impacts but rough; the displacement is smooth. An
-# impact turns the velocity round at the wall and touches nothing else: the springpot remembers the displacement
-# right through it.
+# impact reverses the velocity and changes nothing else: the springpot keeps its memory of the displacement.

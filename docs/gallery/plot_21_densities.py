@@ -1,9 +1,9 @@
 r"""
-Densities, and what theory says of them
-=======================================
+Densities: Monte Carlo and theory
+=================================
 
-Displacement, velocity, amplitude :math:`A = \sqrt{x^2 + \dot x^2/\Omega^2}` and speed of the impacts, counted in
-the run itself, with the curves of every method that has one.
+Displacement, velocity, amplitude :math:`A = \sqrt{x^2 + \dot x^2/\Omega^2}` and impact speed. The run itself
+collects the histograms; the curves are those of every method that has one.
 """
 
 import matplotlib.pyplot as plt
@@ -21,7 +21,7 @@ panels[0, 0].legend(frameon=False, fontsize="small")
 plt.show()
 
 # %%
-# Which of them to trust is known too, from a map of their gaps to Monte Carlo:
+# The validity map, which holds their gaps to Monte Carlo, shows which method to trust:
 
 print("recommended:", sp.theory.recommended(oscillator, answers))
-print("no answer:", statements["averaging"])
+print("no result:", statements["averaging"])

@@ -3,8 +3,8 @@ Spectra with and without a wall
 ===============================
 
 The spectral density of the displacement, estimated in the run. Without a wall it is known exactly; with a wall at
-the equilibrium the motion is folded, :math:`x = |y|`: the line at the natural frequency moves to twice that, and
-slow changes of the amplitude show at low frequency.
+the equilibrium the motion is reflected, :math:`x = |y|`: the line at the natural frequency moves to twice this
+frequency, and slow changes of the amplitude appear at low frequency.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@ r"""
 Correlation in time
 ===================
 
-:math:`\langle x(t)\,x(t + \mathrm{lag})\rangle`, from recorded paths and by theory. Far away it is the squared
-mean; the wall makes it ring at twice the natural frequency.
+:math:`\langle x(t)\,x(t + \mathrm{lag})\rangle`, from recorded paths and by theory. At large lags it is the squared
+mean; with the wall it oscillates at twice the natural frequency.
 """
 
 import matplotlib.pyplot as plt
@@ -23,5 +23,5 @@ axes.legend(frameon=False)
 plt.show()
 
 # %%
-# Averaging keeps the motion at one frequency, :math:`\Omega`; the closure knows that the springpot's stiffness
-# raises it.
+# Averaging assumes that the motion has one frequency, :math:`\Omega`. The closure includes the springpot's stiffness,
+# which raises the frequency.

@@ -2,9 +2,9 @@ r"""
 From rest to the stationary state
 =================================
 
-The mean-square amplitude grows from rest with the paper's Eq. 19, :math:`\mu(t) = \mu_\infty (1 - e^{-2\beta t})`.
-Beside it the energy envelope, and for a dashpot the exact answer, which also knows the ripple at twice the natural
-frequency.
+By the paper's Eq. 19 the mean-square amplitude grows from rest as :math:`\mu(t) = \mu_\infty (1 - e^{-2\beta t})`.
+The figure also shows the energy envelope and, for a dashpot, the exact result, which includes the ripple at twice
+the natural frequency.
 """
 
 import matplotlib.pyplot as plt

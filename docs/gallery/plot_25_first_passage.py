@@ -2,9 +2,9 @@ r"""
 First passage
 =============
 
-How long does it take until the amplitude first exceeds a level? The envelope's diffusion answers with the whole
-distribution of that time; recorded paths say how good the answer is. The displacement first exceeds the same level
-later: ``first_passage={"x": level}`` takes its times from a run, without storing a path.
+How long does it take until the amplitude first exceeds a level? The envelope gives the whole distribution of that
+time; recorded paths show how accurate it is. The displacement first exceeds the same level later:
+``first_passage={"x": level}`` takes its times from a run, without storing a path.
 """
 
 import matplotlib.pyplot as plt
@@ -32,12 +32,12 @@ axes.legend(handles=[line for line in axes.lines if "mean time" in line.get_labe
 plt.show()
 
 # %%
-# Points: 2000 recorded paths with 95 % bars; lines: the envelope. At first the paths are late: the envelope's amplitude
-# diffuses from the first instant, a path needs part of a cycle to get anywhere.
+# Points: 2000 recorded paths with 95 % bars; lines: the envelope. At first the paths are later than the envelope: its
+# amplitude diffuses from the first instant, but a path needs part of a cycle to move.
 
 # %%
-# Mean times of both, from one run. A run says how many paths have not passed when it ends, and what its mean takes for
-# granted about them.
+# Mean times of both, from one run. A run states how many paths have not passed when it ends, and what its mean assumes
+# about them.
 levels = {"x": round(2.0 * spread, 2), "amplitude": round(2.0 * spread, 2)}
 watched = sp.run(oscillator, paths=4000, duration=400.0, step=0.05, start="rest", first_passage=levels)
 for name, passage in watched.first_passages.items():

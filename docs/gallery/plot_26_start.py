@@ -2,9 +2,9 @@ r"""
 How long the start from rest influences the results
 ===================================================
 
-From rest the displacement climbs to its mean, and the springpot remembers that step with a force that dies only like
-:math:`t^{-\alpha}`. At small :math:`\alpha` a "long" run from rest is then still not stationary. An adapted start
-(``start="stationary"``) begins at the stationary mean with nothing to remember.
+From rest the displacement climbs to its mean, and the springpot remembers that step with a force that decays only
+like :math:`t^{-\alpha}`. At small :math:`\alpha` even a long run from rest is then not stationary. An adapted start
+(``start="stationary"``) begins at the stationary mean, with no memory of another state.
 """
 
 from itertools import pairwise

@@ -3,9 +3,9 @@ A wall that takes energy
 ========================
 
 Mean-square amplitude and impact rate against the restitution, by three methods and by Monte Carlo. Averaging
-multiplies the amplitude by :math:`r` once in a half period, which is right for small losses only. Slow impacts
-crowd behind a lossy wall, so the impact rate rises steeply: below :math:`r = e^{-\pi/\sqrt 3} = 0.163` it is
-infinite. At :math:`r \le 0.5` it is the simulation's rate that is some per cent too low: its step misses the slowest
+multiplies the amplitude by :math:`r` once in a half period, which is right for small losses only. Behind a lossy
+wall many impacts are slow, so the impact rate rises steeply: below :math:`r = e^{-\pi/\sqrt 3} = 0.163` it is
+infinite. At :math:`r \le 0.5` the rate of the simulation is a few per cent too low: its step misses the slowest
 impacts, as the run's warning says.
 """
 

@@ -2,8 +2,8 @@ r"""
 Gap and preload
 ===============
 
-The wall away from the equilibrium: a gap at :math:`b < 0`, where small cycles never meet it, a preload at :math:`b
-> 0`, where the spring presses the mass against it. Averaging has an answer at :math:`b = 0` only.
+The wall is away from the equilibrium: with a gap, :math:`b < 0`, small cycles never reach it; with a preload,
+:math:`b > 0`, the spring presses the mass against it. Averaging has a result at :math:`b = 0` only.
 """
 
 import matplotlib.pyplot as plt
@@ -32,8 +32,8 @@ panels[0].legend(frameon=False)
 plt.show()
 
 # %%
-# The closure takes the wall within one length scale :math:`\sqrt{q/\Omega^3}` of the equilibrium, here 1 m, and says so
-# beyond:
+# The closure covers walls within one length scale :math:`\sqrt{q/\Omega^3}` of the equilibrium, here 1 m. For other
+# walls it says so:
 
 try:
     sp.theory.closure(wall(-2.0))

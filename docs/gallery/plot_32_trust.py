@@ -2,9 +2,9 @@ r"""
 How far to trust a method
 =========================
 
-The gap of each method to Monte Carlo has been measured on 700 cells of the dimensionless problem. These are the
-cells of an elastic wall at the equilibrium: bold where the gap is more than 2 % of :math:`\langle A^2\rangle`,
-hatched where the method has no answer.
+The gap of each method to Monte Carlo has been measured on 700 cells of the dimensionless problem. The panels show
+the cells with an elastic wall at the equilibrium. Numbers are bold where the gap is more than 2 % of
+:math:`\langle A^2\rangle`; cells are hatched where the method has no result.
 """
 
 import matplotlib.pyplot as plt
@@ -21,7 +21,7 @@ for axes in panels[:, 1]:
 plt.show()
 
 # %%
-# From this map come the warnings of the results, and the recommendation:
+# The warnings in the results and the recommendation come from this map:
 
 for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
     oscillator = sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(restitution=r))

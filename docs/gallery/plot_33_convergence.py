@@ -2,10 +2,10 @@ r"""
 Convergence of the schemes
 ==========================
 
-First a free decay, where the exact answer is known: the library's own scheme is of second order in the step, the
-paper's of first. Then the impact rate behind a wall with :math:`r = 0.5`, where slow impacts crowd: those too slow
-to come apart in a step are missed, a share of the order of :math:`h^{1/2}`. Energies are not affected, for slow
-impacts carry none.
+Left: a free decay, whose exact solution is known. The library's own scheme is of second order in the step, the
+paper's of first. Right: the impact rate behind a wall with :math:`r = 0.5`, where many impacts are slow. A step
+misses the slowest ones, a share of the order of :math:`h^{1/2}`. Energies are not affected, because slow impacts
+carry almost none.
 """
 
 import matplotlib.pyplot as plt

@@ -2,10 +2,10 @@ r"""
 An energy harvester with a stop
 ===============================
 
-A magnet on a spring moves through a coil. The coil damps it like a dashpot, so the order is 1; of the damping
-:math:`C = C_e + C_m` the electrical part :math:`C_e` is harvested. A stop keeps the magnet from leaving the
-housing, takes a part of its speed, and wears with, say, the cube of the speed of an impact. How much power does a
-tight housing cost?
+A magnet on a spring moves through a coil. The coil damps it like a dashpot, so the order is 1. The damping is
+:math:`C = C_e + C_m`; the power in the electrical part :math:`C_e` is harvested. A stop keeps the magnet from
+leaving the housing, takes a part of its speed, and wears with, say, the cube of the speed of an impact. How much
+power does a tight housing cost?
 
 The averages are the user's own: a function of t, x and v, and one of the speed of an impact. With order 1 the
 Fokker-Planck equation gives the answer without random numbers as well.
@@ -53,6 +53,6 @@ wear.set(xlabel="gap (mm)", ylabel=r"wear, $\sum$ speed$^3$ per second (m$^3$/s$
 plt.show()
 
 # %%
-# Points are Monte Carlo, lines the Fokker-Planck equation. A stop at three spreads of the free motion, 4.8 mm,
-# costs 2 or 3 % of the power, even if it takes 70 % of the speed; at one spread it costs two fifths to two thirds.
-# The hard stop wears most: the energy it does not take comes back to it.
+# Points are Monte Carlo, lines the Fokker-Planck equation. A stop at three standard deviations of the free motion,
+# 4.8 mm, costs 2 or 3 % of the power, even if it takes 70 % of the speed; at one standard deviation it costs two fifths
+# to two thirds. The most elastic stop wears most: the energy that it does not take returns in later impacts.

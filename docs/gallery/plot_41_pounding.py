@@ -8,9 +8,9 @@ and are shaken independently. Subtract their equations: the relative displacemen
 .. math:: \ddot u + C\,\mathrm{D}^\alpha u + \Omega^2 u = \zeta_1 - \zeta_2, \qquad
           \dot u_+ = -r\,\dot u_- \quad\text{at } u = -\text{gap},
 
-since an impact of equal masses keeps their common motion and reverses the relative one. So this is a wall at minus
-the gap, with the noise of both, :math:`q = q_1 + q_2`: nothing is neglected. (Under the same ground motion equal
-buildings never meet; unequal ones are another problem.)
+since an impact of equal masses keeps their common motion and reverses the relative one. So this is one oscillator
+with a wall at minus the gap and with the noise of both, :math:`q = q_1 + q_2`: nothing is neglected. (With the same
+ground motion equal buildings never collide; unequal buildings are another problem.)
 """
 
 import matplotlib.pyplot as plt
@@ -51,4 +51,4 @@ hard.legend(frameon=False)
 plt.show()
 
 # %%
-# A wider gap makes impacts rare, and those that are left harder: fewer of them take energy from the motion.
+# A wider gap makes impacts rarer but harder: fewer impacts take energy from the motion.

@@ -4,11 +4,10 @@ A damper chosen so that impacts are rare
 
 A building of 400 t on isolators of 1.6 MN/m can hit the wall of its pit, 80 mm away, with a restitution of 0.8. In a
 strong earthquake its base is shaken with a one-sided spectral density of 0.04 (m/s²)²/Hz near the natural frequency.
-Viscoelastic dampers of order 0.5 are to be added. How strong must they be, so that there are fewer than 0.2 impacts per
-second?
+Viscoelastic dampers of order 0.5 are to be added. How strong must they be for fewer than 0.2 impacts per second?
 
-The atlas answers in a moment, so it can be called by a root finder. It knows its error, and the upper end of its 95 %
-interval is held below the limit. Monte Carlo then confirms the design, to 1 %.
+The atlas is fast, so a root finder can call it. It gives its error, and the upper end of its 95 % interval is kept
+below the limit. Monte Carlo then confirms the design, to 1 %.
 """
 
 import matplotlib.pyplot as plt

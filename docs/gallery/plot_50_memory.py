@@ -2,9 +2,9 @@ r"""
 A power law as a sum of exponentials
 ====================================
 
-A fractional derivative remembers its whole past with the weight :math:`t^{-\alpha}`. An exponential needs one
-number to be carried on, whatever the length of the past; and a power law is a sum of a few exponentials, as closely
-as one likes.
+A fractional derivative depends on the whole history, with the weight :math:`t^{-\alpha}`. For an exponential weight
+one number stores the whole history, however long. A sum of a few exponentials approximates the power law as closely
+as needed.
 """
 
 import matplotlib.pyplot as plt
@@ -17,8 +17,8 @@ sp.figures.memory_error(0.5, right)
 plt.show()
 
 # %%
-# The largest error is reached again and again, with changing sign: this is the shortest sum there is. How many
-# terms six decades of time need, against the error:
+# The error reaches its largest size many times, with alternating signs: so no shorter sum has a smaller error. The
+# next figure shows how many terms are needed for six decades of time, against the error:
 
 figure, axes = plt.subplots(figsize=(6.6, 4.4))
 sp.figures.terms_against_tolerance(axes)

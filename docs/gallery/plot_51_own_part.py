@@ -1,11 +1,11 @@
 r"""
-A part of one's own
-===================
+A part of your own
+==================
 
-The kernel is composed of parts, and a part is a ``NamedTuple`` of numbers with compiled answers to the kernel's
-questions. Here a hardening spring, :math:`-\kappa x^3` beside the linear one, is added in a few lines, and checked
-against what is exact about it: with a dashpot and an elastic wall the density is :math:`\exp[-(2C/q)(v^2/2 +
-V(x))]`, whatever the potential :math:`V`.
+The kernel is composed of parts. A part is a ``NamedTuple`` of numbers, with compiled functions that the kernel
+calls. Here a hardening spring with the force :math:`-\kappa x^3` is added in a few lines, and checked against an
+exact result: with a dashpot and an elastic wall the density is :math:`\exp[-(2C/q)(v^2/2 + V(x))]`, whatever the
+potential :math:`V`.
 """
 
 from typing import NamedTuple

@@ -2,9 +2,10 @@ r"""
 A study, from a file to a chart
 ===============================
 
-A grid of oscillators in one mapping (or in a TOML file, for ``springpot study run``), answered by theory and by Monte
-Carlo. With ``store=`` the answers are kept: a study that was stopped goes on where it was, and one with longer axes
-computes only what is new. What comes back is an xarray DataTree with ``theory`` and ``simulation``, units included.
+A dict (or a TOML file, for ``springpot study run``) describes a grid of oscillators, which is computed by theory
+and by Monte Carlo. With ``store=`` the results are saved: a study that was stopped continues where it was, and a
+study with longer axes computes only what is new. The result is an xarray DataTree with ``theory`` and
+``simulation``, units included.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,10 @@ r"""
 Design charts from the atlas
 ============================
 
-Only four numbers matter: the order, the strength :math:`c = C\,\Omega^{\alpha-2}`, the restitution and the place of the
-wall in units of :math:`\sqrt{q/\Omega^3}`. So the whole stationary response was simulated once, and comes with the
-library: ``sp.atlas`` answers in microseconds, with the half-width of the 95 % interval of every number.
+Only four numbers matter: the order, the strength :math:`c = C\,\Omega^{\alpha-2}`, the restitution and the position
+of the wall in units of :math:`\sqrt{q/\Omega^3}`. So the whole stationary response was simulated once, and comes
+with the library: ``sp.atlas`` interpolates in it in microseconds, and gives the half-width of the 95 % interval of
+every number.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +23,7 @@ sp.figures.design_chart("impact_rate", panels[3, 1], position=-1.0)
 plt.show()
 
 # %%
-# A harvester with a stop half a length scale away, whose impacts give back 0.64 of the energy:
+# A harvester with a stop half a length scale away, whose impacts return 0.64 of the energy:
 
 found = sp.atlas(
     sp.Oscillator(

@@ -1,4 +1,4 @@
-"""The table of rooms in CONTRIBUTING, and the imports: data goes one way."""
+"""The table of packages in CONTRIBUTING, and the imports: data goes one way."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
-TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The rooms of the house")[1].split("\n## ")[0]
-ROOMS = [re.findall(r"`([^`]+)`", row.split("|")[1]) for row in TABLE.splitlines() if row.startswith("| `")]
-HEIGHT = {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(ROOMS) for name in names}
+TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The packages")[1].split("\n## ")[0]
+ROWS = [re.findall(r"`([^`]+)`", row.split("|")[1]) for row in TABLE.splitlines() if row.startswith("| `")]
+HEIGHT = {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(ROWS) for name in names}
 
 
 def modules() -> dict[str, Path]:
@@ -46,24 +46,24 @@ KNOWN = modules()
 GRAPH = {name: imports(file, KNOWN) for name, file in KNOWN.items()}
 
 
-def room(module: str) -> str:
+def package(module: str) -> str:
     parts = module.split(".")
     return parts[1] if len(parts) > 1 else "__init__"
 
 
-def test_every_room_is_in_the_table() -> None:
-    assert {room(module) for module in KNOWN} - {"__init__", "__main__"} == HEIGHT.keys()
+def test_every_package_is_in_the_table() -> None:
+    assert {package(module) for module in KNOWN} - {"__init__", "__main__"} == HEIGHT.keys()
 
 
 @pytest.mark.parametrize("name", sorted(HEIGHT))
-def test_a_room_knows_only_rooms_above_it_in_the_table(name: str) -> None:
+def test_a_package_imports_only_those_above_it_in_the_table(name: str) -> None:
     """The first rows stand alone; each row may use those before it, and its own."""
     wrong = {
         (module, imported)
         for module in GRAPH
-        if room(module) == name
+        if package(module) == name
         for imported in GRAPH[module]
-        if room(imported) in HEIGHT and HEIGHT[room(imported)] > HEIGHT[name]
+        if package(imported) in HEIGHT and HEIGHT[package(imported)] > HEIGHT[name]
     }
     assert wrong == set()
 
