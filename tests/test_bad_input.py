@@ -261,7 +261,8 @@ def test_the_command_refuses(words: str, name: str, json: bool, capsys: pytest.C
         (
             "nonsense",
             "there is no command 'nonsense': "
-            "the commands are explain, theory, atlas, compare, simulate, study, doctor, reproduce, validity and explore.",
+            "the commands are explain, theory, atlas, compare, simulate, study, doctor, reproduce, validity and "
+            "explore.",
         ),
     ],
 )
