@@ -358,7 +358,7 @@ def test_failures_say_one_sentence(
         (IsADirectoryError(21, "Is a directory", "out/fig1.png"), "'out/fig1.png' failed: Is a directory."),
         (OSError(28, "No space left on device"), "reading or writing failed: No space left on device."),
         (NotADirectoryError("The folder 'x' is a file."), "The folder 'x' is a file."),
-        (MemoryError("Unable to allocate 417. GiB"), "there is not enough memory for this; fewer --paths need less."),
+        (MemoryError("Unable to allocate 417. GiB"), "there is not enough memory for this: use fewer --paths."),
     ],
 )
 def test_failures_of_the_system_are_sentences(
@@ -391,8 +391,8 @@ def test_a_refused_argument_is_named_as_its_flag(
         ('Use start="stationary" for those.', "Use --start stationary for those."),
         ("use record_every=4 or at most 3 paths.", "use --every 4 or at most 3 paths."),
         ("give another name, or overwrite=True to replace it.", "give another name, or --overwrite to replace it."),
-        ("Use rtol= to have it bounded.", "Use --rtol to have it bounded."),
-        ("name it in quantities to have it bounded.", "name it in --quantity to have it bounded."),
+        ("With rtol= the error is bounded.", "With --rtol the error is bounded."),
+        ("quantities does not name these results.", "--quantity does not name these results."),
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:

@@ -156,7 +156,7 @@ def test_a_warning_names_flags_on_the_command_line(capsys: pytest.CaptureFixture
         (["--step", "0.2"], "--step is 0.2 s"),
         (["--restitution", "0.1"], "--restitution 0.1 is not above"),
         (["--derivative", "riemann-liouville"], "--derivative riemann-liouville has no effect"),
-        (["--restitution", "0.3"], "Use --rtol to have it bounded"),
+        (["--restitution", "0.3"], "With --rtol the error is bounded"),
     ],
 )
 def test_no_warning_names_an_argument_of_python(

@@ -193,8 +193,8 @@ def test_nothing_is_recommended_where_the_map_has_no_cell_near(far: sp.Oscillato
     guess = best_guess(far, APPROXIMATE)
     assert guess == "closure"
     assert why_none_is_recommended(far, APPROXIMATE) == (
-        "no method is recommended here, for the validity map has no cell near. The best guess is closure: compare "
-        "with Monte Carlo before you use a number."
+        "no method is recommended here, because the validity map has no cell near this oscillator. "
+        "The best guess is closure: compare with Monte Carlo before you use a number."
     )
 
 
@@ -202,7 +202,8 @@ def test_the_command_recommends_nothing_off_the_map(capsys: pytest.CaptureFixtur
     assert cli.main(["theory", "--order", "0.9", "--coefficient", "0.5", "--restitution", "0.1"]) == 0
     out = capsys.readouterr().out
     assert "*" not in out
-    assert out.splitlines()[-1].startswith("no method is recommended here, for the validity map has no cell near. ")
+    says = "no method is recommended here, because the validity map has no cell near this oscillator. "
+    assert out.splitlines()[-1].startswith(says)
 
 
 def test_near_the_map_one_is_recommended_without_a_word() -> None:
@@ -321,7 +322,7 @@ def test_an_exact_rate_is_not_blamed_for_the_impacts_that_the_step_misses() -> N
         assert found.recommended == "fokker_planck"
         for gap in found.gaps("fokker_planck").values():
             assert abs(gap.standard_errors) < 4.0
-        assert any("not asked for" in sentence for sentence in found.simulation.warnings) == told
+        assert any("quantities does not name" in sentence for sentence in found.simulation.warnings) == told
 
 
 def test_the_readme_counts_the_cells_of_the_map() -> None:

@@ -204,7 +204,7 @@ def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> 
             "--psd and --psd-unit must be given too: a device needs --mass, --stiffness, --springpot, --psd and "
             "--psd-unit.",
         ),
-        (f"{WORDS} --gap 1 --no-barrier", "--no-barrier leaves no wall for --gap to describe."),
+        (f"{WORDS} --gap 1 --no-barrier", "--no-barrier cannot be combined with --gap: there is no wall."),
         (
             f"{WORDS} --restitution 0.5",
             "--gap must be given with restitution or side: without a gap there is no wall.",

@@ -118,5 +118,5 @@ def test_a_dict_that_is_no_oscillator(change: dict[str, object], sentence: str) 
 
 
 def test_a_wall_that_is_not_there_has_no_numbers() -> None:
-    with pytest.raises(ValueError, match="barrier = false leaves no wall"):
+    with pytest.raises(ValueError, match="barrier = false cannot be combined with"):
         Oscillator.from_numbers(barrier=False, restitution=0.5)

@@ -102,7 +102,7 @@ def cache_folder() -> dict[str, Any]:
 
     folder, reason = find_folder(block)
     memory = store.folder()
-    against = "this user has no home" if memory is None else _against(memory)
+    against = "this user has no home folder" if memory is None else _against(memory)
     return {
         "folder": folder, "used": folder is not None, "reason": reason,
         "memory_folder": None if memory is None else str(memory), "memory_used": against is None,

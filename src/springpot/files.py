@@ -120,9 +120,9 @@ def make_room(path: str, *, folder: bool = False) -> None:
         try:
             os.rmdir(path)
         except OSError:
-            raise FileExistsError(f"{path!r} is a folder where a file belongs: remove it") from None
+            raise FileExistsError(f"{path!r} is a folder, but a file belongs there: remove it") from None
     elif stat.S_ISREG(kind) and folder:
-        raise FileExistsError(f"{path!r} is a file where a folder belongs: remove it")
+        raise FileExistsError(f"{path!r} is a file, but a folder belongs there: remove it")
     elif not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
         os.unlink(path)
 

@@ -26,11 +26,11 @@ class Options(TypedDict, total=False):
     window: Annotated[tuple[float, float] | None, "Times between which averages are taken, in s."]
     seed: Annotated[int, "Seed: the same seed gives the same paths"]
     threads: Annotated[int | None, "Number of threads; as many as this process may use if not given."]
-    scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, that of the paper"]
+    scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"]
     start: Annotated[
         StartKind | None,
         "stationary: from the stationary mean of x, which pilot runs find; rest: from rest.  If not given: "
-        "stationary; but rest with an initial state, with the Riemann-Liouville derivative, or if there is no "
+        "stationary, but rest if an initial state or the Riemann-Liouville derivative is given, or if there is no "
         "stationary state.",
     ]
     initial_position: Annotated[float | None, "x(0), in m; the run then starts from there."]

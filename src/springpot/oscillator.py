@@ -207,7 +207,7 @@ class Oscillator:
         """
         wall = Barrier(position, restitution, side)
         if not barrier and wall != Barrier():
-            raise ValueError("barrier = false leaves no wall for position, restitution or side to describe.")
+            raise ValueError("barrier = false cannot be combined with position, restitution or side: there is no wall.")
         return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))
 
     @classmethod
@@ -333,7 +333,11 @@ def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]
             raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
         return None
     distance = finite_number(
-        gap, "gap", low=-LARGEST, high=LARGEST, hint="It is the way from equilibrium to the wall in m, < 0: preload."
+        gap,
+        "gap",
+        low=-LARGEST,
+        high=LARGEST,
+        hint="It is the distance from equilibrium to the wall in m; a negative gap is a preload.",
     )
     position = distance if side == "below" else -distance
     return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero

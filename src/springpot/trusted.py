@@ -67,7 +67,7 @@ def reason_against(folder: str | os.PathLike[str]) -> str | None:
     try:
         return _against(path)
     except OSError as error:
-        return f"{str(path)!r} cannot be looked at ({error.strerror})"
+        return f"{str(path)!r} cannot be examined ({error.strerror})"
 
 
 def make_folder(folder: str | os.PathLike[str]) -> None:
@@ -157,7 +157,7 @@ def _against(path: Path) -> str | None:
             if not _ours(found):
                 return f"the link {str(here)!r} belongs to {_owner(found)}"
             if links > _MOST_LINKS:
-                return f"{str(path)!r} leads in a circle"
+                return f"{str(path)!r} is a link that leads back to itself"
             target = Path(os.readlink(here))
             here = Path(target.anchor) if target.is_absolute() else here.parent
             waiting += reversed(target.parts[1:] if target.is_absolute() else target.parts)
@@ -220,5 +220,5 @@ def _against_outside_home(path: Path) -> str | None:
         home = Path.home().resolve()
         inside = path.resolve().is_relative_to(home)
     except (OSError, RuntimeError):
-        return "this user has no home"
+        return "this user has no home folder"
     return None if inside else f"{str(path)!r} is outside this user's home {str(home)!r}"

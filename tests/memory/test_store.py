@@ -226,7 +226,7 @@ def test_a_folder_in_which_another_user_can_write(
         forget()
         assert same(first, ask())
     assert len(said) == 1
-    assert str(said[0].message).startswith("Sums of the memory are not kept on disk, and each is computed anew in")
+    assert str(said[0].message).startswith("The exponential sums of the memory are not stored, and each is computed")
     assert str(fresh_folder) in str(said[0].message)
     assert list(fresh_folder.iterdir()) == []
 

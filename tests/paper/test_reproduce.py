@@ -182,7 +182,7 @@ def test_folder_that_cannot_be_written(tmp_path):
 @pytest.mark.parametrize("what", ["fig1", "all"])
 def test_a_folder_where_a_file_should_go(tmp_path, what):
     (tmp_path / "fig1.png").mkdir()
-    with pytest.raises(IsADirectoryError, match=r"fig1\.png' is a folder, and a file of that name"):
+    with pytest.raises(IsADirectoryError, match=r"fig1\.png' is a folder, but a file of that name"):
         reproduce(what, tmp_path)
 
 

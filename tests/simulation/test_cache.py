@@ -201,7 +201,7 @@ def test_a_kernel_forged_by_another_user_is_not_run(
         for path in (shared / "its", *(shared / "its").rglob("*")):
             os.chown(path, 0, 0)
     trusted.say_unused.cache_clear()
-    with pytest.warns(trusted.UnusedCache, match="Compiled kernels are not kept") as said:
+    with pytest.warns(trusted.UnusedCache, match="Compiled kernels are not stored") as said:
         made = kernel(open_to_all, monkeypatch)
     assert hits(made) == 0
     assert not ran.exists()
@@ -286,7 +286,7 @@ def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
     )
     reason = f"{str(tmp_path)!r} can be written by other users"
     assert done.stderr == (
-        "springpot: warning: Compiled kernels are not kept, and every process compiles them anew for some seconds, "
+        "springpot: warning: Compiled kernels are not stored, and every process compiles them again for a few seconds, "
         f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.\n"
     )
     (shown,) = (line for line in done.stdout.splitlines() if line.strip().startswith("cache"))

@@ -180,7 +180,7 @@ def test_a_mean_of_censored_times_holds_over_samples() -> None:
 @pytest.mark.parametrize(
     ("times", "settling", "sentence"),
     [
-        (np.linspace(0.1, 100.0, 1000), 20.0, "too early for a mean time"),
+        (np.linspace(0.1, 100.0, 1000), 20.0, "too short for a mean time"),
         (np.linspace(4.6, 2000.0, 1000), 1.0, "too few for a mean time"),
         (np.concatenate([np.linspace(0.1, 4.0, 990), np.full(10, 20.0)]), 1.0, "too few for a mean time"),
         (
@@ -245,9 +245,9 @@ def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, positio
         ({"x": -1.0}, "behind the wall at 0 m"),
         ({"amplitude": 0.0}, "first_passage level of amplitude"),
         ({"distance": (1.0, "here")}, "first_passage reference of distance"),
-        ({"own": 1.0}, "give a pair of a function of"),
+        ({"own": 1.0}, "give a pair: a function of"),
         ({"two words": (abs, 1.0)}, "in one word"),
-        ({"x_mean": (lambda t, x, v: x, 1.0)}, "something of that name"),
+        ({"x_mean": (lambda t, x, v: x, 1.0)}, "already has a result of that name"),
         ({"own": (abs, 1.0)}, "must be of a function of"),
         ({"own": (lambda t, x: x, 1.0)}, "Numba can compile"),
         ({"own": (lambda t, x, v: x, math.nan)}, "first_passage level of own"),

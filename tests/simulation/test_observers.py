@@ -315,7 +315,7 @@ def test_without_impacts_there_is_no_speed_to_sketch() -> None:
     ("given", "sentence"),
     [
         *(
-            ({"observables": {name: lambda t, x, v: x}}, "a run has something of that name")
+            ({"observables": {name: lambda t, x, v: x}}, "a run already has a result of that name")
             for name in ("x_mean", "x_quantile", "time", "settings", "power_se", "v", "x_maximum_quantile")
         ),
         ({"observables": {"lambda": lambda t, x, v: x}}, "must be a word"),
@@ -334,7 +334,7 @@ def test_without_impacts_there_is_no_speed_to_sketch() -> None:
         ({"spectrum": []}, "at least one frequency"),
         ({"spectrum": [0.5, -1.0]}, "spectrum frequency must be"),
         ({"spectrum": [50.0]}, "too fast for a step of 0.02 s"),
-        ({"spectrum": [0.5]}, "too low for a window of 0.5 s: average over at least 25.1 s"),
+        ({"spectrum": [0.5]}, "too low for a window of 0.5 s: use a window of at least 25.1 s"),
         ({"spectrum": (w for w in ())}, "at least one frequency"),
         ({"spectrum": [0.5], "rtol": 0.1}, "cannot be given with rtol"),
         ({"distributions": True, "rtol": 0.1}, "cannot be given with rtol"),

@@ -159,7 +159,7 @@ def test_two_parts_of_one_name_are_refused() -> None:
     class White(NamedTuple):
         strength: float
 
-    with pytest.raises(ValueError, match="push of White is answered already: give the part another name"):
+    with pytest.raises(ValueError, match="push of White is defined already: give the part another name"):
         answers(push, White)
 
 

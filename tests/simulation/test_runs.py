@@ -148,7 +148,7 @@ def test_adapted_starts_leave_less_than_a_per_cent(
 def test_an_adapted_start_that_would_take_too_long_to_find_is_averaging_s_and_says_so() -> None:
     found = run(oscillator(0.5, 1e-4), paths=64, duration=200.0, step=0.1, start="stationary")
     assert found.diagnostics["start_residual"] is None
-    assert any("adapted start is that of averaging" in w for w in found.warnings)
+    assert any("adapted start was taken from averaging" in w for w in found.warnings)
     assert found.settings.initial_position == pytest.approx(85.5, rel=0.01)
 
 
@@ -160,7 +160,7 @@ def test_a_lossy_wall_out_of_reach_does_not_shorten_the_default_run() -> None:
 
 def test_a_strong_springpots_creep_is_warned_about() -> None:
     found = run(oscillator(0.5, 1000.0, position=None), paths=64, duration=5.0, start="rest")
-    assert any("inside the transient" in w for w in found.warnings)
+    assert any("of the transient is left" in w for w in found.warnings)
 
 
 def test_a_motion_that_still_grows_is_warned_about() -> None:
@@ -331,7 +331,7 @@ def test_window_averages_are_the_averages_of_the_record() -> None:
 
 
 def test_dataset_has_names_units_errors_and_paths() -> None:
-    with pytest.warns(UserWarning, match="inside the transient"):
+    with pytest.warns(UserWarning, match="of the transient is left"):
         data = sp.simulate(oscillator(), paths=10, duration=1.0, step=0.01, record=2, start="rest")
     for name, unit in UNITS.items():
         assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit
@@ -346,7 +346,7 @@ def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
     coarse = run(oscillator(), paths=64, duration=40.0, step=0.2, start="rest")
     assert any(w.startswith("step is 0.2 s") for w in coarse.warnings)
     assert any(
-        "inside the transient" in w for w in run(oscillator(0.1), paths=64, duration=10.0, start="rest").warnings
+        "of the transient is left" in w for w in run(oscillator(0.1), paths=64, duration=10.0, start="rest").warnings
     )
     growing = run(oscillator(0.0), paths=64, duration=10.0, start="rest")
     assert any("no stationary state" in w for w in growing.warnings)

@@ -60,7 +60,7 @@ def test_new_writes_a_study(name: str, tmp_path: Path, capsys: pytest.CaptureFix
 def test_new_asks_for_a_proper_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "must end in .toml, not 'study.txt'" in asked(capsys, "new", tmp_path / "study.txt", code=2)[1]
     said = asked(capsys, "new", tmp_path / "none" / "study.toml", code=2)[1]
-    assert f"the study file must lie in a folder that exists, and {str(tmp_path / 'none')!r} does not." in said
+    assert f"the study file must lie in a folder that exists, but {str(tmp_path / 'none')!r} does not." in said
 
 
 def test_schema(capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,7 +88,7 @@ def test_check_of_ten_million_tasks_takes_no_longer(tmp_path: Path, capsys: pyte
     out = asked(capsys, "check", file)[0]
     assert time.process_time() - begun < 5.0  # 2 s are the two samples
     assert "settings of Monte Carlo checked at 504 of 5,000,000 points.\n10,000,000 tasks, about " in out
-    assert "(from the tasks tried; good to a factor of two)" in out
+    assert "(estimated from the tasks tried, to a factor of two)" in out
     found = json.loads(asked(capsys, "check", file, "--json")[0])
     assert 1 <= min(found["tried"].values()) <= max(found["tried"].values()) <= 12
     assert found["points_checked"] == 504
@@ -155,7 +155,7 @@ def test_run_resumes(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
         (["--shard", "0/3"], "shard must be i/N with i from 1 to N, not 0/3"),
         (["--threads", "0"], "must be in [1, 4096], not 0"),
         (["--threads", "2.5"], "--threads must be a whole number, not '2.5'"),
-        (["--threads", "2", "--workers", "2"], "exclude each other"),
+        (["--threads", "2", "--workers", "2"], "cannot be combined"),
     ],
 )
 def test_run_with_wrong_flags(
@@ -171,7 +171,7 @@ def test_run_needs_a_study(made: Path, tmp_path: Path, capsys: pytest.CaptureFix
         said = asked(capsys, *command, code=2)[1]
         assert said == f"springpot: There is no file {str(tmp_path / 'none.toml')!r}.\n"
     other = write_toml(tmp_path / "other.toml", {**RUNS, "seed": 9})
-    assert "is of another study" in asked(capsys, "run", other, "--store", made / "runs.zarr", code=2)[1]
+    assert "belongs to another study" in asked(capsys, "run", other, "--store", made / "runs.zarr", code=2)[1]
 
 
 def test_failed_tasks_end_with_one(
@@ -205,7 +205,7 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert ["averaging", "4", "1", "1"] in [line.split() for line in out.splitlines()]
     assert "damaged descriptions: theory/zarr.json\n" in out
     assert out.endswith(
-        f"springpot study run FILE --store {store} computes what is missing and mends what is damaged.\n"
+        f"springpot study run FILE --store {store} computes what is missing and repairs what is damaged.\n"
     )
     assert json.loads(asked(capsys, "status", store, "--json")[0]) == {
         "name": "runs",

@@ -217,12 +217,12 @@ def test_export_to_zarr(whole: Path, tmp_path: Path) -> None:
         assert tree["simulation"]["impact_rate"].sel(order=0.5, case=1).dims == ("restitution",)
     for replaced, overwrite, says in (
         (out, False, r"out\.zarr' exists already: give another name, or --overwrite"),
-        (whole, True, "is the store of a study, and export replaces none"),
+        (whole, True, "is the store of a study, which export does not replace"),
     ):
         with pytest.raises(ValueError, match=says):
             export(open_store(whole), replaced, overwrite=overwrite)
     (tmp_path / "mine.zarr").mkdir()
-    with pytest.raises(ValueError, match="exists and is no Zarr group"):
+    with pytest.raises(ValueError, match="exists and is not a Zarr group"):
         export(open_store(whole), tmp_path / "mine.zarr", overwrite=True)
     assert export(open_store(whole), out, overwrite=True) == out
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["mine.zarr", "out.zarr"]

@@ -83,10 +83,10 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"fixed": {"restitution": "1"}}, "fixed.restitution: must be a number, not '1'."),
     ({"fixed": {"intensity": math.inf}}, "fixed.intensity: must be a finite number, not inf."),
     ({"fixed": {"side": "left"}}, "fixed.side: must be 'above' or 'below', not 'left'."),
-    ({"fixed": {"order": 0.5}}, "order is fixed and runs along an axis: leave out one of the two."),
+    ({"fixed": {"order": 0.5}}, "order is fixed and is also on an axis: leave out one of the two."),
     (
         {"fixed": {"barrier": False, "position": 0.5}},
-        "fixed.barrier = false leaves no wall for position, restitution or side to describe.",
+        "fixed.barrier = false cannot be combined with position, restitution or side: there is no wall.",
     ),
     ({"axes": {}}, "there must be an axis, such as [axes] order = [0.25, 0.5]."),
     ({"axes": [0.5]}, "axes: must be a table."),
@@ -110,7 +110,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
         "axes.order: linspace's count must be a whole number from 1 to 1,000,000, not 1000000000.",
     ),
     ({"axes": {"order": {"geomspace": [0, 1, 5]}}}, "axes.order: geomspace's start and end must be positive."),
-    ({"zipped": {"case": {"order": [0.5]}}}, "order runs along two axes."),
+    ({"zipped": {"case": {"order": [0.5]}}}, "order is on two axes: leave out one of the two."),
     (
         {"zipped": {"case": {"coefficient": [1.0], "intensity": [1.0, 2.0]}}},
         "zipped axis case needs at least one column, and columns of equal length.",
@@ -133,7 +133,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     (
         MONTE_CARLO | {"monte_carlo": {"rtol": 0.1, "paths": 5}},
-        "monte_carlo: rtol decides on everything, so paths cannot be given with it.",
+        "monte_carlo: rtol chooses all settings, so paths cannot be given with it.",
     ),
     (MONTE_CARLO | {"monte_carlo": {"rtol": 2}}, "monte_carlo.rtol: must be less than or equal to 0.5, not 2."),
     (MONTE_CARLO | {"monte_carlo": {"paths": 5.5}}, "monte_carlo.paths: must be a whole number, not 5.5."),

@@ -129,7 +129,7 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("how", "says"),
     [
-        ({"threads": 2, "workers": 2}, "threads, workers and scheduler exclude each other"),
+        ({"threads": 2, "workers": 2}, "threads, workers and scheduler cannot be combined"),
         ({"threads": 0}, r"threads must be in \[1, 4096\], not 0"),
         ({"workers": 0}, "workers must be a whole number from 1 to 4096, not 0"),
         ({"workers": 1.5}, "workers must be a whole number from 1 to 4096, not 1.5"),
@@ -331,7 +331,7 @@ def test_workers_that_end_again_and_again(monkeypatch: pytest.MonkeyPatch) -> No
             own.replace_ended(progress=False)
             time.sleep(0.01)
 
-    with Workers("tcp://127.0.0.1:1", 1) as own, pytest.raises(OSError, match="end again and again, the last one with"):
+    with Workers("tcp://127.0.0.1:1", 1) as own, pytest.raises(OSError, match="keep ending, the last one with"):
         wait(own)
 
 

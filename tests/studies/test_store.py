@@ -210,7 +210,7 @@ def test_the_description_is_mended_by_its_own_study_only(copy: Path, whole: Path
     ],
 )
 def test_another_study_is_refused(change: dict[str, object], what: str, copy: Path, whole: Path) -> None:
-    with pytest.raises(StoreError, match=rf"is of another study \('theory'; not the same: {what}\): only the values"):
+    with pytest.raises(StoreError, match=rf"belongs to another study \('theory'; different: {what}\): only the values"):
         run_study(given(THEORY, **change), copy)
     assert content(copy) == content(whole)
 
@@ -266,7 +266,7 @@ def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
         before = content(tmp_path)
         for use in (open_store, lambda path: run_study(STUDY, path)):
             with pytest.raises(
-                StoreError, match="is not a store of a springpot study: give the place of one, or a new"
+                StoreError, match="is not a store of a springpot study: give the folder of a store, or a new"
             ):
                 use(tmp_path / name)
         assert content(tmp_path) == before
@@ -274,7 +274,7 @@ def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
 
 def test_an_empty_folder_becomes_a_store(tmp_path: Path, whole: Path) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(StoreError, match=r"there is no store .*: springpot study run FILE --store .* makes one"):
+    with pytest.raises(StoreError, match=r"there is no store .*: springpot study run FILE --store .* creates one"):
         open_store(tmp_path / "empty")
     assert run_study(STUDY, tmp_path / "empty", threads=1).computed == 12
     assert content(tmp_path / "empty") == content(whole)
@@ -397,7 +397,7 @@ def test_a_full_disk_loses_nothing(small_disk: Path, whole: Path) -> None:
         assert "\n" not in str(told.value)
     assert sum(status(open_store(path)).done.values()) == 4
     assert orphans(path) == []
-    with pytest.raises(OSError, match=r"^store '.*new\.zarr' cannot be made \(No space left on device\)\.$"):
+    with pytest.raises(OSError, match=r"^store '.*new\.zarr' cannot be created \(No space left on device\)\.$"):
         run_study(STUDY, small_disk / "new.zarr")
     assert not (small_disk / "new.zarr").exists()
     ballast.unlink()
@@ -416,7 +416,7 @@ def test_a_disk_that_can_only_be_read(small_disk: Path) -> None:
         OSError, match=r"^store '.*' cannot be written \(Read-only file system\): all results so"
     ):
         run_study(STUDY, path)
-    with pytest.raises(OSError, match=r"^store '.*' cannot be made \(Read-only file system\)\.$"):
+    with pytest.raises(OSError, match=r"^store '.*' cannot be created \(Read-only file system\)\.$"):
         run_study(STUDY, small_disk / "new.zarr")
     assert content(path) == before
     assert sum(status(open_store(path)).done.values()) == 4

@@ -418,7 +418,7 @@ def test_not_covered(asked, sentence):
 
 @pytest.mark.parametrize(("asked", "cause"), [
     (oscillator(0.0), "order 0 is a spring"), (oscillator(c=0.0), "C is 0"), (free(0.0), "order 0 is a spring"),
-    (oscillator(c=0.0, q=0.0), "stays what it was"),
+    (oscillator(c=0.0, q=0.0), "stays constant"),
 ])  # fmt: skip
 def test_no_stationary_state(asked, cause):
     result = closure(asked)

@@ -211,13 +211,13 @@ def _table_for(oscillator: Oscillator) -> tuple[str, float]:
     """Which table, and the place on its third axis."""
     _check("order", oscillator.springpot.order, ORDERS)
     if oscillator.barrier is None:
-        raise NotCovered("The atlas covers oscillators with a wall; without one theory.exact has the exact answer.")
+        raise NotCovered("The atlas covers oscillators with a wall; without one theory.exact gives the exact result.")
     if oscillator.excitation.intensity == 0.0:
-        raise NotCovered("The atlas covers positive intensities: without noise nothing is stationary but rest.")
+        raise NotCovered("The atlas covers positive intensities: without noise the only stationary state is rest.")
     _check("C Omega^(alpha-2)", oscillator.dimensionless_coefficient, COEFFICIENTS)
     place, restitution = oscillator.dimensionless_position, oscillator.restitution
     if restitution == 1.0 or (restitution == LOSSY and place != 0.0):
-        _check("the wall's place in units of sqrt(q / Omega^3)", place, PLACES)
+        _check("the wall's position in units of sqrt(q / Omega^3)", place, PLACES)
         return ("elastic" if restitution == 1.0 else "lossy"), place
     if place != 0.0:
         raise NotCovered(

@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(of_the_system(error))
         return 1
     except MemoryError:
-        say("there is not enough memory for this; fewer --paths need less.")
+        say("there is not enough memory for this: use fewer --paths.")
         return 1
     except Exception as error:
         say(f"{type(error).__name__}: {one_sentence(error)}")

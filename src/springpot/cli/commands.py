@@ -117,7 +117,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
 
 @app.command
 def atlas(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
-    """Atlas: stationary moments from a table of Monte Carlo that comes with the library, with their errors, at once.
+    """Atlas: stationary moments and their errors, interpolated at once in a table of Monte Carlo results.
 
     Example: springpot atlas --order 0.3 --coefficient 30 --natural-frequency 12 --restitution 0.7
     """
@@ -143,16 +143,16 @@ def compare(
     /,
     *,
     flags: Flags = STANDARD,
-    rtol: Annotated[float, Parameter(group=MONTE_CARLO, help="Total relative error of the Monte Carlo.")] = 0.01,
-    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of the Monte Carlo.")] = 1,
+    rtol: Annotated[float, Parameter(group=MONTE_CARLO, help="Total relative error of Monte Carlo.")] = 0.01,
+    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of Monte Carlo.")] = 1,
     threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
     max_time: Annotated[
         float | None,
-        Parameter(group=MONTE_CARLO, help="Seconds after which the Monte Carlo ends with what it has reached."),
+        Parameter(group=MONTE_CARLO, help="Seconds after which Monte Carlo stops and keeps what it has reached."),
     ] = None,
     plot: Annotated[
         str | None,
-        Parameter(metavar="FILE", help="PNG to draw densities and spectra of theory and Monte Carlo into."),
+        Parameter(metavar="FILE", help="PNG file for the densities and spectra of theory and Monte Carlo."),
     ] = None,
     json_: Json = False,
 ) -> int:
@@ -216,8 +216,8 @@ def simulate(
         float | None,
         Parameter(
             group=MONTE_CARLO,
-            help="Total relative error wanted, such as 0.01.  Paths, duration, step, window and start are then chosen; "
-            "of the flags of this group only quantity, max-time, seed and threads can be given with it.",
+            help="Total relative error to reach, such as 0.01.  Paths, duration, step, window and start are then "
+            "chosen; of this group only --quantity, --max-time, --seed and --threads can be given with it.",
         ),
     ] = None,
     quantity: Annotated[
@@ -226,14 +226,14 @@ def simulate(
             group=MONTE_CARLO,
             negative="",
             metavar="NAME",
-            help="With --rtol: the result that must reach it; amplitude_mean_square if not given; can be repeated.",
+            help="With --rtol: a result that must reach it; amplitude_mean_square if not given; can be repeated.",
         ),
     ] = None,
     max_time: Annotated[
         float | None,
         Parameter(
             group=MONTE_CARLO,
-            help="With --rtol: seconds after which the run ends with what it has reached.",
+            help="With --rtol: seconds after which the run stops and keeps what it has reached.",
         ),
     ] = None,
     settings: RunSettings = AS_USUAL,
@@ -242,7 +242,7 @@ def simulate(
         Parameter(
             group=MONTE_CARLO,
             negative="",
-            help="Print also quantiles of x, v, amplitude and impact speed, and of the extremes of each path.",
+            help="Also print quantiles of x, v, amplitude and impact speed, and of the extremes of each path.",
         ),
     ] = False,
     first_passage: Annotated[
@@ -251,8 +251,8 @@ def simulate(
             group=MONTE_CARLO,
             negative="",
             metavar="NAME LEVEL",
-            help="When NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, energy "
-            "in m^2/s^2; can be repeated.  The clock starts with the window; with --start rest at 0.",
+            help="Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
+            "energy in m^2/s^2; can be repeated.  Time counts from the start of the window; with --start rest from 0.",
         ),
     ] = None,
     out: Annotated[
@@ -260,16 +260,16 @@ def simulate(
         Parameter(
             group=_OUTPUT,
             metavar="FILE",
-            help="Save the run: .nc (netCDF) or .json, which springpot.load_run reads back, or .csv for spreadsheets.",
+            help="Save the run: .nc (netCDF) or .json, which springpot.load_run can read, or .csv for spreadsheets.",
         ),
     ] = None,
-    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace a FILE that exists.")] = False,
+    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
     record: Annotated[
         Whole | None,
-        Parameter(group=_OUTPUT, help="Number of paths whose x and v go into FILE at every step; 0 if not given."),
+        Parameter(group=_OUTPUT, help="Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
     ] = None,
     every: Annotated[
-        Whole | None, Parameter(group=_OUTPUT, help="With --record: save every so many steps only.")
+        Whole | None, Parameter(group=_OUTPUT, help="With --record: steps between two saved points; 1 if not given.")
     ] = None,
     json_: Json = False,
 ) -> int:
@@ -328,14 +328,14 @@ def _exit_code(diagnostics: Mapping[str, Any]) -> int:
 def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
     """The levels by name; a name given twice would lose one of them."""
     if len(found := dict(pairs)) < len(pairs):
-        raise ValueError("--first-passage takes each name once.")
+        raise ValueError("--first-passage must be given only once for each name.")
     return found
 
 
 app.command(  # not imported here, so the list of commands needs the words of its help
     "springpot.studies.commands:app",
     name="study",
-    help="Study: a grid of oscillators, stated in a file.  Results are saved on disk; interrupted runs resume.",
+    help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",
 )
 
 
@@ -365,10 +365,10 @@ def doctor(*, json_: Json = False) -> int:
 def reproduce(
     what: Annotated[Literal["fig1", "fig2", "errata", "all"], Parameter(help="Which part of the paper.")] = "all",
     *,
-    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
+    out: Annotated[str, Parameter(help="Folder for the files; created if missing.")] = "figures",
     threads: Threads = None,
 ) -> int:
-    """Reproduce the paper: its figures, their numbers, and the list of its errata.
+    """Reproduce the paper: its figures, their numbers, and a list of its errors.
 
     Example: springpot reproduce fig1 --out figures
     """
@@ -386,10 +386,10 @@ def reproduce(
 @app.command
 def validity(
     *,
-    out: Annotated[str, Parameter(help="Folder for the files; made if missing.")] = "figures",
+    out: Annotated[str, Parameter(help="Folder for the files; created if missing.")] = "figures",
     simulate_again: Annotated[
         bool,
-        Parameter(negative="", help="First run the Monte Carlo of the map again: half an hour; can be interrupted."),
+        Parameter(negative="", help="First repeat the Monte Carlo of the map: half an hour; can be interrupted."),
     ] = False,
     threads: Threads = None,
 ) -> int:
@@ -424,13 +424,13 @@ def validity(
 @app.command
 def explore(
     *,
-    port: Annotated[Whole, Parameter(help="Port to listen on; 0 takes any that is free.")] = 8765,
-    host: Annotated[str, Parameter(help="Numerical address to listen on; by default only this computer's own.")] = (
+    port: Annotated[Whole, Parameter(help="Port to listen on; 0 takes any free port.")] = 8765,
+    host: Annotated[str, Parameter(help="Numerical address to listen on; the default serves this computer only.")] = (
         "127.0.0.1"
     ),
     browser: Annotated[bool, Parameter(help="Open the page in the browser, or only print its address.")] = True,
 ) -> int:
-    """A page in the browser: move a slider, and watch the mass, the densities and every theory beside Monte Carlo.
+    """Open a page in the browser: move a slider and watch the mass, the densities and every theory beside Monte Carlo.
 
     Example: springpot explore --port 0
     """

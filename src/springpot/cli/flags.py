@@ -28,7 +28,7 @@ _PER_MASS = Group("Oscillator", sort_key=0)
 MONTE_CARLO = Group("Monte Carlo", sort_key=2)
 _DEVICE = Group(
     "Device",
-    help="In SI units, instead of the flags per unit mass above; --restitution and --side go with both.",
+    help="A device in SI units, instead of the flags per unit mass above; --restitution and --side go with both.",
     sort_key=1,
 )
 
@@ -50,17 +50,21 @@ class OscillatorFlags:
     ] = None
     coefficient: Annotated[
         float | None,
-        Parameter(help="C of the springpot per unit mass, in s^(alpha-2).", show_default=str(_DEFAULT["coefficient"])),
+        Parameter(
+            help="Coefficient C of the springpot per unit mass, in s^(alpha-2).",
+            show_default=str(_DEFAULT["coefficient"]),
+        ),
     ] = None
     natural_frequency: Annotated[
-        float | None, Parameter(help="Omega, in rad/s.", show_default=str(_DEFAULT["natural_frequency"]))
+        float | None,
+        Parameter(help="Natural frequency Omega, in rad/s.", show_default=str(_DEFAULT["natural_frequency"])),
     ] = None
     intensity: Annotated[
         float | None,
         Parameter(help="Intensity q of the white noise, in m^2 s^-3.", show_default=str(_DEFAULT["intensity"])),
     ] = None
     position: Annotated[
-        float | None, Parameter(help="Place b of the wall, in m.", show_default=str(_DEFAULT["position"]))
+        float | None, Parameter(help="Position b of the wall, in m.", show_default=str(_DEFAULT["position"]))
     ] = None
     restitution: Annotated[
         float | None,
@@ -78,7 +82,7 @@ class OscillatorFlags:
             name="--barrier",
             negative="--no-barrier",
             show_default=False,
-            help="With the wall (as by default), or without.",
+            help="With a wall (the default), or without.",
         ),
     ] = True
     mass: Annotated[float | None, Parameter(group=_DEVICE, help="Mass m, in kg.")] = None
@@ -91,14 +95,14 @@ class OscillatorFlags:
             group=_DEVICE,
             negative="",
             metavar="ORDER K_ALPHA",
-            help="The springpot's order and its k_alpha, in N s^order/m; a dashpot c in N s/m is 1 c.",
+            help="Order and k_alpha of the springpot, in N s^order/m; for a dashpot c in N s/m give 1 c.",
         ),
     ] = None
     gap: Annotated[
         float | None,
         Parameter(
             group=_DEVICE,
-            help="Distance from equilibrium to the stop, in m; negative: preload; no stop if not given.",
+            help="Distance from equilibrium to the stop, in m; a negative gap is a preload; no stop if not given.",
         ),
     ] = None
     psd: Annotated[float | None, Parameter(group=_DEVICE, help="Spectral density of the excitation.")] = None
@@ -116,7 +120,7 @@ class OscillatorFlags:
     ] = None
     of: Annotated[
         Excited | None,
-        Parameter(group=_DEVICE, help="What --psd is of; follows from --psd-unit and must agree with it."),
+        Parameter(group=_DEVICE, help="What --psd describes; follows from --psd-unit and must agree with it."),
     ] = None
 
     def oscillator(self) -> Oscillator:
@@ -129,7 +133,7 @@ class OscillatorFlags:
                 "not both."
             )
         if not self.barrier and "gap" in device:
-            raise ValueError("--no-barrier leaves no wall for --gap to describe.")
+            raise ValueError("--no-barrier cannot be combined with --gap: there is no wall.")
         if missing := [name for name in _NEEDED if name not in device]:
             raise ValueError(f"{_flags(missing)} must be given too: a device needs {_flags(_NEEDED)}.")
         return Oscillator.from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]

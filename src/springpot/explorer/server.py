@@ -273,7 +273,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     except ValueError:
         raise ValueError(f"host must be a numerical address such as 127.0.0.1 or 0.0.0.0, not {address!r}.") from None
     if not 0 <= port <= 65535:
-        raise ValueError(f"port must be in [0, 65535], not {port}; 0 takes any that is free.")
+        raise ValueError(f"port must be in [0, 65535], not {port}; 0 takes any free port.")
     listening = socket.socket(family, socket.SOCK_STREAM)
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -283,7 +283,7 @@ def listen_on(address: str, port: int) -> socket.socket:
         listening.close()
         raise OSError(
             f"port {port} of {address} cannot be used ({error.strerror}): choose another with --port, or --port 0 for "
-            "any that is free."
+            "any free port."
         ) from None
     return listening
 

@@ -181,8 +181,8 @@ class Session:
         )
         if settings.steps * settings.paths > MOST_WORK:
             raise ValueError(
-                f"paths: {settings.paths} paths of {settings.steps} steps are more than a page should wait for; "
-                f"take at most {int(MOST_WORK / settings.steps)}, or the command."
+                f"paths: {settings.paths} paths of {settings.steps} steps take too long for a page: use at most "
+                f"{int(MOST_WORK / settings.steps)}, or the command."
             )
         adapted = None
         if settings.start == "stationary":

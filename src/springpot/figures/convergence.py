@@ -65,7 +65,7 @@ def convergence(
         if steps.shape != sizes.shape or steps.ndim != 1 or steps.size == 0:
             raise ValueError(f"{name} must have as many errors as steps, not {sizes.shape} for {steps.shape}.")
         if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
-            raise ValueError(f"steps and errors of {name} must be positive: take the size of an error.")
+            raise ValueError(f"steps and errors of {name} must be positive: take the absolute value of an error.")
         colour, mark = _LOOKS[number % len(_LOOKS)]
         axes.plot(steps, sizes, "-", color=COLOURS[colour], lw=1.0)
         bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLOURS[colour], marker=mark,

@@ -71,7 +71,7 @@ def transient(
     if quantity not in _OF_PATHS:
         raise ValueError(f"quantity must be one of {', '.join(_OF_PATHS)}, not {quantity!r}.")
     if data is None and at is None:
-        raise ValueError("at must say when to draw theory, for there is no run.")
+        raise ValueError("at must say when to draw theory, because there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
     design = next_design(axes, color, label)
@@ -150,7 +150,7 @@ def survival(
     if not (isinstance(level, int | float) and level > 0.0):
         raise ValueError(f"level must be a positive amplitude in m, not {level!r}.")
     if data is None and at is None:
-        raise ValueError("at must say when to draw theory, for there is no run.")
+        raise ValueError("at must say when to draw theory, because there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
     axes = panel(axes)
     design = next_design(axes, color, label)

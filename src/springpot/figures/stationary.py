@@ -225,7 +225,7 @@ def correlation(
 
 def _place(data: Data | None, at: ArrayLike | None) -> FloatArray:
     if data is None and at is None:
-        raise ValueError("at must say where to draw theory, for there is no run.")
+        raise ValueError("at must say where to draw theory, because there is no run.")
     return np.zeros(0) if at is None else np.asarray(at, dtype=float)
 
 

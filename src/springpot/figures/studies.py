@@ -80,11 +80,12 @@ def draw_study(
     if kind == "map":
         used += [dimension for dimension in by_length if dimension != used[0]][:1]
         if len(used) < 2:
-            raise ValueError("a map needs a study with two axes.")
+            raise ValueError("kind='map' needs a study with two axes.")
     places = list(_places(some, [dimension for dimension in dimensions if dimension not in used]))
     if len(places) * len(names) > MOST_PANELS:
         raise ValueError(
-            f"that makes {len(places) * len(names)} panels, more than {MOST_PANELS}: draw fewer quantities, or a map."
+            f"quantity and the axes make {len(places) * len(names)} panels, more than {MOST_PANELS}: draw fewer "
+            "quantities, or a map."
         )
     columns = min(4, len(places) if len(places) > 1 else len(names))
     rows = -(-len(places) * len(names) // columns)

@@ -114,7 +114,7 @@ def against(
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
     if methods and oscillator is None:
-        raise ValueError("oscillator must be given for theory to be asked of.")
+        raise ValueError("oscillator must be given to draw theory.")
     for said, method in methods:
         asked = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
         curve, found = _curve(method, asked, quantity)
@@ -142,7 +142,7 @@ def _number(oscillator: Oscillator, parameter: str) -> float:
 def _with(oscillator: Oscillator, parameter: str, value: float) -> Oscillator:
     """The oscillator with another number."""
     if math.isnan(_number(oscillator, parameter)):
-        raise ValueError("the oscillator must have a wall, for something of the wall is to change.")
+        raise ValueError("oscillator must have a wall if parameter is 'position' or 'restitution'.")
     return Oscillator.from_numbers(**oscillator.numbers | {parameter: value})
 
 

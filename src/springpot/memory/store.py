@@ -60,8 +60,8 @@ def load(key: Key) -> tuple[Floats, Floats, float] | None:
         return None
     if reason := reason_against(place.parent):
         say_unused(
-            f"Sums of the memory are not kept on disk, and each is computed anew in about 0.1 s, because {reason}. Set "
-            "SPRINGPOT_CACHE_DIR to a folder that only you can write."
+            "The exponential sums of the memory are not stored, and each is computed again in about 0.1 s, because "
+            f"{reason}. Set SPRINGPOT_CACHE_DIR to a folder that only you can write."
         )
         return None
     if (text := read(place, _LARGEST)) is None:

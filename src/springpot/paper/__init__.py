@@ -95,7 +95,7 @@ def _folder(out: str | PathLike[str]) -> Path:
     if not isinstance(out, str | PathLike) or not isinstance(os.fspath(out), str):
         raise TypeError(f"out must be the name of a folder, not {out!r}.")
     if not os.fspath(out):
-        raise ValueError("out must name a folder, and it is empty; the current folder is '.'.")
+        raise ValueError("out must name a folder, but it is empty; '.' is the current folder.")
     return Path(out)
 
 
@@ -105,7 +105,7 @@ def _writable(folder: Path, names: Iterable[str]) -> Path:
         raise NotADirectoryError(f"{str(folder)!r} is not a folder.")
     for name in names:
         if (folder / name).is_dir():
-            raise IsADirectoryError(f"{str(folder / name)!r} is a folder, and a file of that name is to be written.")
+            raise IsADirectoryError(f"{str(folder / name)!r} is a folder, but a file of that name must be written.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

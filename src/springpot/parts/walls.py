@@ -43,7 +43,7 @@ class Barrier:
     side: Side = "above"
 
     def __post_init__(self) -> None:
-        position = real(self.position, "position", "It is the place of the wall.")
+        position = real(self.position, "position", "It is the position of the wall.")
         restitution = finite_number(
             self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint="An elastic wall has 1."
         )

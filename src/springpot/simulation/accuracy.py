@@ -335,7 +335,7 @@ def _estimate(
     unreachable = ""
     if aim > request.rtol:
         unreachable = (
-            f"{per_cent(request.rtol)} cannot be reached for {worst}; the run goes on to the best that can be "
+            f"{per_cent(request.rtol)} cannot be reached for {worst}; the run continues to the best that can be "
             f"reached, {per_cent(aim)}"
         )
     return Estimate(spent + left, clock.seconds(left), reason, aim, unreachable)
@@ -348,7 +348,7 @@ def _length_reason(simulation: Simulation) -> str:
         return ""
     lasting = f"each path runs for {end:.2g} s, {settings.steps:.1e} steps"
     if begin > 8.0 * simulation.scales.forgetting_time:
-        return f"the springpot is strong, so slow displacements creep: {lasting}"
+        return f"the springpot is strong, so the displacement changes slowly: {lasting}"
     return f"the damping is light: {lasting}"
 
 
@@ -367,7 +367,7 @@ def _why_no_better(request: _Request, outcome: _Outcome, spent: float) -> str:
     known = outcome.estimates.known[outcome.move.worst]
     if outcome.move.kind == "stop":
         if math.isinf(outcome.off):
-            return f"in {spent:.1e} path-steps there was not enough to see"
+            return f"in {spent:.1e} path-steps there were too few events to estimate it"
         return f"it would take more than {request.most_path_steps:.1e} path-steps"
     if known.fixed > 0.5 * request.rtol * abs(known.value):
         return "more paths do not reduce the bias from start and memory"
@@ -375,7 +375,7 @@ def _why_no_better(request: _Request, outcome: _Outcome, spent: float) -> str:
 
 
 def _too_short(report: _Report) -> str:
-    needed = "the pilot runs for the stationary start were not over"
+    needed = "the pilot runs for the stationary start were not finished"
     if report.time_left:
         needed = f"the smallest run takes about {report.time_left}"
     return f"max_time of {report.clock.limit:g} s is too short for any result: {needed}."

@@ -141,7 +141,7 @@ class _NoCache(caching.NullCache):  # type: ignore[misc]
 
     def load_overload(self, sig: Any, target_context: Any) -> None:
         say_unused(
-            f"Compiled kernels are not kept, and every process compiles them anew for some seconds, because "
+            "Compiled kernels are not stored, and every process compiles them again for a few seconds, because "
             f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
         )
 

@@ -164,7 +164,10 @@ def _memory(
     history: ExponentialSum, scale: float, scheme: Splitting | Grunwald, order: float, precision: str
 ) -> Memory:
     if history.rates.size > MOST_MODES:
-        raise ValueError(f"memory_tolerance asks for {history.rates.size} memory modes; the kernel holds {MOST_MODES}.")
+        raise ValueError(
+            f"memory_tolerance needs {history.rates.size} memory modes, but the kernel holds at most "
+            f"{MOST_MODES}: use a larger one."
+        )
     # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     size = history.rates.size + history.rates.size % 2
     rates, strengths = np.zeros(size), np.zeros(size)

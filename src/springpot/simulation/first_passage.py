@@ -175,11 +175,11 @@ def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
         raise ValueError(f"first_passage must name {known} or an observable in one word, not {name!r}.")
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise ValueError(
-            f"first_passage knows {known}; for an observable such as {name!r} give a pair of a function of (t, x, v) "
-            "and a level."
+            f"first_passage must name {known}; for an observable such as {name!r} give a pair: a function of (t, x, "
+            "v) and a level."
         )
     if name in taken_names():
-        raise ValueError(f"first_passage cannot call an observable {name!r}: a run has something of that name already.")
+        raise ValueError(f"first_passage cannot call an observable {name!r}: a run already has a result of that name.")
     function, level = given
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {function!r}.")

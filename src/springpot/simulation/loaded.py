@@ -73,7 +73,7 @@ def load_run(path: str | Path) -> Run:
     except _Foreign as reason:
         raise ValueError(f"{str(path)!r} cannot be read as a run: {reason}.") from None
     if not isinstance(value, Run):
-        raise ValueError(f"{str(path)!r} cannot be read as a run: it holds something else.")
+        raise ValueError(f"{str(path)!r} cannot be read as a run: it does not hold one.")
     return value
 
 

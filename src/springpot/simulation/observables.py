@@ -55,7 +55,7 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
     if name in taken_names() or name.endswith("_se"):
-        raise ValueError(f"an observable cannot be called {name!r}: a run has something of that name already.")
+        raise ValueError(f"an observable cannot be called {name!r}: a run already has a result of that name.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
     try:

@@ -258,7 +258,7 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     alike = (question, *((kind.__name__, getattr(kind, "_fields", ())) for kind in kinds))
     if alike in _ANSWERED:
         names = ", ".join(kind.__name__ for kind in kinds)
-        raise ValueError(f"{question.__name__} of {names} is answered already: give the part another name.")
+        raise ValueError(f"{question.__name__} of {names} is defined already: give the part another name.")
     _ANSWERED.add(alike)
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -173,7 +173,7 @@ class PassageTimes:
         # linearised: mean = restricted + censored * exposure / late
         value = float(seen.mean() + c * e / d)
         samples = seen + censored * (e / d) + exposure * (c / d) - late * (c * e / d**2)
-        assumed = f"{share}; the mean time takes them to pass at the rate of the second half, {d / e:.3g} per s."
+        assumed = f"{share}; the mean time assumes that they pass at the rate of the second half, {d / e:.3g} per s."
         return value, _standard_error(samples), assumed
 
     def _no_mean(self, share: str, half: float, late: npt.NDArray[np.bool_], exposure: Floats) -> str:
@@ -183,7 +183,7 @@ class PassageTimes:
             wanted = "quantiles or the survival curve"
             if math.isfinite(self.settling):
                 wanted = f"a run of at least {2.0 * self.settling:.3g} s from the start of the clock, or {wanted}"
-            return f"{share}, too early for a mean time: use {wanted}."
+            return f"{share}, so the run is too short for a mean time: use {wanted}."
         if late.sum() < FEWEST_LATE:
             return (
                 f"{share}, and fewer than {FEWEST_LATE} have passed in its second half, too few for a mean time: use a "

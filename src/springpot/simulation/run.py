@@ -99,7 +99,7 @@ def run(
             raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
         return _run_to(oscillator, rtol, quantities, max_time, progress, given)
     if max_time is not None:
-        raise ValueError("max_time needs rtol: without it, paths and duration say how long a run takes.")
+        raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if tuple(quantities) != _DEFAULT_QUANTITIES:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
     settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))

@@ -254,8 +254,8 @@ def _grid(
         if duration / MOST_STEPS * fastest <= COARSEST:
             advice = f"a step of at least {duration / MOST_STEPS:.3g} s or {advice}"
         raise ValueError(
-            f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s; at most {MOST_STEPS:,} are run: "
-            f"use {advice}."
+            f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s, but at most {MOST_STEPS:,} are "
+            f"allowed: use {advice}."
         )
     # duration / step rounded up, with a margin for rounding errors
     steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))
@@ -292,8 +292,8 @@ def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int
         if fewer > 0:
             advice += f"{' or ' if advice else ''}at most {fewer} paths"
         raise ValueError(
-            f"record asks for {record} paths of {steps // every} points; at most {MOST_RECORDED:,} points are stored: "
-            f"use {advice}."
+            f"record asks for {record} paths of {steps // every} points, but at most {MOST_RECORDED:,} points are "
+            f"stored: use {advice}."
         )
     return record, every
 
@@ -304,9 +304,11 @@ def _initial_position(
     barrier = oscillator.barrier
     if start == "stationary":
         if given is not None:
-            raise ValueError("initial_position cannot be given with start='stationary', which finds it itself.")
+            raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
         if derivative != "caputo":
-            raise ValueError("derivative must be 'caputo' with start='stationary': its memory starts adapted to x(0).")
+            raise ValueError(
+                "derivative must be 'caputo' with start='stationary': the memory of this start is adapted to x(0)."
+            )
         check_stationary(oscillator, "start='stationary'")
         return None
     if barrier is None:

@@ -68,19 +68,19 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     values = np.array(given)
     if (3 * values.size + 1) * settings.paths > MOST_SUMS:
         raise ValueError(
-            f"spectrum asks for {values.size} frequencies of {settings.paths} paths; at most "
-            f"{MOST_SUMS // (3 * settings.paths)} frequencies are kept for so many paths."
+            f"spectrum must hold at most {MOST_SUMS // (3 * settings.paths)} frequencies for {settings.paths} paths, "
+            f"not {values.size}."
         )
     length = settings.window[1] - settings.window[0]
     if (lowest := float(values.min())) * length < FEWEST_CYCLES * 2.0 * math.pi:
         raise ValueError(
-            f"spectrum goes down to {lowest:g} rad/s, too low for a window of {length:g} s: average over at least "
+            f"spectrum goes down to {lowest:g} rad/s, too low for a window of {length:g} s: use a window of at least "
             f"{FEWEST_CYCLES * 2.0 * math.pi / lowest:.3g} s."
         )
     if (highest := max(float(values.max()), fastest)) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
         raise ValueError(
-            f"spectrum has to resolve {highest:g} rad/s, too fast for a step of {settings.step:g} s: use at most "
-            f"{2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
+            f"spectrum has to resolve {highest:g} rad/s, too fast for a step of {settings.step:g} s: use a step of "
+            f"at most {2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
         )
     return values
 

@@ -50,7 +50,7 @@ def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
     if given.get("start") is not None:
         return []
     _, reason = default_start(oscillator, given)
-    return [f"the run starts from rest, for there is no stationary state: {reason}."] if reason else []
+    return [f"the run starts from rest, because there is no stationary state: {reason}."] if reason else []
 
 
 def doubts(
@@ -81,8 +81,8 @@ def doubts(
     floor = max(0.01, 1e-4 * energy / energy_supplied) if energy_supplied > 0.0 else 0.01
     if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
         sentences.append(
-            f"the energy balance fails by {100.0 * residual:.2g} % of the power fed in (standard error "
-            f"{100.0 * error:.1g} %): do not trust this run before a finer step has confirmed it."
+            f"the energy balance fails by {100.0 * residual:.2g} % of the input power (standard error "
+            f"{100.0 * error:.1g} %): repeat the run with a finer step before you trust it."
         )
     if not bounded:
         sentences.extend(_about_slow_impacts(simulation, values))
@@ -93,7 +93,10 @@ def _about_start(adapted: Adapted | None) -> list[str]:
     if adapted is None:
         return []
     if adapted.residual is None or adapted.residual_se is None:
-        return ["the adapted start is that of averaging: pilot runs long enough to check it would take too long."]
+        return [
+            "the adapted start was taken from averaging and was not checked: long enough pilot runs would take "
+            "too much time."
+        ]
     if adapted.residual > MOST_RESIDUAL:
         return [
             f"the adapted start was off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
@@ -116,9 +119,9 @@ def _about_memory(oscillator: Oscillator, values: dict[str, float], errors: dict
     if not 0.0 < order < 1.0 or abs(force) <= max(FAR_OFF * error, MOST_REMEMBERED * spring):
         return []
     return [
-        f"the springpot remembers the start: its mean force is {per_cent(abs(force) / spring)} of the spring's, where "
-        f"a stationary one has none, and falls only like t^-{order:.2g}; mean displacement and impact rate are not yet "
-        "stationary (energies are barely affected). Use start='stationary' for those."
+        f"the springpot remembers the start: its mean force is {per_cent(abs(force) / spring)} of the spring's (0 in "
+        f"the stationary state) and decays only like t^-{order:.2g}, so mean displacement and impact rate are not yet "
+        "stationary (energies are barely affected). Use start='stationary' for them."
     ]
 
 
@@ -128,29 +131,29 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
     fastest, limit = scales.fastest_rate, settings.numerical_scheme.coarsest_step
     if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
         sentences.append(
-            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: errors of the "
-            f"order of 1 % are to be expected above {limit:g}; use at most {limit / fastest:.2g} s."
+            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: expect errors of "
+            f"about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     left = transient_left(oscillator, settings)
     if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
         sentences.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
             if math.isinf(scales.energy_time)
-            else f"window starts at {settings.window[0]:g} s, inside the transient: about {100.0 * left:.0f} % of it "
-            f"is left there; start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
+            else f"window starts at {settings.window[0]:g} s, when about {100.0 * left:.0f} % of the transient is "
+            f"left: start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
         )
     size = math.sqrt(max(values["x_mean_square"], 0.0))
     if settings.scheme == "grunwald" and oscillator.barrier is not None and settings.contact_tolerance > 1e-3 * size:
         sentences.append(
-            f"contact_tolerance is {settings.contact_tolerance:g} m, not small against the root mean square "
-            f"displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
+            f"contact_tolerance is {settings.contact_tolerance:g} m, which is not small compared with the root mean "
+            f"square displacement of {size:.2g} m: the response is biased by about their ratio; use at most "
             f"{1e-4 * size:.1g} m."
         )
     if oscillator.barrier is not None and not impacts_are_countable(oscillator):
         sentences.append(
             f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
-            "white noise makes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
-            "energies are not."
+            "white noise causes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
+            "energies are still correct."
         )
     return sentences
 
@@ -166,9 +169,9 @@ def _about_slow_impacts(simulation: Simulation, values: dict[str, float]) -> lis
     order = slow_impact_order(oscillator.barrier.restitution)
     return [
         f"impact rate is about {per_cent(missed)} too low and the mean impact speed "
-        f"{per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the wall is so lossy that "
-        f"slow impacts crowd, and the error falls only like step^{order:.2g}; energies are right. Use rtol= to have it "
-        "bounded."
+        f"{per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the step misses slow impacts "
+        f"behind this lossy wall, and the error decreases only like step^{order:.2g}; energies are correct. With "
+        "rtol= the error is bounded."
     ]
 
 
@@ -182,13 +185,16 @@ def about_uncontrolled_impacts(reached: Reached, quantities: Sequence[str], rtol
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
     if not off:
         return []
-    return [f"not asked for, and known to no better than: {', '.join(off)}; name it in quantities to have it bounded."]
+    return [
+        f"quantities does not name these results, which may be wrong by up to: {', '.join(off)}; name them to "
+        "bound their errors."
+    ]
 
 
 def about_observables(names: Iterable[str], values: dict[str, float]) -> list[str]:
     """Warn of observables without a finite value."""
     return [
-        f"observable {name} is not a finite number: its function raised, or is not finite everywhere."
+        f"observable {name} is not a finite number: its function raised an error, or is not finite everywhere."
         for name in names
         if not math.isfinite(values[name])
     ]
@@ -258,8 +264,8 @@ def about_quantiles(
         for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
     )
     return [
-        f"the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are off: {named}. "
-        "impact_speed_quantile_step_bias bounds by how much; a shorter step makes it smaller."
+        f"the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are wrong: {named}. "
+        "impact_speed_quantile_step_bias bounds the error; a shorter step reduces it."
     ]
 
 

@@ -17,12 +17,12 @@ __all__ = ["app"]
 
 app = App(
     name="study",
-    help="Study: a grid of oscillators, stated in a file.  Results are saved on disk; interrupted runs resume.",
+    help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",
     help_format="plaintext",
 )
 
 _File = Annotated[str, Parameter(help="The study file (TOML).")]
-_Store = Annotated[str, Parameter(help="The store: the folder that springpot study run has written.")]
+_Store = Annotated[str, Parameter(help="Folder of the store, as springpot study run has written it.")]
 
 
 @app.command
@@ -39,7 +39,7 @@ def new(
     if place.suffix != ".toml":
         raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
     if not place.resolve().parent.is_dir():
-        raise ValueError(f"the study file must lie in a folder that exists, and {str(place.parent)!r} does not.")
+        raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
     endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
     places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
     text = TEMPLATE.format(name=json.dumps(place.stem, ensure_ascii=False), **places)
@@ -107,7 +107,7 @@ def check(file: _File, *, json_: Json = False) -> int:
         print(f"settings of Monte Carlo checked at {estimated.checked:,} of {points:,} points.")
     print(
         f"{sum(estimated.tasks.values()):,} tasks, about {_time(total)} on {threads} threads, "
-        f"{_size(estimated.bytes)} at most (from the tasks tried; good to a factor of two)."
+        f"{_size(estimated.bytes)} at most (estimated from the tasks tried, to a factor of two)."
     )
     return 0
 
@@ -116,8 +116,8 @@ def check(file: _File, *, json_: Json = False) -> int:
 def run(
     file: _File,
     *,
-    store: Annotated[str, Parameter(help="The store, a folder: created if missing; what it holds already is kept.")],
-    threads: Annotated[Whole | None, Parameter(help="Number of tasks at a time; all processors if not given.")] = None,
+    store: Annotated[str, Parameter(help="Folder of the store; created if missing; results in it are kept.")],
+    threads: Annotated[Whole | None, Parameter(help="Number of tasks at once; all processors if not given.")] = None,
     workers: Annotated[
         Whole | None, Parameter(help="Instead of threads: start this number of Dask worker processes.")
     ] = None,
@@ -187,7 +187,7 @@ def status(store: _Store, *, json_: Json = False) -> int:
         print(f"damaged descriptions: {', '.join(descriptions)}")
     print(f"labelled group, for xarray: {counts.labelled}")
     if any((*counts.damaged.values(), *counts.missing.values(), *descriptions)) or counts.labelled != "right":
-        print(f"springpot study run FILE --store {store} computes what is missing and mends what is damaged.")
+        print(f"springpot study run FILE --store {store} computes what is missing and repairs what is damaged.")
     return 0
 
 
@@ -214,19 +214,19 @@ def export(
 def plot(
     store: _Store,
     *,
-    out: Annotated[str, Parameter(help="The picture: a file that ends in .png.")],
+    out: Annotated[str, Parameter(help="File for the picture; it must end in .png.")],
     quantity: Annotated[
         list[str] | None, Parameter(negative="", help="Quantities to draw; those named in the study file if not given.")
     ] = None,
     kind: Annotated[
         Literal["curves", "map"] | None,
         Parameter(
-            help="curves along one axis of the study; or map, over two axes, of Monte Carlo (without it, of the last "
-            "theory); curves if not given."
+            help="curves: along one axis of the study; map: over two axes, of Monte Carlo, or of the last theory if "
+            "there is no Monte Carlo; curves if not given."
         ),
     ] = None,
     along: Annotated[
-        str | None, Parameter(help="Axis of the study to be drawn horizontally; the longest if not given.")
+        str | None, Parameter(help="Horizontal axis: an axis of the study; the longest if not given.")
     ] = None,
 ) -> int:
     """Draw the results of a store: curves of theory and Monte Carlo, or maps, with one panel for each quantity.

@@ -45,7 +45,7 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
             f"the file to export to must end in .nc (netCDF), .zarr (a Zarr group) or .csv, not {path.name!r}."
         )
     if not path.resolve().parent.is_dir():
-        raise ValueError(f"the file to export to must lie in a folder that exists, and {str(path.parent)!r} does not.")
+        raise ValueError(f"the file to export to must lie in a folder that exists, but {str(path.parent)!r} does not.")
     _check_replaced(path, overwrite)
     partial = path.with_name(partial_name(path.name))
     try:
@@ -74,9 +74,9 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
     what = str(path)
     if path.suffix == ".zarr":
         if is_store(path):
-            raise ValueError(f"{what!r} is the store of a study, and export replaces none: give another name.")
+            raise ValueError(f"{what!r} is the store of a study, which export does not replace: give another name.")
         if not path.is_dir() or metadata_of(path) is None:
-            raise ValueError(f"{what!r} exists and is no Zarr group: give another name, or remove it first.")
+            raise ValueError(f"{what!r} exists and is not a Zarr group: give another name, or remove it first.")
     elif path.is_dir():
         raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
     if not overwrite:

@@ -168,7 +168,7 @@ class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
             raise ValueError("say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration")
         if alone and len(given) > 1:
             other = next(name for name in given if name != alone[0])
-            raise ValueError(f"{alone[0]} decides on everything, so {other} cannot be given with it")
+            raise ValueError(f"{alone[0]} chooses all settings, so {other} cannot be given with it")
         return self
 
     def given(self) -> dict[str, Any]:
@@ -226,10 +226,10 @@ class Study(_Strict):
         if not parameters:
             raise ValueError("there must be an axis, such as [axes] order = [0.25, 0.5]")
         if len(set(parameters)) < len(parameters):
-            raise ValueError(f"{_twice(parameters)} runs along two axes")
+            raise ValueError(f"{_twice(parameters)} is on two axes: leave out one of the two")
         for name in parameters:
             if name in self.fixed.model_fields_set:
-                raise ValueError(f"{name} is fixed and runs along an axis: leave out one of the two")
+                raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
         for title, columns in self.zipped.items():
             if title in _TAKEN or not title.isidentifier():
                 raise ValueError(f"zipped axis {title!r} needs a name of its own, such as case")

@@ -146,7 +146,7 @@ def run_study(
     from springpot.simulation.settings import checked_threads
 
     if (workers is not None) + (scheduler is not None) + (threads is not None) > 1:
-        raise ValueError("threads, workers and scheduler exclude each other: give one of them.")
+        raise ValueError("threads, workers and scheduler cannot be combined: give one of them.")
     number, of = shard
     if not 1 <= number <= of:
         raise ValueError(f"shard must be i/N with i from 1 to N, not {number}/{of}.")
@@ -265,8 +265,8 @@ def _on_a_cluster(
             # a closed connection may show before the client knows of it
             if client.status != "running" or isinstance(error, CommClosedError):
                 raise OSError(
-                    "the Dask scheduler is gone: all results so far are kept, and running the study again goes "
-                    "on from there."
+                    "the Dask scheduler is gone: all results so far are kept, and running the study again continues "
+                    "from there."
                 ) from error
             raise
 

@@ -156,8 +156,8 @@ class Store:
 def cannot_write(path: Path, error: OSError) -> OSError:
     """The error to raise if a store cannot be written."""
     return OSError(
-        f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and "
-        "running the study again goes on from there."
+        f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and running "
+        "the study again continues from there."
     )
 
 
@@ -205,7 +205,7 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
     path = Path(path)
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         if study is None:
-            raise StoreError(f"there is no store {str(path)!r}: springpot study run FILE --store {path} makes one.")
+            raise StoreError(f"there is no store {str(path)!r}: springpot study run FILE --store {path} creates one.")
         _make(path, study)
     ours = _ours(path)
     if study is None:
@@ -289,7 +289,9 @@ def _ours(path: Path) -> dict[str, Any] | None:
     if not right:
         if any(path.glob("*/*/numbers")):
             return None
-        raise StoreError(f"{str(path)!r} is not a store of a springpot study: give the place of one, or a new place.")
+        raise StoreError(
+            f"{str(path)!r} is not a store of a springpot study: give the folder of a store, or a new folder."
+        )
     if kept > FORMAT or _release(made_by) > _release(version("springpot")):
         raise StoreError(
             f"store {str(path)!r} was written by springpot {made_by} (store format {kept}), newer than this one "
@@ -320,7 +322,7 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
         apart.append("names of axes")
     if apart:
         raise StoreError(
-            f"store {str(path)!r} is of another study ({kept.name!r}; not the same: {', '.join(apart)}): only the "
+            f"store {str(path)!r} belongs to another study ({kept.name!r}; different: {', '.join(apart)}): only the "
             "values on the axes, methods and quantities may change in a store, so use another store for "
             f"{given.name!r}."
         )
@@ -345,7 +347,7 @@ def _make(path: Path, study: Study) -> None:
         os.rename(partial, path)
     except OSError as error:
         if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
-            raise OSError(f"store {str(path)!r} cannot be made ({error.strerror}).") from error
+            raise OSError(f"store {str(path)!r} cannot be created ({error.strerror}).") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

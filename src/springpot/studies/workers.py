@@ -68,8 +68,8 @@ class Workers:
             if self._ends > MOST_ENDS * self.count:
                 how = f"signal {-code}" if code < 0 else f"exit code {code}"
                 raise OSError(
-                    f"the worker processes end again and again, the last one with {how}: all results so far are "
-                    "kept, and running the study again goes on from there."
+                    f"the worker processes keep ending, the last one with {how}: all results so far are kept, and "
+                    "running the study again continues from there."
                 )
             if process.stdin is not None:
                 process.stdin.close()

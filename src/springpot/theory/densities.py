@@ -139,7 +139,7 @@ class Densities(Result):
             raise NotCovered(f"This density of {self.method} is known in the stationary state only, not at a time.")
         _ = self.moments  # raises where there is no stationary state
         if self._law is None:
-            raise ValueError("there is no density: without noise the mass rests.")
+            raise ValueError("there is no density: without noise the mass is at rest.")
         return self._law
 
     def _x(self, x: FloatArray, time: float | None) -> FloatArray:

@@ -167,7 +167,7 @@ def endless(oscillator: Oscillator) -> str | None:
         return None
     cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
     noisy = oscillator.excitation.intensity > 0.0
-    fate = "the energy grows as q t / 2" if noisy else "the energy stays what it was at the start"
+    fate = "the energy grows as q t / 2" if noisy else "the energy stays constant"
     return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
 
 

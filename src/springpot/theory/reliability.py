@@ -174,10 +174,10 @@ def map_warnings(oscillator: Oscillator, method: str) -> tuple[str, ...]:
     if not here.mapped:
         return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
     off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if GOOD[name] < gap < math.inf]
-    sentences = [f"Near here the validity map found gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
+    sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
     if here.unjudged and min(here.gaps.values()) < math.inf:
         unknown = listed([_WORDS[name] for name in here.unjudged])
-        sentences.append(f"At a cell of the map near here Monte Carlo is too uncertain to judge {unknown}.")
+        sentences.append(f"Near here the Monte Carlo of the validity map is too uncertain to judge {unknown}.")
     return (" ".join(sentences),) if sentences else ()
 
 
@@ -259,7 +259,9 @@ def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result
     if not answers:
         return "no method is recommended here: none has an answer."
     mapped = any(trust(oscillator, name).mapped for name in MAPPED)
-    why = "Monte Carlo on the validity map cannot judge them" if mapped else "the validity map has no cell near"
+    why = "the validity map has no cell near this oscillator"
+    if mapped:
+        why = "the Monte Carlo of the validity map is too uncertain to judge them"
     guess = best_guess(oscillator, answers)
     hint = f"The best guess is {guess}: compare" if guess else "Compare"
-    return f"no method is recommended here, for {why}. {hint} with Monte Carlo before you use a number."
+    return f"no method is recommended here, because {why}. {hint} with Monte Carlo before you use a number."

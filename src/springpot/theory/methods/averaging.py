@@ -144,7 +144,7 @@ class Averaging(DensitiesOfAmplitude):
         start = finite_number(initial, "initial", low=0.0)
         t = real_array(time, "time")
         if np.any(np.isnan(t)):
-            raise ValueError("time must be at least 0 s, and NaN is not a time.")
+            raise ValueError("time must be at least 0 s, not NaN.")
         if np.any(t < 0.0):
             raise ValueError(f"time must be at least 0 s, not {np.min(t):g}.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
@@ -182,7 +182,7 @@ class Averaging(DensitiesOfAmplitude):
         variance = self.x_mean_square
         t = np.abs(real_array(lag, "lag"))
         if np.any(np.isnan(t)):
-            raise ValueError("lag must be in s, and NaN is not a time.")
+            raise ValueError("lag must be a time in s, not NaN.")
         t = np.minimum(t, 800.0 / self.decay_rate)  # e^-800 is 0
         rho = np.exp(-self.decay_rate * t) * np.cos(self.frequency * t)
         if self.oscillator.barrier is not None:
@@ -242,7 +242,7 @@ class Averaging(DensitiesOfAmplitude):
             raise TypeError(f"time must be one number, not {time!r}.")
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
-            raise ValueError("there is no density: the amplitude is zero for sure (at rest, or without noise).")
+            raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
         return _Law(mu, self.frequency, self.oscillator.direction)
 
     def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
@@ -427,11 +427,11 @@ def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
         "The motion between impacts is at the frequency Omega: the springpot's stiffness is neglected."
         if form != "shifted"
         else "The motion between impacts is at one frequency w, which the springpot's in-phase force sets.",
-        "The springpot remembers a steady oscillation: the memory of the start has died away.",
+        "The past motion is a steady oscillation: the start no longer has an influence.",
     )
     if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
         return common
-    return (*common, "An impact takes little: it multiplies the amplitude by r once in each half period.")
+    return (*common, "An impact takes little energy: it multiplies the amplitude by r once in each half period.")
 
 
 def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
@@ -444,8 +444,8 @@ def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
         )
     if alpha == 0.0 and c > 0.0:
         sentences.append(
-            "At order 0 the springpot is a spring, which averaging leaves out of what it calls amplitude: take "
-            "sqrt(Omega^2 + C) for the natural frequency, or the envelope."
+            "At order 0 the springpot is a spring, which the amplitude of averaging does not include: use "
+            "sqrt(Omega^2 + C) as the natural frequency, or the envelope."
         )
     if 0.0 < alpha < 1.0:
         sentences += _with_a_wall(c, form) if oscillator.barrier is not None else _without_a_wall(c, form)
@@ -456,7 +456,7 @@ def _with_a_wall(c: float, form: str) -> list[str]:
     """Errors against Monte Carlo beyond the validity map."""
     if c <= _MAPPED:
         return []
-    here = f"The springpot is strong (c = C Omega^(alpha-2) = {c:.3g}) and this answer unchecked"
+    here = f"The springpot is strong (c = C Omega^(alpha-2) = {c:.3g}) and this result is unchecked"
     if form == "shifted":
         return [f"{here}: at c = 3 the impact rate is already 43 to 62 % too high."]
     return [
@@ -479,8 +479,8 @@ def _without_a_wall(c: float, form: str) -> list[str]:
     if c <= _CHECKED:
         return [f"The springpot is not light ({here}): at c = 1, alpha = 0.5, <A^2> without a wall is 2 % too low."]
     return [
-        f"The springpot is strong ({here}) and this answer unchecked: at alpha = 0.5 <A^2> without a wall is 2, 8, 25, "
-        "43, 61 % too low at c = 1, 3, 10, 30, 100."
+        f"The springpot is strong ({here}) and this result is unchecked: at alpha = 0.5 <A^2> without a wall is 2, 8, "
+        "25, 43, 61 % too low at c = 1, 3, 10, 30, 100."
     ]
 
 

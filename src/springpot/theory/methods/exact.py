@@ -378,7 +378,7 @@ def _dashpot_correlation(c: float, lag: FloatArray) -> FloatArray:
 
 def _times(value: FloatArray, name: str) -> FloatArray:
     if np.any(np.isnan(value)):
-        raise ValueError(f"{name} must be in s, and NaN is not a time.")
+        raise ValueError(f"{name} must be a time in s, not NaN.")
     if np.any(value < 0.0):
         raise ValueError(f"{name} must be at least 0 s, not {np.min(value):g}.")
     return value

@@ -213,7 +213,7 @@ def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatA
     array([0.5 , 0.25, 0.25])
     """
     if np.any(np.diff(action) <= 0.0) or action[0] <= 0.0 or np.any(mass < 0.0) or np.any(strength < 0.0):
-        raise ValueError("the actions must rise from above 0 and no mass or strength be negative.")
+        raise ValueError("action must be positive and increasing, and mass and strength must not be negative.")
     total = float(mass.sum())
     kept = (mass > 1e-30 * total) & (strength > 0.0) & (np.cumsum(mass) > _REST * total)
     share = mass[kept] / mass[kept].sum()

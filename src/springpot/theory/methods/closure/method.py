@@ -326,10 +326,10 @@ def _check_covered(oscillator: Oscillator, alpha: float) -> None:
 
 def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
     if oscillator.barrier is None:
-        return ("The springpot remembers a stationary past: this is exact without a wall.",)
+        return ("The past motion is stationary: this is exact without a wall.",)
     return (
-        "What the springpot remembers is that of a Gaussian motion folded at the wall, |y| with y Gaussian.",
-        "The springpot remembers a stationary past: the memory of the start has died away.",
+        "The past motion is a Gaussian process reflected at the wall, |y| with y Gaussian.",
+        "The past motion is stationary: the start no longer has an influence.",
     )
 
 
@@ -357,5 +357,5 @@ def _about_negative_densities(solved: _Solved | None) -> list[str]:
         return []
     return [
         f"The densities fall below 0 by up to {100.0 * dip:.1g} % of their maximum: polynomials of this degree cannot "
-        "follow the slow impacts at a lossy wall.  The moments are known better than that."
+        "describe the slow impacts at a lossy wall.  The moments are more accurate."
     ]

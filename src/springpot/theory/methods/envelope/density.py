@@ -316,7 +316,7 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
         candidate = _outlines(balance, edges, ratio)
         if candidate.nested:
             return candidate.normalised()
-    raise NotCovered("The envelope has densities where cycles of different size do not cross, which they do here.")
+    raise NotCovered("The envelope has densities only if cycles of different size do not cross; here they cross.")
 
 
 def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray], FloatArray]) -> Portrait:

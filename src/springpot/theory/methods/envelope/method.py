@@ -210,7 +210,7 @@ class Envelope(DensitiesOfAmplitude):
         """
         if self.oscillator.restitution < 1.0 or self.oscillator.dimensionless_coefficient > _LIGHTEST:
             raise NotCovered(
-                f"first_passage of x is covered for c up to {_LIGHTEST:g} with an elastic wall or none: simulate it "
+                f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: otherwise simulate it "
                 "with first_passage={'x': level}."
             )
         cells = self._solved().cells
@@ -219,7 +219,7 @@ class Envelope(DensitiesOfAmplitude):
         spread = np.sqrt(cells.v_square * 2.0 * cells.phase / cells.frequency) / (cells.frequency**2 * cells.amplitude)
         reached = np.maximum.accumulate(cells.centre + cells.amplitude - _LOOKED_AT * spread)
         if not max(reached[0], 0.0) < wanted < reached[-1]:
-            raise ValueError(f"the level of x must lie away from the wall, where x ever comes, not at {level:g} m.")
+            raise ValueError(f"x must be a level that x can reach on the side away from the wall, not {level:g} m.")
         return self._passage(float(np.interp(wanted, reached, cells.diffusion.action)))
 
     def _passage(self, action: float) -> FirstPassage:
@@ -315,7 +315,7 @@ class _Law:
     @cached_property
     def _speed_table(self) -> Tabulated:
         if self.impacts is None:
-            raise NotCovered("There is no density of impact speeds: nothing is struck, or infinitely often at speed 0.")
+            raise NotCovered("There is no density of impact speeds: no impacts happen, or infinitely many of speed 0.")
         return Tabulated.make(self.impacts.speeds, self.impacts.density)
 
 
@@ -397,9 +397,8 @@ def _settled(problem: Problem) -> Balance:
         return balance(problem)
     except ValueError as unsettled:
         raise NotCovered(
-            f"The envelope does not settle at c = C Omega^(alpha-2) = {problem.coefficient:.3g} with a wall at "
-            f"{problem.position:.3g} sqrt(q / Omega^3): the cycles of interest cannot be reached, or what they say of "
-            "the mean does not agree with it."
+            f"The envelope does not converge at c = C Omega^(alpha-2) = {problem.coefficient:.3g} with a wall at "
+            f"{problem.position:.3g} sqrt(q / Omega^3): its iteration finds no cycles that agree with their own mean."
         ) from unsettled
 
 
@@ -453,9 +452,9 @@ def _largest_amplitude(cells: Cells, kappa: float) -> FloatArray:
 def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
     common = (
         "The energy changes little in one cycle: damping and noise are light or moderate.",
-        "Between impacts the motion is an arc of one frequency; the springpot acts in phase as a spring about the mean "
-        "of the cycle, and against slow changes of that mean as a second, softer one.",
-        "The springpot remembers the stationary motion: the memory of the start has died away.",
+        "Between impacts the motion is an arc of one frequency; the springpot acts as a spring about the mean of the "
+        "cycle, and as a second, softer spring against slow changes of this mean.",
+        "The past motion is stationary: the start no longer has an influence.",
     )
     if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
         return common
@@ -467,21 +466,22 @@ def _warnings(oscillator: Oscillator, settled: Balance | None) -> tuple[str, ...
     sentences: list[str] = []
     if wall is not None and COLLAPSE_BELOW < wall.restitution < 0.5:
         sentences.append(
-            "Slow impacts crowd: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
-            "with a preload, where speeds are 9 % too high; below r = 0.25 it has been compared at order 1 only."
+            "Many impacts are slow: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
+            "with a preload, where impact speeds are 9 % too high; below r = 0.25 it was compared with Monte Carlo at "
+            "order 1 only."
         )
     if wall is not None and wall.restitution < 1.0 and c > DAMPINGS[-1]:
         sentences.append(
-            f"The dashpot is too strong for what is known of lossy walls (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 "
-            "impact rate and speeds were up to 15 % off; the Fokker-Planck equation has them."
+            f"The dashpot is too strong for the table of lossy walls (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 "
+            "impact rate and speeds were up to 15 % off; use the Fokker-Planck equation."
         )
     if wall is not None and wall.restitution <= COLLAPSE_BELOW:
         sentences.append(
-            f"Below restitution {COLLAPSE_BELOW:.3f} slow impacts are infinitely many: "
-            "their rate and speeds do not exist."
+            f"Below restitution {COLLAPSE_BELOW:.3f} there are infinitely many slow impacts: impact rate and speeds "
+            "do not exist."
         )
     if settled is not None and settled.change > _NOT_SETTLED:
         sentences.append(
-            f"The self-consistent numbers have not settled: they still change by {settled.change:.2g} per step."
+            f"The iteration has not converged: its numbers still change by {settled.change:.2g} per step."
         )
     return (*sentences, *map_warnings(oscillator, "envelope"))
