@@ -1,5 +1,5 @@
-"""The page in the browser: sliders, the moving mass, theory and Monte Carlo side by side, fed by the real kernel.
+"""The page in the browser: sliders, the moving mass, theory and Monte Carlo side by side, with the library's kernel.
 
-`springpot.explorer.commands` opens it; `server` answers the browser, one `session` computes for one tab, `protocol`
-says what a tab may ask for; `gathering`, `motion` and `answers` are the numbers.
+`springpot.explorer.commands` opens it; `server` serves the browser, one `session` computes for one tab, `protocol`
+defines the messages of a tab; `gathering`, `motion` and `answers` compute the numbers.
 """

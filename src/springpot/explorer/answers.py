@@ -33,16 +33,16 @@ POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
 """Orders at which <A^2> is drawn."""
 AVERAGING = ("averaging", "averaging_printed")
-"""The paper's method: drawn beside the recommended one, and known where there is no stationary state."""
+"""The paper's method: drawn with the recommended one, and used where there is no stationary state."""
 
 Floats = npt.NDArray[np.float64]
 
 
 @lru_cache(maxsize=64)
 def solve(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str], str]:
-    """Answers, statements of those without one, and the name of the method to trust (or nothing)."""
-    answers, statements = solve_all(oscillator)
-    return answers, statements, best_of(oscillator, answers)
+    """Results, statements of the methods without one, and the name of the recommended method (or "")."""
+    results, statements = solve_all(oscillator)
+    return results, statements, best_of(oscillator, results)
 
 
 def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[str, str], best: str) -> dict[str, Any]:
@@ -50,8 +50,8 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
 
     Examples
     --------
-    >>> found = table(Oscillator(), *solve(Oscillator()))
-    >>> len(found["methods"]["envelope"]["densities"]["x"]) == len(found["places"]["x"])
+    >>> content = table(Oscillator(), *solve(Oscillator()))
+    >>> len(content["methods"]["envelope"]["densities"]["x"]) == len(content["places"]["x"])
     True
     """
     near = best_guess(oscillator, answers)
@@ -75,13 +75,13 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
 
 
 def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
-    """Where the densities are worth drawing."""
+    """The arguments at which the densities are drawn."""
     mean = answer.x_mean
     spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
     low, high, least = mean - 4.0 * spread, mean + 4.5 * spread, 0.0
     if oscillator.barrier is not None:
         low, least = max(low, oscillator.barrier.position), max(oscillator.barrier.position, 0.0)
-    # under preload A is never below the wall's distance, and A^2 minus its square is what varies
+    # with a preload A is at least the wall's distance, and A^2 minus its square varies
     above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
     fastest = 4.0 * math.sqrt(answer.v_mean_square)
     places = {
@@ -95,51 +95,51 @@ def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
 
 
 def _densities(answer: Result, places: dict[str, Floats]) -> dict[str, list[float | None]]:
-    found = {}
+    curves = {}
     for name, place in places.items():
         curve = getattr(answer, f"{name}_density", None)
         if curve is None:
             continue
         try:
-            found[name] = _plain(curve(place))
+            curves[name] = _plain(curve(place))
         except (NotCovered, NoStationaryState, NoConvergence):
             continue
-    return found
+    return curves
 
 
 def growth(
     oscillator: Oscillator, answers: dict[str, Result], times: Floats, *, from_rest: bool
 ) -> dict[str, list[float | None]]:
-    """<A^2> of each method at these times from rest, or its stationary value where it knows no transient.
+    """<A^2> of each method at these times from rest, or its stationary value if it has no transient.
 
-    Where there is no stationary state, averaging still says how the response grows.
+    Without a stationary state averaging still has the growing response.
     """
-    found = {name: [_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
+    curves = {name: [_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
     if not from_rest:
-        return found
+        return curves
     for name, answer in answers.items():
         if isinstance(answer, Envelope | Exact):
             with suppress(NotCovered, NoStationaryState, NoConvergence):
-                found[name] = _plain(answer.amplitude_mean_square_at(times))
+                curves[name] = _plain(answer.amplitude_mean_square_at(times))
     for name in AVERAGING:
         with suppress(NotCovered):
             growing = METHODS[name].solve(oscillator)
             assert isinstance(growing, Averaging)
-            found[name] = _plain(growing.mean_square(times))
-    return found
+            curves[name] = _plain(growing.mean_square(times))
+    return curves
 
 
 def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
-    """<A^2> over the order, by the methods of the list that have it.
+    """<A^2> over the order, by the methods with ``over_order``.
 
-    Those that take no time come first, for all orders. The others come one order after the other, the ends first, then
-    what halves the gaps.
+    The fast methods come first, for all orders. The slow ones come one order after the other, first the ends, then
+    the middles of the gaps.
 
     Yields
     ------
     dict
-        ``orders``; ``methods``, by name, with a value for each order (None where there is none); and ``missing``, the
-        indices at which the slow ones are not there yet.
+        ``orders``; ``methods``, by name, with a value for each order (None if there is none); and ``missing``, the
+        indices at which the slow ones are still missing.
 
     Examples
     --------
@@ -148,35 +148,35 @@ def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
     (33, 33)
     """
     here = [replace(oscillator, springpot=Springpot(order, oscillator.springpot.coefficient)) for order in ORDERS]
-    found: dict[str, list[float | None]] = {
+    values: dict[str, list[float | None]] = {
         name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
         for name, method in METHODS.items()
         if method.over_order
     }
-    slow = [name for name in found if METHODS[name].over_order == "one by one"]
+    slow = [name for name in values if METHODS[name].over_order == "one by one"]
     waiting = _ends_first(len(here))
     while True:
-        yield {"orders": ORDERS, "methods": {name: found[name][:] for name in found}, "missing": sorted(waiting)}
+        yield {"orders": ORDERS, "methods": {name: values[name][:] for name in values}, "missing": sorted(waiting)}
         if not waiting:
             return
         index = waiting.pop(0)
         for name in slow:
-            found[name][index] = _amplitude(METHODS[name], here[index])
+            values[name][index] = _amplitude(METHODS[name], here[index])
 
 
 def _ends_first(count: int) -> list[int]:
-    """All indices: the ends, then what halves the gaps.
+    """All indices: first the ends, then the middles of the gaps.
 
     Examples
     --------
     >>> _ends_first(5)
     [0, 4, 2, 1, 3]
     """
-    found, stride = [0, count - 1], count - 1
+    order, stride = [0, count - 1], count - 1
     while stride > 1:
         stride = (stride + 1) // 2
-        found += [index for index in range(0, count, stride) if index not in found]
-    return found
+        order += [index for index in range(0, count, stride) if index not in order]
+    return order
 
 
 def _amplitude(method: Method, oscillator: Oscillator) -> float | None:

@@ -19,7 +19,7 @@ def open_page(*, host: str, port: int, browser: bool) -> None:
     host : str
         Numerical address to bind to.
     port : int
-        0 for any that is free.
+        0 for any free port.
     browser : bool
         Whether to open the page in the browser.
 

@@ -1,8 +1,7 @@
-"""How many connections the page's server holds at once, and how long each may take: uvicorn itself sets no such limit.
+"""Limits on the number of connections of the page's server and on their duration, which uvicorn does not have.
 
-A browser sends its whole request at once and reads the answer at once.  What does neither - half a request, a byte now
-and then, an answer that nobody reads - is ended after a time that no such byte extends, and sooner when its place is
-needed.
+A browser sends its whole request at once and reads the answer at once.  Connections that do not - half a request, a
+byte now and then, an answer that is not read - are closed after a fixed time, and sooner if there are too many.
 """
 
 from __future__ import annotations
@@ -28,15 +27,15 @@ class HttpConnection(H11Protocol):
     """One HTTP connection, with a time limit on each request and each answer."""
 
     _deadline: asyncio.TimerHandle | None = None
-    _since = 0.0  # when it began to wait for the request that has not come
+    _since = 0.0  # start of the wait for a request
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection, in the place of the one that waits longest if there are too many."""
+        """Accept a connection; if there are too many, close the one that has waited longest."""
         super().connection_made(transport)
         self._await_request()
         if len(self.connections) > MOST_CONNECTIONS:
             waiting = [one for one in self.connections if isinstance(one, HttpConnection) and one.waiting]
-            min(waiting, key=lambda one: one._since).end()  # this one at least waits
+            min(waiting, key=lambda one: one._since).end()  # not empty: this one waits
 
     @property
     def waiting(self) -> bool:
@@ -44,7 +43,7 @@ class HttpConnection(H11Protocol):
         return self.cycle is None or self.cycle.response_complete
 
     def handle_events(self) -> None:
-        """Begin to answer what has come in."""
+        """Handle received data; a complete request starts the time limit of its answer."""
         before = self.cycle
         super().handle_events()
         if self.cycle is not before and not self.waiting:
@@ -61,21 +60,21 @@ class HttpConnection(H11Protocol):
         super().handle_websocket_upgrade(event)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Nothing is left to be ended."""
+        """Cancel the time limit."""
         self._cancel()
         super().connection_lost(exc)
 
     def shutdown(self) -> None:
-        """End at once what waits for a request; an answer that is under way is completed."""
+        """Close the connection; an answer that is being sent is completed first."""
         if self.waiting:
             self.end()
         else:
             super().shutdown()
 
     def end(self) -> None:
-        """Close the connection, whatever is still to be sent."""
+        """Close the connection at once."""
         self._cancel()
-        self.connections.discard(self)  # what counts places need not wait for the event loop
+        self.connections.discard(self)  # at once, not when the event loop gets to it
         self.transport.abort()
 
     def _await_request(self) -> None:
@@ -93,15 +92,15 @@ class HttpConnection(H11Protocol):
 
 
 class WebSocketConnection(WebSocketsSansIOProtocol):
-    """One WebSocket, closed in time even if its other end reads nothing."""
+    """One WebSocket; it is closed in time even if the other end reads nothing."""
 
     def keepalive_timeout(self) -> None:
-        """No answer to a ping: what has not been read by now will not be."""
+        """Close the connection if a ping is not answered."""
         super().keepalive_timeout()
         self.transport.abort()
 
     async def send(self, message: ASGISendEvent) -> None:
-        """Send a message; one that closes the connection sets a time for it."""
+        """Send a message; a closing one sets a time limit for the close."""
         await super().send(message)
         if cast("dict[str, Any]", message)["type"] == "websocket.close":
             self.loop.call_later(self.close_timeout, self.transport.abort)

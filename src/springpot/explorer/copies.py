@@ -1,4 +1,4 @@
-"""A problem of the page as words to copy: the same run as a command, and as Python."""
+"""A problem of the page as text to copy: the same run as a command, and as a Python program."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["as_command", "as_python"]
 
 
 def as_command(problem: Problem) -> str:
-    """The `springpot simulate` that gives the page's numbers.
+    """The command `springpot simulate` that gives the page's numbers.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def as_command(problem: Problem) -> str:
 
 
 def as_python(problem: Problem) -> str:
-    """A program that prints the page's <A^2>, and every theory's.
+    """A program that prints the page's <A^2> by Monte Carlo and by all analytical methods.
 
     Examples
     --------

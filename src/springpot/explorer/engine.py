@@ -1,4 +1,4 @@
-"""What all tabs share: threads to compute on, what has been loaded, and curves worth keeping."""
+"""Shared by all tabs: threads for computation, loading of modules, and a cache of curves."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from springpot.processors import threads_available
 __all__ = ["Engine"]
 
 MOST_CURVES = 64
-KERNELS = 2  # tabs whose ensembles grow at the same moment
+KERNELS = 2  # tabs that simulate at the same time
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
 
 class Engine:
-    """Loads theory and kernel while the page is already there, and computes away from the event loop.
+    """Loads theory and kernel while the page is already shown, and computes outside the event loop.
 
     Attributes
     ----------
@@ -39,43 +39,43 @@ class Engine:
         self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
 
     async def load(self) -> None:
-        """Import and compile what takes long."""
+        """Import the modules and compile the kernels."""
         await self.think(_load_theory)
         self.theory_ready.set()
         await self.simulate(_load_kernel)
         self.kernel_ready.set()
 
     async def think(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run a piece of theory on the thread for it."""
+        """Run a function of the theory on its thread."""
         return await self._on(self._theory, function, *args, **kwargs)
 
     async def simulate(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run a short piece of simulation; the tabs take turns."""
+        """Run a short part of a simulation; the tabs take turns."""
         return await self._on(self._kernel, function, *args, **kwargs)
 
     async def pilot(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run the search for a stationary start, which may take seconds, one at a time."""
+        """Run the search for a stationary start, which may take seconds; one at a time."""
         return await self._on(self._pilots, function, *args, **kwargs)
 
     @staticmethod
     async def _on(pool: ThreadPoolExecutor, function: Callable[..., _T], *args: Any, **kwargs: Any) -> _T:
-        # a tab that has gone, or asked anew, takes what has not begun out of the queue
+        # work that has not begun is cancelled if its tab closes or has a new problem
         return await asyncio.wrap_future(pool.submit(function, *args, **kwargs))
 
     def curve(self, key: Oscillator) -> dict[str, Any] | None:
-        """A curve over the order that has been kept."""
+        """A curve over the order from the cache."""
         if key in self._curves:
             self._curves.move_to_end(key)
         return self._curves.get(key)
 
     def keep_curve(self, key: Oscillator, curve: dict[str, Any]) -> None:
-        """Keep a curve, and forget the one unused for longest."""
+        """Add a curve to the cache; the least recently used one is removed if there are too many."""
         self._curves[key] = curve
         while len(self._curves) > MOST_CURVES:
             self._curves.popitem(last=False)
 
     def close(self) -> None:
-        """Begin nothing more."""
+        """Cancel all work that has not begun."""
         for pool in (self._theory, self._kernel, self._pilots):
             pool.shutdown(wait=False, cancel_futures=True)
 

@@ -21,13 +21,13 @@ def pack(kind: int, generation: int, arrays: Sequence[npt.ArrayLike]) -> bytes:
     >>> unpack(pack(MOTION, 7, [[1.0, 2.0], []]))
     (1, 7, [array([1., 2.], dtype=float32), array([], dtype=float32)])
     """
-    made = [np.asarray(array, "<f4").ravel() for array in arrays]
-    header = struct.pack(f"<{3 + len(made)}I", kind, generation, len(made), *(array.size for array in made))
-    return header + b"".join(array.tobytes() for array in made)
+    packed = [np.asarray(array, "<f4").ravel() for array in arrays]
+    header = struct.pack(f"<{3 + len(packed)}I", kind, generation, len(packed), *(array.size for array in packed))
+    return header + b"".join(array.tobytes() for array in packed)
 
 
 def unpack(frame: bytes) -> tuple[int, int, list[npt.NDArray[np.float32]]]:
-    """What `pack` has put together: kind, generation, arrays."""
+    """The inverse of `pack`: kind, generation, arrays."""
     kind, generation, count = struct.unpack_from("<3I", frame)
     sizes = struct.unpack_from(f"<{count}I", frame, 12)
     numbers = np.frombuffer(frame, "<f4", offset=12 + 4 * count)

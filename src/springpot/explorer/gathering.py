@@ -1,4 +1,4 @@
-"""An ensemble that grows block by block, and ends as the very numbers of `springpot.simulate`."""
+"""An ensemble that grows block by block; its final numbers are those of `springpot.simulate`, bit for bit."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ __all__ = ["BINS", "Gathering", "growth_times"]
 
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
-AT_ONCE = 0.03  # s of work between two looks at what else is to be done
-MOST_BLOCKS = 64  # at once: each then has a row of its own in what is observed
+AT_ONCE = 0.03  # s of work per call of `grow`
+MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 
 Floats = npt.NDArray[np.float64]
 
 
 def growth_times(oscillator: Oscillator, settings: Settings) -> Floats:
-    """Middles of the BINS of time over which the transient is shown, in s."""
+    """Centres of the BINS of time over which the transient is shown, in s."""
     steps = _growth_steps(oscillator, settings)
     edges = np.ceil(np.arange(BINS + 1) * steps / BINS)
     return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * settings.step)
@@ -63,8 +63,7 @@ def _growth_part() -> Any:
 class Gathering:
     """Paths of one oscillator, simulated a few blocks at a time.
 
-    The paths are those of `springpot.simulate` with the same settings, bit for bit, and so are the numbers once all
-    paths are there.
+    Paths, and the numbers of all paths, are those of `springpot.simulate` with the same settings, bit for bit.
 
     Parameters
     ----------
@@ -99,22 +98,22 @@ class Gathering:
 
     @property
     def complete(self) -> bool:
-        """Whether all paths are there."""
+        """Whether all paths are simulated."""
         return self.paths >= self.simulation.settings.paths
 
     @property
     def stationary(self) -> bool:
-        """Whether its averages are those of the stationary state, which theory describes."""
+        """Whether the averages are stationary, as in the theory."""
         return is_stationary(self.simulation.oscillator, self.simulation.settings)
 
     def grow(self) -> None:
-        """Simulate a few more blocks, about so many as take AT_ONCE."""
+        """Simulate a few more blocks, for about AT_ONCE seconds."""
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
         more = self.simulation.but(paths=count, record=0)
-        found = more.advance(skipped=self.paths, observers=(self._sketch,))
-        self._rows[self.paths : self.paths + count] = found.rows
-        self._counts[0] += found.observed[0].sum(axis=0)
+        ensemble = more.advance(skipped=self.paths, observers=(self._sketch,))
+        self._rows[self.paths : self.paths + count] = ensemble.rows
+        self._counts[0] += ensemble.observed[0].sum(axis=0)
         self._watch_growth(count)
         self.paths += count
         spent = time.perf_counter() - begun
@@ -123,10 +122,10 @@ class Gathering:
         self._blocks = max(1, min(MOST_BLOCKS, 2 * self._blocks, int(fitting)))
 
     def _watch_growth(self, count: int) -> None:
-        """The first time of the same paths once more, watched from t = 0 on: rows take averages in the window only."""
+        """Simulate the beginning of the same paths again, for averages from t = 0 on, outside the window."""
         full = count // LANES * LANES or count
-        found = self._early.but(paths=full).advance(skipped=self.paths, observers=(self._growth,))
-        means = found.observed[0] / (np.maximum(self._per_bin, 1) * min(full, LANES))
+        ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=(self._growth,))
+        means = ensemble.observed[0] / (np.maximum(self._per_bin, 1) * min(full, LANES))
         self._sums += means.sum(axis=0)
         self._squares += (means**2).sum(axis=0)
         self._batches += len(means)
@@ -136,7 +135,7 @@ class Gathering:
         return self.simulation.estimates(self._rows[: self.paths])
 
     def warnings(self) -> tuple[str, ...]:
-        """One sentence for each reason to doubt a number, as a run has them."""
+        """One sentence for each reason to doubt a number, as in a run."""
         values, errors = self.estimates()
         return doubts(self.simulation, values, errors, self._rows[: self.paths])
 

@@ -12,7 +12,7 @@ LINE_WIDTH = 2.0  # px, of the page's curves
 
 
 def method_list() -> str:
-    """A JavaScript module with the methods by name, the surest first: label, colour, dash in px, and ``over_order``.
+    """A JavaScript module with the methods by name, the most exact first: label, colour, dash in px, ``over_order``.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""One path of the ensemble, recorded in full, and the clock that plays it."""
+"""One path of the ensemble, recorded completely, and a player for it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from springpot.simulation.simulation import Simulation
 __all__ = ["Motion", "Player", "blocks", "record"]
 
 MOST_STEPS = 400_000  # of a path that is shown: 6 MB
-POINTS_PER_RADIAN = 40  # drawn; what lies between is not seen
+POINTS_PER_RADIAN = 40  # that are drawn
 MOST_POINTS = 1200  # of one frame
 NUDGE = 0.1  # in 1 / Omega, by which a single step moves time
 
@@ -35,7 +35,7 @@ class Motion:
     x, v : ndarray, shape (steps + 1,)
         In m and m/s.
     impacts : ndarray of int
-        Steps in which the wall was struck.
+        Steps with an impact.
     """
 
     path: int
@@ -51,7 +51,7 @@ class Motion:
 
 
 def blocks(settings: Settings) -> int:
-    """How many paths of the ensemble can be shown: the first of each block.
+    """Number of paths of the ensemble that can be shown: the first of each block.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def blocks(settings: Settings) -> int:
 
 
 def record(simulation: Simulation, number: int) -> Motion:
-    """Simulate once more the first path of a block of the ensemble, and keep all of it.
+    """Simulate the first path of a block of the ensemble again, and record it.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def record(simulation: Simulation, number: int) -> Motion:
 
 
 def impacts(oscillator: Oscillator, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
-    """Steps in which a recorded path turned round within reach of the wall: for marks, the kernel counts for itself."""
+    """Steps in which a recorded path turned round near the wall: for marks in the picture only."""
     if oscillator.barrier is None:
         return np.zeros(0, np.intp)
     sign = oscillator.direction
@@ -91,7 +91,7 @@ def impacts(oscillator: Oscillator, step: float, x: Floats, v: Floats) -> npt.ND
 
 
 class Player:
-    """Plays a motion: knows how far time has come, and what has not been shown yet.
+    """Plays a motion: keeps the current time, and the part that has not been shown yet.
 
     Examples
     --------
@@ -116,19 +116,19 @@ class Player:
         return self._shown >= self.motion.steps
 
     def forward(self, radians: float) -> None:
-        """Let time run on by so many 1 / Omega."""
+        """Advance the time, in units of 1 / Omega."""
         self._now = min(self._now + radians / (self._frequency * self.motion.step), float(self.motion.steps))
 
     def due(self) -> list[npt.ArrayLike]:
-        """What has not been shown yet: (begin, spacing, path, end of the path), x, v, times and speeds of impacts.
+        """The part to be shown next: (begin, spacing, path, end of the path), x, v, times and speeds of impacts.
 
-        Nothing if no sample is due.
+        Empty if there is no new sample.
         """
         motion, stride = self.motion, self._stride
         end = int(self._now) // stride * stride + 1
         if end <= self._shown:
             return []
-        # after a long wait, or at great speed, only the newest points are worth drawing
+        # after a long wait, or at high speed, only the newest points are drawn
         begin = max(self._shown, end - 1 - (MOST_POINTS - 1) * stride)
         taken = slice(begin, end, stride)
         marked = int(np.searchsorted(motion.impacts, end - 1))

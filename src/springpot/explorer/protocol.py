@@ -1,4 +1,4 @@
-"""What a tab may ask for: one JSON object per message, checked to the last number before anything is done with it."""
+"""The messages that a tab may send: one JSON object each, validated completely before it is used."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from springpot.oscillator import Oscillator
 
 __all__ = ["LONGEST_MESSAGE", "Message", "NextPath", "Play", "Problem", "Step", "parse"]
 
-LONGEST_MESSAGE = 2048  # bytes; the longest honest one has some 400
+LONGEST_MESSAGE = 2048  # bytes; the page's longest one has some 400
 MOST_PATHS = 100_000
 FARTHEST_WALL = 20.0  # in units of the length scale
 STRONGEST = 1000.0  # C in units of Omega^(2 - alpha)
@@ -20,20 +20,20 @@ _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
 
 class Problem(BaseModel):
-    """An oscillator and how many paths of it to simulate; everything about the tab starts anew.
+    """An oscillator and the number of paths; the tab starts from the beginning.
 
     Parameters
     ----------
     generation : int
-        Number of the question; what answers it carries the same number.
+        Number of the problem; its results have the same number.
     order, coefficient, natural_frequency, intensity : float
-        As in `springpot.Oscillator`, within what a page can show.
+        As in `springpot.Oscillator`, within limits of the page.
     wall : bool
     position, restitution : float
         Of the wall, if there is one.
     seed, paths : int
     start : {"stationary", "rest"}
-        Where there is no stationary state, a run that should start stationary starts from rest.
+        Without a stationary state the run starts from rest.
 
     Examples
     --------
@@ -57,14 +57,14 @@ class Problem(BaseModel):
     start: Literal["rest", "stationary"] = "stationary"
 
     def oscillator(self) -> Oscillator:
-        """The oscillator asked about."""
+        """The oscillator of the problem."""
         numbers = {"order", "coefficient", "natural_frequency", "intensity"}
         wall = {"position", "restitution"} if self.wall else set()
         return Oscillator.from_numbers(**self.model_dump(include=numbers | wall), barrier=self.wall)
 
 
 class Play(BaseModel):
-    """Let time run or stand, and how fast: ``speed`` is in units of 1 / Omega per second of the user's."""
+    """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
     model_config = _STRICT
 
@@ -74,7 +74,7 @@ class Play(BaseModel):
 
 
 class Step(BaseModel):
-    """While time stands: on by a little, and a few more paths."""
+    """While time is stopped: advance by a small time step, and simulate a few more paths."""
 
     model_config = _STRICT
 
@@ -94,17 +94,17 @@ _MESSAGES: TypeAdapter[Problem | Play | Step | NextPath] = TypeAdapter(Message)
 
 
 def parse(text: object) -> Problem | Play | Step | NextPath:
-    """Turn what a tab sent into a message.
+    """Parse and validate a message of a tab.
 
     Parameters
     ----------
     text : object
-        The text of one WebSocket message; anything else is refused.
+        The text of one WebSocket message.
 
     Raises
     ------
     ValueError
-        One sentence that says what is wrong and what would be right.
+        One sentence: the error and the allowed values.
 
     Examples
     --------
@@ -139,8 +139,8 @@ def parse(text: object) -> Problem | Play | Step | NextPath:
 
 
 def _sentence(error: ValidationError) -> str:
-    """The first thing that pydantic found wrong, without what was sent: it may be long, or not fit to print."""
+    """The first error that pydantic reports, without the input, which may be long or not printable."""
     first = error.errors(include_url=False, include_input=False, include_context=False)[0]
     places = [str(place)[:40] for place in first["loc"] if place not in ("problem", "play", "step", "next-path")]
-    said = first["msg"][:160]
-    return f"{places[-1] if places else 'message'}: {said[:1].lower()}{said[1:]}."
+    reason = first["msg"][:160]
+    return f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}."

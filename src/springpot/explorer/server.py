@@ -1,8 +1,8 @@
-"""The server behind the page: its files, one WebSocket per tab, and what it refuses.
+"""The server of the page: static files, one WebSocket per tab, and checks of requests.
 
-Whoever can reach the port can use the page, so it is bound to this computer unless told otherwise.  A page from
-elsewhere that runs in the same browser must not: a request whose Host is not this server's (DNS rebinding), or a
-WebSocket whose Origin is not this page's, is turned away before anything is done.
+Everyone who can reach the port can use the page, so by default the server is bound to this computer.  Other pages in
+the same browser must not use it: a request with the Host of another server (DNS rebinding), or a WebSocket with the
+Origin of another page, is refused at once.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ __all__ = ["MOST_SESSIONS", "application", "listen_on", "serve"]
 
 STATIC = Path(__file__).with_name("static")
 FRAMES_PER_SECOND = 60.0
-PATIENCE = 1.0  # s, for a first page to come
+PATIENCE = 1.0  # s to wait for the first page before loading
 MOST_SESSIONS = 16
-FIRST_MESSAGE_SECONDS = 5.0  # after which a tab that has sent nothing gives its place back
-MOST_REFUSED = 20  # messages of one tab, before it is shown out
+FIRST_MESSAGE_SECONDS = 5.0  # after which a tab that has sent nothing is closed
+MOST_REFUSED = 20  # messages of one tab, before it is closed
 MESSAGES_PER_SECOND, MOST_AT_ONCE = 100.0, 200.0
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -58,7 +58,7 @@ _LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
 
 
 class Allowance:
-    """So many messages at once, and so many per second in the long run.
+    """Rate limit of messages: ``burst`` at once, ``rate`` per second on average.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Allowance:
         self._left, self._last = burst, time.monotonic()
 
     def take(self) -> bool:
-        """Whether one more is allowed now."""
+        """Whether one more message is allowed now."""
         now = time.monotonic()
         self._left = min(self._burst, self._left + (now - self._last) * self._rate)
         self._last = now
@@ -83,7 +83,7 @@ class Allowance:
 
 
 class Guard:
-    """Turns away requests for another host, WebSockets from another page, and adds the headers of every answer."""
+    """Refuses requests for another host and WebSockets from another page, and adds headers to every answer."""
 
     def __init__(self, app: ASGIApp, allowed: Callable[[str], bool]) -> None:
         self._app, self._allowed = app, allowed
@@ -116,11 +116,10 @@ class Guard:
 
 
 def allowed_hosts(address: str, port: int) -> Callable[[str], bool]:
-    """Which Host headers are this server's.
+    """A function that says whether a Host header is this server's.
 
-    Bound to this computer or to one address: that address and, if local, the names of this computer for itself.  Bound
-    to all addresses: these, this computer's own name and any numerical address, for only a name can be made to point
-    elsewhere.
+    Bound to one address: that address and, if it is local, ``localhost`` and its numerical forms.  Bound to all
+    addresses: these, the name of this computer and any numerical address, because only names can be redirected by DNS.
 
     Examples
     --------
@@ -160,12 +159,12 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
     allowed : callable
         Tells whether a Host header is this server's.
     """
-    mimetypes.add_type("text/javascript", ".js")  # some systems think otherwise, and the browser then refuses it
+    mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
     open_tabs: set[WebSocket] = set()
     first_tab = asyncio.Event()
 
     async def load(engine: Engine) -> None:
-        """Theory and kernel, once the page is there: it comes sooner while nothing else is done."""
+        """Load theory and kernel after the first page is served, so that the page comes sooner."""
         with suppress(TimeoutError):
             await asyncio.wait_for(first_tab.wait(), PATIENCE)
         await engine.load()
@@ -254,7 +253,7 @@ async def _send(websocket: WebSocket, session: Session) -> None:
                     await websocket.send_text(message)
             next_frame = max(next_frame + 1.0 / FRAMES_PER_SECOND, loop.time())
             await asyncio.sleep(next_frame - loop.time())
-    except (WebSocketDisconnect, RuntimeError):  # the tab has gone, or is being shown out
+    except (WebSocketDisconnect, RuntimeError):  # the tab is closed, or being closed
         return
 
 
@@ -264,7 +263,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     Raises
     ------
     ValueError
-        If the address is none or the port is out of range.
+        If the address is not valid or the port is out of range.
     OSError
         One sentence, if the port cannot be used.
     """
@@ -289,16 +288,16 @@ def listen_on(address: str, port: int) -> socket.socket:
 
 
 def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
-    """Serve the page until Ctrl-C or SIGTERM, which is passed on as KeyboardInterrupt.
+    """Serve the page until Ctrl-C or SIGTERM, which raise KeyboardInterrupt.
 
-    Where Ctrl-C is ignored, as in the background of a script, it stays so.
+    Ctrl-C stays ignored where it was, as in the background of a script.
 
     Parameters
     ----------
     sockets : sequence of socket
         Listening, see `listen_on`.
     ready : callable
-        Called when the page answers.
+        Called when the server is ready.
     """
     import logging
 
@@ -322,7 +321,7 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
                     signal.signal(signal.SIGINT, signal.SIG_IGN)
                 yield
 
-    logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # what a hostile client provokes is no news
+    logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors that hostile clients cause are not logged
     config = uvicorn.Config(
         application(allowed_hosts(address, port)),
         lifespan="on",

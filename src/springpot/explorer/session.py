@@ -1,7 +1,7 @@
-"""One tab: what it asked for last, the work for it, and what is due to be sent.
+"""One tab: its latest problem, the work for it, and the messages to be sent.
 
-Nothing is queued.  Of each kind of answer only the newest waits to be sent, and of the moving mass what is sent is what
-has happened since the last frame: a tab that reads slowly sees fewer, longer frames, and costs no memory.
+There is no queue.  Only the newest message of each kind waits to be sent, and a frame of the moving mass contains the
+motion since the last frame: a tab that reads slowly gets fewer, longer frames, and needs no more memory.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Session"]
 
-LONGEST_WAIT = 0.25  # s that a frame makes up for; longer ones (a suspended computer) are left out
-SETTLE = 0.15  # s without a new question before the slow curve over the order is worth its time
+LONGEST_WAIT = 0.25  # s; the longest time between two frames by which the motion is advanced
+SETTLE = 0.15  # s without a new problem before the slow curve over the order is computed
 HISTOGRAM_BINS = 60
 DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
@@ -61,10 +61,10 @@ class Session:
         self._last = time.monotonic()
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
-    # --- what the tab says ------------------------------------------------------------------------------------------
+    # --- messages from the tab --------------------------------------------------------------------------------------
 
     def receive(self, message: Problem | Play | Step | NextPath) -> None:
-        """Take a message that `springpot.explorer.protocol.parse` has let through."""
+        """Take a message that `springpot.explorer.protocol.parse` has accepted."""
         match message:
             case Problem():
                 self._question = message
@@ -82,10 +82,10 @@ class Session:
                 self._next_path.set()
 
     def refuse(self, sentence: str) -> None:
-        """Say why a message was not taken."""
+        """Tell the tab why a message was refused."""
         self._post("refused", sentence=sentence)
 
-    # --- what the tab gets ------------------------------------------------------------------------------------------
+    # --- messages to the tab ----------------------------------------------------------------------------------------
 
     def due(self) -> list[str | bytes]:
         """Messages to send now."""
@@ -114,7 +114,7 @@ class Session:
     # --- the work ---------------------------------------------------------------------------------------------------
 
     async def compute(self) -> None:
-        """Answer the newest question, and drop it for the next; runs until it is cancelled."""
+        """Compute the newest problem; its work is cancelled when the next one comes.  Runs until it is cancelled."""
         work: asyncio.Future[Any] | None = None
         try:
             while True:
@@ -125,7 +125,7 @@ class Session:
                 self._problem = problem = self._question
                 assert problem is not None
                 self._player = None
-                self._slots = {kind: said for kind, said in self._slots.items() if kind in ("status", "refused")}
+                self._slots = {kind: text for kind, text in self._slots.items() if kind in ("status", "refused")}
                 self._post("accepted", command=as_command(problem), python=as_python(problem))
                 work = asyncio.gather(
                     *(self._guarded(part, problem) for part in (self._curve, self._theory, self._simulation))
@@ -135,12 +135,12 @@ class Session:
                 await _drop(work)
 
     async def _guarded(self, part: Callable[[Problem], Awaitable[None]], problem: Problem) -> None:
-        """Whatever goes wrong for one question is said in its tab, and hurts nobody else."""
+        """Run a part of the work; an error is shown in its tab and does not affect other tabs."""
         try:
             await part(problem)
         except Exception as error:
-            said = " ".join(str(error).split())[:400]
-            self._post("trouble", sentence=said if isinstance(error, ValueError) else f"{type(error).__name__}: {said}")
+            text = " ".join(str(error).split())[:400]
+            self._post("trouble", sentence=text if isinstance(error, ValueError) else f"{type(error).__name__}: {text}")
 
     async def _theory(self, problem: Problem) -> None:
         engine, oscillator = self._engine, problem.oscillator()
@@ -148,8 +148,8 @@ class Session:
         self._post("status", theory=True, kernel=engine.kernel_ready.is_set())
         from springpot.explorer import answers
 
-        found = await engine.think(answers.solve, oscillator)
-        self._post("theory", **await engine.think(answers.table, oscillator, *found))
+        solved = await engine.think(answers.solve, oscillator)
+        self._post("theory", **await engine.think(answers.table, oscillator, *solved))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer import gathering
@@ -160,7 +160,7 @@ class Session:
         )
         times = gathering.growth_times(oscillator, settings)
         from_rest = _start(problem, oscillator) == "rest"
-        curves = await engine.think(answers.growth, oscillator, found[0], times, from_rest=from_rest)
+        curves = await engine.think(answers.growth, oscillator, solved[0], times, from_rest=from_rest)
         self._post("growth", times=times.tolist(), methods=curves)
 
     async def _simulation(self, problem: Problem) -> None:
@@ -187,14 +187,14 @@ class Session:
         adapted = None
         if settings.start == "stationary":
             self._post("searching")
-            with stopping() as heed:
-                adapted = await engine.pilot(adapt, oscillator, settings, progress=heed)
+            with stopping() as check:
+                adapted = await engine.pilot(adapt, oscillator, settings, progress=check)
         simulation = await engine.simulate(simulation_of, oscillator, settings, adapted)
         growing = await engine.simulate(gathering.Gathering, simulation)
         await asyncio.gather(self._show(problem, growing), self._gather(growing))
 
     async def _show(self, problem: Problem, growing: Gathering) -> None:
-        """One path after the other, for the moving mass."""
+        """Record and play one path after the other, for the moving mass."""
         from springpot.explorer import motion
 
         number = 0
@@ -238,21 +238,21 @@ class Session:
 
 @contextmanager
 def stopping() -> Iterator[Callable[[float], None]]:
-    """What work on another thread calls now and then: it ends that work once nobody waits for it."""
+    """A function that work on another thread calls repeatedly; it ends that work when its result is not needed."""
     unwanted = threading.Event()
 
-    def heed(_: float) -> None:
+    def check(_: float) -> None:
         if unwanted.is_set():
             raise asyncio.CancelledError
 
     try:
-        yield heed
+        yield check
     finally:
         unwanted.set()
 
 
 def _start(problem: Problem, oscillator: Oscillator) -> StartKind:
-    """The start that the page runs: from rest also where a stationary start is asked for and there is none."""
+    """The start of the page's run: from rest if there is no stationary state."""
     from springpot.simulation.settings import default_start
 
     return "rest" if problem.start == "rest" else default_start(oscillator)[0]
@@ -264,7 +264,7 @@ async def _drop(work: asyncio.Future[Any]) -> None:
 
 
 def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
-    """Grow an ensemble, and say what it has come to: a report, densities, <A^2> over time."""
+    """Grow an ensemble: a report of its estimates, densities, and <A^2> over time."""
     growing.grow()
     values, errors = growing.estimates()
     settings = growing.simulation.settings
@@ -286,9 +286,9 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
         "stationary": growing.stationary,
     }
     densities: list[Any] = []
-    found = growing.distributions()
+    distributions = growing.distributions()
     for name in DENSITIES:
-        edges, density, _ = found[name].density(HISTOGRAM_BINS)
+        edges, density, _ = distributions[name].density(HISTOGRAM_BINS)
         densities += [edges, density]
     return report, densities, list(growing.growth())
 
