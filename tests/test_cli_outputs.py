@@ -12,7 +12,9 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.cost import Estimate, FractionDone
 from springpot.simulation.warnings import without_effect
+from springpot.terminal import Bar
 
 SHORT = ["simulate", "--paths", "64", "--duration", "2", "--step", "0.02", "--start", "rest"]
 
@@ -195,3 +197,14 @@ def test_the_oscillator_is_shown(words: list[str], capsys: pytest.CaptureFixture
         "oscillator: natural_frequency 1, springpot order 0.7, coefficient 1, barrier position 0, restitution 1, "
         "side above, excitation intensity 1"
     )
+
+
+def test_work_that_grows_is_announced_again(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = Bar("simulating")
+    for path_steps, seconds in ((1e9, 5.0), (2e9, 60.0), (2.5e9, 80.0), (9e9, 300.0), (9e9, 8.0), (9e12, 9.0)):
+        bar(FractionDone(0.1, Estimate(path_steps, seconds, "the damping is light", 0.01)))
+    why = "path-steps in all; the damping is light (--max-time ends it earlier)."
+    assert capsys.readouterr().err.splitlines() == [
+        f"springpot: this takes about 60 s more, 2.0e+09 {why}",
+        f"springpot: this takes longer than was estimated: about 5 min more, 9.0e+09 {why}",
+    ]

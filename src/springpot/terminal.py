@@ -27,6 +27,7 @@ __all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table",
 
 QUIET_SECONDS = 2.0
 LONG_SECONDS = 10.0
+MUCH_MORE = 1.5  # times the work that was announced is worth another sentence
 
 
 def _whole(type_: object, tokens: Sequence[Token]) -> int:
@@ -46,7 +47,8 @@ class Bar:
 
     It pulses, and says ``first``, until the work tells for the first time how far it is.  A fraction that carries an
     estimate (`springpot.simulation.cost.FractionDone`) shows the time still to come and what takes it; work that will
-    take longer than LONG_SECONDS, or cannot reach what was asked for, is said on stderr once, terminal or not.
+    take longer than LONG_SECONDS, or cannot reach what was asked for, is said on stderr, terminal or not; and
+    again if it turns out to be much more work.
     """
 
     def __init__(self, text: str, first: str = "") -> None:
@@ -56,7 +58,8 @@ class Bar:
         self._lock = threading.Lock()
         self._timer = threading.Timer(QUIET_SECONDS, self._show)
         self._timer.daemon = True
-        self._announced: set[str] = set()
+        self._work_announced = 0.0  # path-steps
+        self._unreachable_announced = False
 
     def __enter__(self) -> Bar:
         if sys.stderr is not None and sys.stderr.isatty():
@@ -74,15 +77,20 @@ class Bar:
                 self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
 
     def _announce(self, estimate: Estimate) -> None:
-        """Say once that it will be long, and once that not all can be reached."""
-        long = "long" if estimate.seconds > LONG_SECONDS else ""
-        for kind in {long, estimate.unreachable} - self._announced - {""}:
-            self._announced.add(kind)
-            sentence = kind if kind != "long" else f"this takes {estimate.sentence} (--max-time ends it earlier)"
-            if self._bar is None:
-                say(f"{sentence}.")
-            else:
-                self._bar.console.print(f"springpot: {sentence}.", highlight=False, soft_wrap=True)
+        """Say that it will be long, again where that was far too little, and once that not all can be reached."""
+        if estimate.seconds > LONG_SECONDS and estimate.path_steps > MUCH_MORE * self._work_announced:
+            longer = "longer than was estimated: " if self._work_announced else ""
+            self._work_announced = estimate.path_steps
+            self._say(f"this takes {longer}{estimate.sentence} (--max-time ends it earlier)")
+        if estimate.unreachable and not self._unreachable_announced:
+            self._unreachable_announced = True
+            self._say(estimate.unreachable)
+
+    def _say(self, sentence: str) -> None:
+        if self._bar is None:
+            say(f"{sentence}.")
+        else:
+            self._bar.console.print(f"springpot: {sentence}.", highlight=False, soft_wrap=True)
 
     def _show(self) -> None:
         from rich.console import Console
