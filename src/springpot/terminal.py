@@ -94,12 +94,16 @@ class Bar:
 
     def _show(self) -> None:
         from rich.console import Console
-        from rich.progress import Progress
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+        from rich.table import Column
 
         with self._lock:
             if self._timer.finished.is_set():  # the work ended while the lines above were loading
                 return
-            bar = Progress(console=Console(stderr=True), transient=True)
+            words = TextColumn("{task.description}", table_column=Column(no_wrap=False, overflow="fold"))
+            bar = Progress(
+                words, BarColumn(bar_width=20), TaskProgressColumn(), console=Console(stderr=True), transient=True
+            )
             task = bar.add_task(self._said, total=None if self._done is None else 1.0)
             bar.update(task, completed=self._done)
             bar.start()

@@ -334,9 +334,10 @@ def _estimate(
 ) -> Estimate:
     unreachable = ""
     if aim > request.rtol:
+        wanted, best = per_cent(request.rtol), per_cent(aim)
         unreachable = (
-            f"{per_cent(request.rtol)} cannot be reached for {worst}; the run continues to the best that can be "
-            f"reached, {per_cent(aim)}"
+            f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
+            f"{best if best != wanted else 'just above that'}"
         )
     return Estimate(spent + left, clock.seconds(left), reason, aim, unreachable)
 
