@@ -512,3 +512,8 @@ def test_a_wall_ever_farther_off_matters_ever_less(order, c, restitution):
 @pytest.mark.parametrize("c", [1.95, 1.99, 2.0, 2.01, 2.05, 2.1])
 def test_an_answer_does_not_hang_on_rounding(c):
     assert envelope(make(0.9, c, -3.0, 0.999)).amplitude_mean_square > 0.0
+
+
+def test_results_of_the_same_oscillator_are_equal():
+    assert envelope(make(0.5, 0.1)) == envelope(make(0.5, 0.1)) != envelope(make(0.5, 0.2))
+    assert len({envelope(make(0.5, 0.1)), envelope(make(0.5, 0.1))}) == 1

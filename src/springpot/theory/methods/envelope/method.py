@@ -81,7 +81,7 @@ class Envelope(DensitiesOfAmplitude):
     18 % off (c = 3, b = -1, r = 0.5): there the moments are more accurate.
     """
 
-    balance: Balance | None = field(repr=False)
+    balance: Balance | None = field(repr=False, compare=False)
 
     @property
     def frequency(self) -> float:
