@@ -57,7 +57,7 @@ def test_explain(place: str, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("command", ["simulate", "compare", "atlas"])
 def test_what_needs_an_oscillator_names_the_part(command: str, place: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, place]) == 2
-    assert "polynomial_spring is no part of an Oscillator" in capsys.readouterr().err
+    assert "polynomial_spring cannot be part of an Oscillator" in capsys.readouterr().err
 
 
 def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -202,7 +202,7 @@ class System:
         for name, part in unit.named():
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not any(part.coefficients[1:])
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
-                raise NotCovered(f"{name} is no part of an Oscillator: {_CANONICAL}.")
+                raise NotCovered(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
             raise NotCovered(f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}.")
         dashpot = sum(part.coefficient for part in unit.of(Dashpot))
@@ -234,7 +234,7 @@ def _check_part(part: object) -> None:
         raise TypeError("a system's parts must not be an Oscillator: System.of_oscillator(...) takes it apart.")
     if type(part) not in KINDS.values():
         near = meant(type(part).__name__, [kind.__name__ for kind in KINDS.values()])
-        raise TypeError(f"a system's parts must be such as Spring(80.0), not {shown(part)}{near}.")
+        raise TypeError(f"a system's parts must be objects such as Spring(80.0), not {shown(part)}{near}.")
 
 
 def _names(parts: tuple[object, ...], taken: set[str]) -> Iterator[str]:
@@ -257,8 +257,8 @@ def _check_together(system: System) -> None:
     _check_walls(system)
     if ends := system.potential.open_ends():
         raise ValueError(
-            f"the potential must hold the mass: it falls without end to the {' and '.join(ends)}. Add a stiffening "
-            "spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
+            f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
+            "stiffening spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
         )
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
@@ -266,7 +266,7 @@ def _check_together(system: System) -> None:
         for name, part in system.named():
             nonlinear = isinstance(part, PolynomialDashpot) and any(part.coefficients[1:])
             if nonlinear or isinstance(part, VanDerPol):
-                raise ValueError(f"{name} must not be beside ThermalNoise, which has no noise that matches it.")
+                raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
 
 
 def _check_walls(system: System) -> None:

@@ -71,7 +71,7 @@ class PolynomialDashpot:
         last = [c for c in self.coefficients if c != 0.0][-1]
         if last < 0.0:
             raise ValueError(
-                f"coefficients must not end with {last:g}, which feeds fast motion: nothing limits the speed."
+                f"coefficients must not end with {last:g}, which adds energy to fast motion: nothing limits the speed."
             )
 
     def per_mass(self, mass: float) -> PolynomialDashpot:

@@ -427,7 +427,7 @@ def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
         "The motion between impacts is at the frequency Omega: the springpot's stiffness is neglected."
         if form != "shifted"
         else "The motion between impacts is at one frequency w, which the springpot's in-phase force sets.",
-        "The past motion is a steady oscillation: the start no longer has an influence.",
+        "The past motion is a steady oscillation: the start no longer matters.",
     )
     if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
         return common

@@ -329,7 +329,7 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
         return ("The past motion is stationary: this is exact without a wall.",)
     return (
         "The past motion is a Gaussian process reflected at the wall, |y| with y Gaussian.",
-        "The past motion is stationary: the start no longer has an influence.",
+        "The past motion is stationary: the start no longer matters.",
     )
 
 

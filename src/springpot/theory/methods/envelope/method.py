@@ -454,7 +454,7 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
         "The energy changes little in one cycle: damping and noise are light or moderate.",
         "Between impacts the motion is an arc of one frequency; the springpot acts as a spring about the mean of the "
         "cycle, and as a second, softer spring against slow changes of this mean.",
-        "The past motion is stationary: the start no longer has an influence.",
+        "The past motion is stationary: the start no longer matters.",
     )
     if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
         return common
