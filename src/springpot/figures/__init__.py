@@ -1,8 +1,8 @@
-"""Pictures of results; matplotlib is imported only when a picture is asked for.
+"""Pictures of results; matplotlib is imported only when a picture is drawn.
 
-A function draws into the ``axes`` it is given, or into those of a new figure that belongs to no window and to no global
-state, and returns them.  The few that need several panels begin with ``draw_`` and return a figure.  Quantities have
-their units on the axes, colours are told apart with any kind of colour vision, and bars reach over 95 % intervals.
+A function draws into the given ``axes``, or into those of a new figure without a window and without global state, and
+returns them.  Functions with several panels begin with ``draw_`` and return a figure.  Axes have units, colours are
+safe for colour-blind readers, and bars are 95 % intervals.
 """
 
 from springpot.figures.charts import design_chart

@@ -1,4 +1,4 @@
-"""Design charts: the response over order and strength of the springpot, read from the atlas."""
+"""Design charts: the response over order and strength of the springpot, from the atlas."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LADDERS = (
 def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float = 1.0, position: float = 0.0) -> Axes:
     """Draw contours of a moment over the order and the strength of the springpot, from the atlas.
 
-    Everything is dimensionless, so that one chart serves every oscillator.
+    Everything is dimensionless, so that one chart is valid for every oscillator.
 
     Parameters
     ----------
@@ -76,16 +76,16 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     wall = Barrier(position, restitution)
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)
-    found = np.array(
+    values = np.array(
         [
             [getattr(atlas(Oscillator(springpot=Springpot(order, c), barrier=wall)), quantity) for order in orders]
             for c in strengths
         ]
     )
     own = panel(axes, 5.6, 4.4)
-    positive = bool(found.min() > 0.0)
-    shown = np.log10(found) if positive else found
-    # what hardly ever happens in one corner must not take all colours
+    positive = bool(values.min() > 0.0)
+    shown = np.log10(values) if positive else values
+    # extreme values in a corner must not use up the colours
     low, high = np.quantile(shown, [0.04, 0.99])
     own.contourf(orders, strengths, shown, levels=np.linspace(low, high, 41), cmap="cividis", extend="both")
     levels = _round_levels(10.0**low, 10.0**high) if positive else np.linspace(low, high, LINES)
@@ -95,7 +95,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     )  # fmt: skip
     labels = own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.3g}", fontsize=8)
     outline: list[AbstractPathEffect] = [withStroke(linewidth=1.8, foreground="0.25")]
-    for drawn in (lines, *labels):  # to be read on light and on dark
+    for drawn in (lines, *labels):  # readable on light and dark colours
         drawn.set_path_effects(outline)
     own.set_yscale("log")
     own.set_xlabel(r"order of the derivative $\alpha$ (1)")
@@ -107,10 +107,10 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
 
 
 def _round_levels(low: float, high: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Round numbers between two positive ones: as many as can be read."""
+    """Round numbers between two positive ones, at most MOST_LINES."""
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for steps in _LADDERS:
-        found = [step * 10.0**power for power in powers for step in steps if low < step * 10.0**power < high]
-        if len(found) <= MOST_LINES:
-            return np.array(found)
-    return np.array(found[:: -(-len(found) // MOST_LINES)])
+        levels = [step * 10.0**power for power in powers for step in steps if low < step * 10.0**power < high]
+        if len(levels) <= MOST_LINES:
+            return np.array(levels)
+    return np.array(levels[:: -(-len(levels) // MOST_LINES)])

@@ -1,4 +1,4 @@
-"""Theory beside Monte Carlo in a picture: densities and spectrum as overlays."""
+"""Theory and Monte Carlo in one picture: densities and spectrum."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How an error falls with the step."""
+"""Pictures of errors against the step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture is made of: runs and Datasets alike, and the oscillator they belong to."""
+"""The data of a picture, from runs or Datasets, and their oscillator."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 def as_dataset(data: Data) -> xarray.Dataset:
-    """What `springpot.simulate` returns, made from what `springpot.run` returns if need be.
+    """A Dataset as from `springpot.simulate`, from such a Dataset or from a Run.
 
     Raises
     ------
@@ -38,10 +38,10 @@ def as_dataset(data: Data) -> xarray.Dataset:
     >>> float(as_dataset(sp.run(sp.Oscillator(), paths=1, duration=1.0))["x_mean"]) > 0.0
     True
     """
-    made: Any = data.to_dataset() if hasattr(data, "to_dataset") else data
-    if not hasattr(made, "data_vars") or "oscillator" not in made.attrs:
+    dataset: Any = data.to_dataset() if hasattr(data, "to_dataset") else data
+    if not hasattr(dataset, "data_vars") or "oscillator" not in dataset.attrs:
         raise TypeError(f"data must be what springpot.run or springpot.simulate returned, not {type(data).__name__}.")
-    return cast("xarray.Dataset", made)
+    return cast("xarray.Dataset", dataset)
 
 
 def oscillator_of(data: xarray.Dataset) -> Oscillator:
@@ -50,8 +50,8 @@ def oscillator_of(data: xarray.Dataset) -> Oscillator:
     Examples
     --------
     >>> import springpot as sp
-    >>> asked = sp.Oscillator(2.0, sp.Springpot(0.3, 0.5), sp.Barrier(-0.5, 0.8, "below"))
-    >>> oscillator_of(as_dataset(sp.run(asked, paths=1, duration=1.0))) == asked
+    >>> oscillator = sp.Oscillator(2.0, sp.Springpot(0.3, 0.5), sp.Barrier(-0.5, 0.8, "below"))
+    >>> oscillator_of(as_dataset(sp.run(oscillator, paths=1, duration=1.0))) == oscillator
     True
     """
     return Oscillator.from_dict(json.loads(data.attrs["oscillator"]))
@@ -63,13 +63,13 @@ def recorded(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray
     Raises
     ------
     TypeError, ValueError
-        If it is no run, or a run without recorded paths.
+        If it is not a run, or a run without recorded paths.
     """
-    found = as_dataset(data)
-    if "x" not in found:
+    dataset = as_dataset(data)
+    if "x" not in dataset:
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
-    x, v = (np.asarray(found[name], dtype=float) for name in ("x", "v"))
-    return oscillator_of(found), np.asarray(found["time"], dtype=float), x, v
+    x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
+    return oscillator_of(dataset), np.asarray(dataset["time"], dtype=float), x, v
 
 
 def spacing_in_steps(data: Data) -> int:
@@ -92,8 +92,8 @@ def results(theory: Theory) -> tuple[Result, ...]:
     TypeError
         If there is anything else among them.
     """
-    found = (theory,) if isinstance(theory, Result) else tuple(theory)
-    for each in found:
+    several = (theory,) if isinstance(theory, Result) else tuple(theory)
+    for each in several:
         if not isinstance(each, Result):
             raise TypeError(f"theory must be a result such as springpot.theory.envelope(oscillator), not {each!r}.")
-    return found
+    return several

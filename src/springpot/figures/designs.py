@@ -1,4 +1,4 @@
-"""Several designs on the same axes: each has a colour and a name in the legend of its own."""
+"""Several designs on the same axes: each has its own colour and name in the legend."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["CYCLE", "Design", "from_zero", "next_design"]
 
 CYCLE = tuple(COLOURS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky", "black"))
-"""Colours of the first, second, ... design, told apart with any kind of colour vision."""
+"""Colours of the first, second, ... design, safe for colour-blind readers."""
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
 _TAG = "design "
@@ -24,17 +24,17 @@ _TAG = "design "
 
 @dataclass(frozen=True)
 class Design:
-    """One call's share of a picture.
+    """One design on some axes: what one call draws.
 
     Attributes
     ----------
     axes : matplotlib.axes.Axes
     number : int
-        How many designs these axes held before.
+        Number of earlier designs on these axes.
     color : str or None
-        Of everything of this design; None for the usual look: grey Monte Carlo, and the colours of the methods.
+        Colour of the whole design; None for the default: Monte Carlo in grey, and the colours of the methods.
     label : str
-        Its name in the legend; empty if it needs none.
+        Name in the legend; may be empty.
     """
 
     axes: Axes
@@ -45,7 +45,7 @@ class Design:
     def bars(
         self, place: ArrayLike, value: ArrayLike, standard_error: ArrayLike, *, measured: str, size: float = 3.0
     ) -> None:
-        """Draw Monte Carlo with its 95 % bars; ``measured`` says in the legend what it is."""
+        """Draw Monte Carlo with its 95 % bars; ``measured`` is its text in the legend."""
         before = set(self.axes.get_children())
         label = ", ".join(filter(None, [self.label, measured]))
         mark = _MARKS[self.number % len(_MARKS)]
@@ -60,17 +60,17 @@ class Design:
         self.tag(before)
 
     def tag(self, before: set[Artist]) -> None:
-        """Mark what the axes hold now and did not hold before as this design's."""
+        """Mark all artists that are on the axes but not in ``before`` as part of this design."""
         for artist in self.axes.get_children():
             if artist not in before:
                 artist.set_gid(f"{_TAG}{self.number}")
 
 
 def next_design(axes: Axes, color: str | None = None, label: str | None = None) -> Design:
-    """The look of what is drawn next on these axes.
+    """The next design on these axes.
 
-    The first one without a name has the usual look.  Any other has one colour for Monte Carlo and theory, the next one
-    of CYCLE if none is given, and a name, a number if none is given.
+    The first one without a label has default colours.  Others have one colour for Monte Carlo and theory (by default
+    the next one of CYCLE) and a label (by default a number).
 
     Parameters
     ----------
@@ -106,5 +106,5 @@ def next_design(axes: Axes, color: str | None = None, label: str | None = None) 
 
 
 def from_zero(axes: Axes) -> None:
-    """Let the vertical axis begin at 0 and reach over all that is drawn, now and later."""
+    """Let the vertical axis begin at 0 and include everything that is drawn, now and later."""
     axes.set_ylim(bottom=0.0, auto=True)

@@ -1,4 +1,4 @@
-"""The way from rest: growth of the response, and when a level is first passed."""
+"""Pictures of transients from rest: growth of the response, and first passage of a level."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["survival", "transient"]
 
-_POINTS = 40  # of Monte Carlo, so that the bars can be told apart
+_POINTS = 40  # of Monte Carlo, so that the bars do not overlap
 
 
 def transient(
@@ -44,11 +44,11 @@ def transient(
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
-        Each is drawn if it knows this moment at a time.
+        Each is drawn if it has this moment as a function of time.
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def survival(
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -136,8 +136,8 @@ def survival(
 
     Notes
     -----
-    A recorded path is looked at at the ends of its steps, so that a short visit beyond the level between two of them is
-    missed: take a small step.  The error bars are those of a share of independent paths.
+    Only the ends of the steps are checked, so a short passage between two of them is missed: use a small step.  The
+    error bars are those of a share of independent paths.
 
     Examples
     --------
@@ -174,9 +174,9 @@ def survival(
 
 def _from_rest(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:
     """The recorded paths of a run whose paths all start at rest."""
-    found = as_dataset(data)
-    oscillator, time, x, v = recorded(found)
-    if json.loads(found.attrs["settings"])["start"] != "rest" and oscillator.barrier is not None:
+    dataset = as_dataset(data)
+    oscillator, time, x, v = recorded(dataset)
+    if json.loads(dataset.attrs["settings"])["start"] != "rest" and oscillator.barrier is not None:
         raise ValueError("data must be of a run from rest: simulate with start='rest'.")
     return oscillator, time, x, v
 
@@ -192,7 +192,7 @@ _OF_PATHS: dict[str, Callable[[FloatArray, FloatArray, float], FloatArray]] = {
 def _moment_at(result: Result, quantity: str) -> Any:
     """The method that gives this moment at a time, if there is one."""
     if isinstance(result, Averaging):
-        # at a shifted frequency its mean square is not that of A
+        # at a shifted frequency its mean square is not <A^2>
         own = quantity == "amplitude_mean_square" and result.frequency == result.oscillator.natural_frequency
         return result.mean_square if own else None
     return getattr(result, f"{quantity}_at", None)

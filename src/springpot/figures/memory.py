@@ -1,4 +1,4 @@
-"""A power law as a sum of exponentials: the terms, the error, and how many a memory needs."""
+"""Pictures of a power law as a sum of exponentials: terms, error, and number of terms."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _ORDERS = {0.25: ("blue", "o"), 0.5: ("vermilion", "s"), 0.75: ("green", "^")}
 
 
 def even_spacing_terms(tolerance: float, ratio: float) -> float:
-    """Terms that rates even in log s need for the range of the lags alone, log(1 / eps) log(T / delta) / pi^2.
+    """Number of terms for equidistant rates in log s, without the ends of the range: log(1/eps) log(T/delta) / pi^2.
 
     With s = e^y, t^(-alpha) = int exp(alpha y - t e^y) dy / Gamma(alpha).  By Poisson's formula the trapezoidal rule of
     spacing h has the relative error 2 |Gamma(alpha + 2 pi i / h)| / Gamma(alpha) in its first harmonic, the same at
     every t; and |Gamma(alpha + i w)| ~ sqrt(2 pi) w^(alpha - 1/2) exp(-pi w / 2).  So eps ~ exp(-pi^2 / h) up to a
-    power of log(1 / eps), and log(T / delta) / h rates lie between 1 / T and 1 / delta.  What a sum has beyond this
-    number stands at the two ends of the interval.  Best approximation has the same exponent: for 1 / t on [1, R] the
-    error of n terms is of order exp(-n pi^2 / log(8 R)) (Braess and Hackbusch), whose 8 is part of the ends.
+    power of log(1 / eps), and log(T / delta) / h rates lie between 1 / T and 1 / delta.  Further terms of a sum are at
+    the two ends of the interval.  Best approximation has the same exponent: for 1 / t on [1, R] the error of n terms is
+    of order exp(-n pi^2 / log(8 R)) (Braess and Hackbusch), where the 8 is due to the ends.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
 def memory_terms(
     order: float, axes: Axes | None = None, *, shortest: float = 1e-3, longest: float = 1e3, tolerance: float = 1e-3
 ) -> Axes:
-    """Draw t^(-alpha), each of the exponentials whose sum stands for it, and the sum.
+    """Draw t^(-alpha), the exponentials of its approximation, and their sum.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def memory_terms(
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     shortest, longest : float
-        Lags in s between which the sum holds; a decade more is drawn on either side.
+        Lags in s between which the sum is valid; a decade more is drawn on either side.
     tolerance : float
         Relative error of the sum, in [1e-13, 0.1].
 
@@ -134,10 +134,10 @@ def memory_terms(
     >>> len(axes.lines) - 2
     9
     """
-    found = power_law_sum(order, shortest, longest, tolerance)
+    sum_of_terms = power_law_sum(order, shortest, longest, tolerance)
     axes = panel(axes, 6.0, 4.0)
     lag = np.geomspace(shortest / 10.0, longest * 10.0, 800)
-    terms = found.weights * np.exp(-np.multiply.outer(lag, found.rates))
+    terms = sum_of_terms.weights * np.exp(-np.multiply.outer(lag, sum_of_terms.rates))
     for number, term in enumerate(terms.T):
         label = f"{terms.shape[1]} terms" if number == 0 else None
         axes.plot(lag, term, "-", color=COLOURS["sky"], lw=0.8, label=label)
@@ -168,7 +168,7 @@ def memory_error(
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     shortest, longest : float
-        Lags in s between which the sums hold.
+        Lags in s between which the sums are valid.
     tolerances : sequence of float
         Relative errors allowed, in [1e-13, 0.1], one curve for each.
 
@@ -191,9 +191,9 @@ def memory_error(
     axes = panel(axes, 6.0, 4.0)
     lag = np.geomspace(shortest, longest, 4000)
     for tolerance, colour in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
-        found = power_law_sum(order, shortest, longest, tolerance)
-        error = np.abs(np.exp(-np.multiply.outer(lag, found.rates)) @ found.weights * lag**order - 1.0)
-        label = rf"$\varepsilon$ = {tolerance:g}: {found.rates.size} terms"
+        sum_of_terms = power_law_sum(order, shortest, longest, tolerance)
+        error = np.abs(np.exp(-np.multiply.outer(lag, sum_of_terms.rates)) @ sum_of_terms.weights * lag**order - 1.0)
+        label = rf"$\varepsilon$ = {tolerance:g}: {sum_of_terms.rates.size} terms"
         axes.plot(lag, error, "-", color=COLOURS[colour], lw=0.9, label=label)
         axes.axhline(tolerance, color=COLOURS[colour], lw=0.6, linestyle=":")
     heights = min(tolerances) * 1e-2, 3e4 * max(tolerances)

@@ -1,4 +1,4 @@
-"""One recorded path: its course in time and in the plane of x and v, with the impacts marked."""
+"""Pictures of one recorded path, in time and in the plane of x and v, with the impacts marked."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def path(
     quantity : {"x", "v"}
         Displacement in m or velocity in m/s.
     member : int
-        Which of the recorded paths.
+        Index of the recorded path.
     window : (float, float), optional
         Times in s between which to draw.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -58,8 +58,8 @@ def path(
 
     Notes
     -----
-    A path is known at the ends of the steps.  An impact is found where it turns away from the wall in a step that would
-    have carried it behind the wall; several impacts in one step are marked as one.
+    A path is recorded at the ends of the steps.  An impact is detected where the velocity changes its sign in a step
+    that would have ended behind the wall; several impacts in one step are marked as one.
 
     Examples
     --------
@@ -70,23 +70,25 @@ def path(
     """
     if quantity not in _LABELS:
         raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
-    seen = _seen(data, member, window)
+    piece = _seen(data, member, window)
     axes = panel(axes, 7.0, 3.0)
     design, before = next_design(axes, color, label), set(axes.get_children())
-    value = seen.x if quantity == "x" else seen.v
-    times, values = (seen.time, value) if quantity == "x" else _broken(seen, seen.time, value)
+    value = piece.x if quantity == "x" else piece.v
+    times, values = (piece.time, value) if quantity == "x" else _broken(piece, piece.time, value)
     axes.plot(times, values, color=design.color or COLOURS["blue"], linewidth=1.0, label=design.label or None)
     if quantity == "x":
-        _wall(axes.axhline, seen)
-        axes.plot(seen.impact_time, np.full_like(seen.impact_time, seen.wall), **_MARK)
+        _wall(axes.axhline, piece)
+        axes.plot(piece.impact_time, np.full_like(piece.impact_time, piece.wall), **_MARK)
     else:
-        at = seen.struck
-        axes.plot(seen.impact_time, seen.v[at], **_MARK)
-        axes.vlines(seen.impact_time, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.6)
+        at = piece.struck
+        axes.plot(piece.impact_time, piece.v[at], **_MARK)
+        axes.vlines(
+            piece.impact_time, piece.v[at], piece.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.6
+        )
     design.tag(before)
     axes.set_xlabel("time $t$ (s)")
     axes.set_ylabel(_LABELS[quantity])
-    axes.set_xlim(seen.time[0], seen.time[-1])
+    axes.set_xlim(piece.time[0], piece.time[-1])
     return axes
 
 
@@ -123,16 +125,16 @@ def phase_portrait(
     >>> axes.get_xlabel(), axes.get_ylabel()
     ('displacement $x$ (m)', 'velocity $v$ (m/s)')
     """
-    seen = _seen(data, member, window)
+    piece = _seen(data, member, window)
     axes = panel(axes, 4.6, 4.2)
     design, before = next_design(axes, color, label), set(axes.get_children())
     line: dict[str, Any] = {"color": design.color or COLOURS["blue"], "label": design.label or None}
-    axes.plot(*_broken(seen, seen.x, seen.v), linewidth=0.9, **line)
-    _wall(axes.axvline, seen)
-    at = seen.struck
-    wall = np.full(at.size, seen.wall)
-    axes.vlines(wall, seen.v[at], seen.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
-    axes.plot(wall, seen.v[at], **_MARK)
+    axes.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
+    _wall(axes.axvline, piece)
+    at = piece.struck
+    wall = np.full(at.size, piece.wall)
+    axes.vlines(wall, piece.v[at], piece.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
+    axes.plot(wall, piece.v[at], **_MARK)
     design.tag(before)
     axes.set_xlabel(_LABELS["x"])
     axes.set_ylabel(_LABELS["v"])
@@ -147,7 +149,7 @@ _MARK: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class _Seen:
-    """A piece of one path: the wall (NaN without), the steps that end after an impact, and when it happened."""
+    """A piece of one path: position of the wall (NaN without), states, steps with an impact, and their times."""
 
     wall: float
     time: FloatArray
@@ -165,7 +167,7 @@ def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
     if inside.sum() < 2:
         raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
     time, x, v = time[inside], x[member, inside], v[member, inside]
-    # between points further apart than a step a path may turn without an impact
+    # between points that are several steps apart a path may turn without an impact
     struck, when = _impacts(None if spacing_in_steps(data) > 1 else oscillator, time, x, v)
     wall = np.nan if oscillator.barrier is None else oscillator.barrier.position
     return _Seen(wall, time, x, v, struck, when)
@@ -174,7 +176,7 @@ def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
 def _impacts(
     oscillator: Oscillator | None, time: FloatArray, x: FloatArray, v: FloatArray
 ) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
-    """Steps in which the path was thrown back by the wall, and the instants at which straight flight meets it."""
+    """Steps with an impact, and its times by linear extrapolation."""
     if oscillator is None or oscillator.barrier is None:
         return np.zeros(0, np.intp), np.zeros(0)
     gap = oscillator.direction * (x - oscillator.barrier.position)
@@ -186,11 +188,11 @@ def _impacts(
     return at, time[at] + np.minimum(gap[at] / -away[at], step[at])
 
 
-def _broken(seen: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _broken(piece: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The curve with a gap at every impact."""
-    return np.insert(across, seen.struck + 1, np.nan), np.insert(up, seen.struck + 1, np.nan)
+    return np.insert(across, piece.struck + 1, np.nan), np.insert(up, piece.struck + 1, np.nan)
 
 
-def _wall(line: Any, seen: _Seen) -> None:
-    if np.isfinite(seen.wall):
-        line(seen.wall, color="0.35", linewidth=2.0, zorder=1, label="wall")
+def _wall(line: Any, piece: _Seen) -> None:
+    if np.isfinite(piece.wall):
+        line(piece.wall, color="0.35", linewidth=2.0, zorder=1, label="wall")

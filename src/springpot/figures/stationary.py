@@ -52,7 +52,7 @@ def density(
     at : array_like, shape (n,), optional
         Where to draw theory, in m or m/s; the range of the histogram if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -79,16 +79,16 @@ def density(
     design = next_design(axes, color, label)
     axes.set(xlabel=across, ylabel=up)
     if data is not None:
-        found = as_dataset(data)
-        if f"{quantity}_density" not in found:
+        dataset = as_dataset(data)
+        if f"{quantity}_density" not in dataset:
             raise ValueError(f"data holds no density of {quantity}: simulate with distributions=True.")
-        middle, value, error = _columns(found, f"{quantity}_bin", f"{quantity}_density")
+        middle, value, error = _columns(dataset, f"{quantity}_bin", f"{quantity}_density")
         if value.size == 0:
             axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
             return axes
         design.bars(middle, value, error, measured=_MEASURED, size=2.5)
         if at is None:
-            half = np.asarray(found[f"{quantity}_bin_width"], dtype=float) / 2.0
+            half = np.asarray(dataset[f"{quantity}_bin_width"], dtype=float) / 2.0
             place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
     for result in results(theory):
         _curve(design, result, getattr(result, f"{quantity}_density", None), place)
@@ -118,7 +118,7 @@ def spectrum(
     at : array_like, shape (n,), optional
         Frequencies in rad/s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -142,10 +142,10 @@ def spectrum(
     design = next_design(axes, color, label)
     axes.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
     if data is not None:
-        found = as_dataset(data)
-        if "x_spectrum" not in found:
+        dataset = as_dataset(data)
+        if "x_spectrum" not in dataset:
             raise ValueError("data holds no spectrum: simulate with spectrum= frequencies in rad/s.")
-        frequency, value, error = _columns(found, "frequency", "x_spectrum")
+        frequency, value, error = _columns(dataset, "frequency", "x_spectrum")
         design.bars(frequency, value, error, measured=_MEASURED, size=2.5)
         place = frequency if at is None else place
     for result in results(theory):
@@ -178,7 +178,7 @@ def correlation(
     since : float
         Time in s before which recorded paths are not yet stationary, and left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default those after what the axes hold already.
+        Name of this design in the legend, and its colour; by default the next ones of the axes.
 
     Returns
     -------
@@ -229,13 +229,13 @@ def _place(data: Data | None, at: ArrayLike | None) -> FloatArray:
     return np.zeros(0) if at is None else np.asarray(at, dtype=float)
 
 
-def _columns(found: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    first, second, third = (np.asarray(found[name], dtype=float) for name in (place, value, f"{value}_se"))
+def _columns(dataset: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    first, second, third = (np.asarray(dataset[name], dtype=float) for name in (place, value, f"{value}_se"))
     return first, second, third
 
 
 def _curve(design: Design, result: Result, curve: Callable[[FloatArray], FloatArray] | None, place: FloatArray) -> None:
-    """Draw one method's curve, if it has one here."""
+    """Draw the curve of one method, if it has one."""
     if curve is None:
         return
     try:

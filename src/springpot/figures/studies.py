@@ -1,4 +1,4 @@
-"""A study's answers: small multiples of curves, theory beside Monte Carlo, or maps over two axes."""
+"""Results of a study: panels of curves of theory and Monte Carlo, or maps over two axes."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def draw_study(
     figure, panels = new_grid(3.6 * columns + 0.4, 3.0 * rows + 0.5, rows, columns)
     drawn = list(itertools.product(names, places))
     for axes, (name, place) in zip(panels, drawn, strict=False):
-        here = {part: found.isel(place) for part, found in parts.items()}
+        here = {part: dataset.isel(place) for part, dataset in parts.items()}
         if kind == "map":
             _map(axes, here, name, used)
         else:
@@ -119,14 +119,14 @@ def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: s
     for part in ("theory", "simulation"):
         if part not in parts:
             continue
-        found = parts[part]
-        where = found[along].values
+        dataset = parts[part]
+        where = dataset[along].values
         if part == "simulation":
-            bars(axes, where, found[name].values, found[f"{name}_se"].values, label="Monte Carlo, 95 %")
+            bars(axes, where, dataset[name].values, dataset[f"{name}_se"].values, label="Monte Carlo, 95 %")
             continue
-        for method in found["theory"].values:
+        for method in dataset["theory"].values:
             color, line = METHOD_LINES[str(method)]
-            values = found[name].sel(theory=method).values
+            values = dataset[name].sel(theory=method).values
             axes.plot(where, values, color=COLOURS[color], linestyle=line, label=method_label(str(method)))
     _scale(axes, "x", where)
     axes.set_xlabel(PARAMETER_LABELS.get(along, along))
@@ -135,12 +135,12 @@ def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: s
 
 def _map(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Sequence[str]) -> None:
     across, up = used
-    found = parts["simulation"] if "simulation" in parts else parts["theory"].isel(theory=-1)
-    values = found[name].transpose(up, across).values
-    shown = axes.pcolormesh(found[across].values, found[up].values, values, cmap="cividis", shading="nearest")
+    dataset = parts["simulation"] if "simulation" in parts else parts["theory"].isel(theory=-1)
+    values = dataset[name].transpose(up, across).values
+    shown = axes.pcolormesh(dataset[across].values, dataset[up].values, values, cmap="cividis", shading="nearest")
     axes.figure.colorbar(shown, ax=axes, label=MOMENTS[name])
-    _scale(axes, "x", found[across].values)
-    _scale(axes, "y", found[up].values)
+    _scale(axes, "x", dataset[across].values)
+    _scale(axes, "y", dataset[up].values)
     axes.set_xlabel(PARAMETER_LABELS.get(across, across))
     axes.set_ylabel(PARAMETER_LABELS.get(up, up))
 

@@ -1,4 +1,4 @@
-"""The look that all pictures share."""
+"""The common style of all pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COLOURS", "METHOD_LINES", "bars", "method_curve", "method_label", "new_figure", "new_grid", "panel", "save"]
 
-# Okabe and Ito's palette: told apart with any kind of colour vision, and in grey by their lightness.
+# Okabe and Ito's palette: safe for colour-blind readers, and distinct in grey
 COLOURS = {
     "black": "#000000",
     "blue": "#0072B2",
@@ -30,13 +30,13 @@ COLOURS = {
 METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
     name: (method.colour, (0, method.dash) if method.dash else "-") for name, method in METHODS.items()
 }
-"""Colour and line of each method of the theory, told apart without colour as well."""
+"""Colour and line of each method of the theory; the lines are distinct without colour too."""
 
 _CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 
 
 def method_label(method: str) -> str:
-    """How a method is called in a legend.
+    """The name of a method in a legend.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def method_curve(
 
 
 def panel(axes: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:
-    """The axes given, or those of a new figure of one panel.
+    """The given axes, or those of a new figure with one panel.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def bars(
     hollow: bool = False,
     label: str | None = None,
 ) -> None:
-    """Draw Monte Carlo: a mark for each value, and a bar over the interval that holds the true one in 95 of 100 runs.
+    """Draw Monte Carlo: a mark for each value, and a bar for its 95 % interval.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def new_figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) 
     Returns
     -------
     figure : matplotlib.figure.Figure
-        Drawn without a screen: it belongs to no window and no global state.
+        Without a window and without global state.
     axes : list of matplotlib.axes.Axes
         The panels from the top.
 

@@ -1,4 +1,4 @@
-"""A moment against one number of the problem: curves of theory, points of Monte Carlo."""
+"""Pictures of a moment against one parameter: curves of theory, points of Monte Carlo."""
 
 from __future__ import annotations
 
@@ -57,27 +57,27 @@ def against(
     color: str | None = None,
     label: str | None = None,
 ) -> Axes:
-    """Draw a moment against one number of the problem: theory as curves, runs as points with error bars.
+    """Draw a moment against one parameter: theory as curves, runs as points with error bars.
 
     Parameters
     ----------
     parameter : {"order", "coefficient", "natural_frequency", "restitution", "position", "intensity"}
-        What changes along the horizontal axis.
+        The parameter on the horizontal axis.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
     oscillator : Oscillator, optional
-        What theory is asked, with the parameter put in.
+        The other parameters, for theory.
     values : array_like, shape (n,)
-        Of the parameter, at which theory is asked.
+        Of the parameter, for theory.
     theory : sequence or dict of functions
         Such as ``springpot.theory.averaging``, from an oscillator to a result; the keys of a dict are the labels.
-        Where a method has no answer its curve has a gap.
+        Where a method has no result its curve has a gap.
     runs : sequence of Run or xarray.Dataset
         Each is one point, at the parameter of its own oscillator.
     color : str, optional
-        Of everything, to tell several calls on the same axes apart; by default the one after what they hold already.
+        Colour of everything that is drawn; by default the next one of the axes.
     label : str, optional
         Of the points; "Monte Carlo, 95 %" if left out, with a number from the second call on.
 
@@ -88,8 +88,7 @@ def against(
     Raises
     ------
     TypeError, ValueError
-        If there is no such parameter or moment, theory has no oscillator to be asked of, or a value is none that the
-        parameter can have.
+        If there is no such parameter or moment, ``oscillator`` is missing, or a value is outside the parameter's range.
 
     Examples
     --------
@@ -115,16 +114,16 @@ def against(
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
     if methods and oscillator is None:
         raise ValueError("oscillator must be given to draw theory.")
-    for said, method in methods:
-        asked = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
-        curve, found = _curve(method, asked, quantity)
-        label_of = said or ("" if found else getattr(method, "__name__", "theory"))
-        method_curve(axes, found, place, curve, color=color, label=label_of)
+    for title, method in methods:
+        oscillators = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
+        curve, name = _curve(method, oscillators, quantity)
+        label_of = title or ("" if name else getattr(method, "__name__", "theory"))
+        method_curve(axes, name, place, curve, color=color, label=label_of)
     points = [(_number(oscillator_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
-        at, found_runs = zip(*points, strict=True)
-        measured = [float(each[quantity]) for each in found_runs]
-        error = [float(each[f"{quantity}_se"]) for each in found_runs]
+        at, datasets = zip(*points, strict=True)
+        measured = [float(each[quantity]) for each in datasets]
+        error = [float(each[f"{quantity}_se"]) for each in datasets]
         points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
         bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
     design.tag(before)
@@ -134,22 +133,22 @@ def against(
 
 
 def _number(oscillator: Oscillator, parameter: str) -> float:
-    """One number of an oscillator; NaN where it is of a wall that is not there."""
+    """One parameter of an oscillator; NaN if it belongs to a wall and there is none."""
     of_a_wall = parameter in ("position", "restitution")
     return math.nan if of_a_wall and oscillator.barrier is None else float(oscillator.numbers[parameter])
 
 
 def _with(oscillator: Oscillator, parameter: str, value: float) -> Oscillator:
-    """The oscillator with another number."""
+    """The oscillator with another value of a parameter."""
     if math.isnan(_number(oscillator, parameter)):
         raise ValueError("oscillator must have a wall if parameter is 'position' or 'restitution'.")
     return Oscillator.from_numbers(**oscillator.numbers | {parameter: value})
 
 
-def _curve(method: Method, asked: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:
-    """One number for each oscillator, NaN where the method has none, and the name of the method."""
+def _curve(method: Method, oscillators: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:
+    """One number for each oscillator, NaN where the method has no result, and the name of the method."""
     numbers, name = [], ""
-    for oscillator in asked:
+    for oscillator in oscillators:
         try:
             result = method(oscillator)
             name = result.method

@@ -1,4 +1,4 @@
-"""The validity map in pictures: how far each method is from Monte Carlo, over order and strength of the springpot."""
+"""Pictures of the validity map: gaps of the methods to Monte Carlo, over order and strength of the springpot."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def gaps(
     position: float = 0.0,
     path: Path = MAP_FILE,
 ) -> Axes:
-    """Draw how far one method is from Monte Carlo, in per cent, over order and strength of the springpot.
+    """Draw the gap of one method to Monte Carlo, in per cent, over order and strength of the springpot.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def gaps(
     Returns
     -------
     matplotlib.axes.Axes
-        One cell for each order and c = C Omega^(alpha-2); hatched where the method has no answer, blank where Monte
-        Carlo cannot judge it, bold beyond the gap up to which no warning is given.
+        One cell for each order and c = C Omega^(alpha-2); hatched where the method has no result, blank where Monte
+        Carlo is too uncertain, bold for gaps that give a warning.
 
     Raises
     ------
