@@ -11,7 +11,7 @@ sums = importlib.import_module("springpot.memory.exponential_sum")
 def fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder for the sums, and none of them in memory."""
     monkeypatch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path / "cache"))
-    sums._kept.cache_clear()
+    sums._cached.cache_clear()
     return tmp_path / "cache" / "memory"
 
 

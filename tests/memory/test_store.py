@@ -26,7 +26,7 @@ def ask() -> ExponentialSum:
 
 
 def forget() -> None:
-    sums._kept.cache_clear()
+    sums._cached.cache_clear()
 
 
 def same(a: ExponentialSum, b: ExponentialSum) -> bool:
@@ -39,7 +39,7 @@ def same(a: ExponentialSum, b: ExponentialSum) -> bool:
 @pytest.fixture
 def never_made(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     def forbid() -> None:
-        monkeypatch.setattr(sums, "_made", lambda *_: pytest.fail("made anew"))
+        monkeypatch.setattr(sums, "_computed", lambda *_: pytest.fail("computed again"))
 
     return forbid
 

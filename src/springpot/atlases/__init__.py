@@ -1,4 +1,4 @@
-"""The whole stationary response of the oscillator, computed once: answers in microseconds, with their error."""
+"""The atlas: a table of stationary moments by Monte Carlo, interpolated in microseconds, with errors."""
 
 from springpot.atlases.lookup import AtlasAnswer, atlas
 

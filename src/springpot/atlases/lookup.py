@@ -1,10 +1,11 @@
-"""Looking up the atlas.
+"""Interpolation in the atlas.
 
-Only four numbers matter: the order, c = C Omega^(alpha-2), the restitution and b sqrt(Omega^3 / q).  The atlas
-(``atlas.npz``, made by ``make atlas`` from the study files in the folder ``atlas``) holds three tables of the moments
-at Omega = q = 1: an elastic wall and one of restitution 0.8, both over order, c and place, and any restitution with the
-wall at the equilibrium, over order, c and restitution.  Each is on an even grid of coordinates along which the moments
-change evenly, and cubic polynomials through the four nearest nodes of each axis are taken between.
+The moments depend on four dimensionless numbers: the order, c = C Omega^(alpha-2), the restitution and
+b sqrt(Omega^3 / q).  The atlas (``atlas.npz``, written by ``make atlas`` from the study files in the folder ``atlas``)
+has three tables of the moments at Omega = q = 1: an elastic wall and one of restitution 0.8, both over order, c and
+position, and any restitution with the wall at the equilibrium, over order, c and restitution.  Each is on an
+equidistant grid in coordinates along which the moments vary smoothly; cubic polynomials through the four nearest nodes
+of each axis interpolate.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ __all__ = [
 ATLAS_FILE = Path(__file__).with_name("atlas.npz")
 ORDERS, COEFFICIENTS, RESTITUTIONS, PLACES = (0.05, 1.0), (0.01, 10.0), (0.3, 1.0), (-2.0, 2.0)
 LOSSY = 0.8
-EDGE = 1e-9  # relative: rounding of a scaled number must not throw it off the atlas
+EDGE = 1e-9  # relative margin of the ranges for rounding errors
 NORMAL = 1.959964
 COLLAPSE, BEYOND = 0.163, 1.003
 SMALLEST, RATIO = 1e-5, 1.05  # of the standard errors that are kept
@@ -39,23 +40,23 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class AtlasAnswer(Result):
-    """What the atlas answers.
+    """Result of the atlas.
 
     Attributes
     ----------
     errors : dict
-        Half-width of the 95 % interval of each moment, in its own unit: sampling of the Monte Carlo behind the atlas,
-        and interpolation.
+        Half-width of the 95 % interval of each moment, in its unit: sampling error of the Monte Carlo, and
+        interpolation.
 
     Notes
     -----
-    The moments are read as attributes, as from every method of the theory (`springpot.theory.Result`).
+    The moments are attributes, as in every result of the theory (`springpot.theory.Result`).
     """
 
     errors: dict[str, float]
 
     def to_dict(self) -> dict[str, object]:
-        """As of every result, with the errors under ``_error``."""
+        """As in every result, with the errors under ``_error``."""
         errors = {f"{name}_error": None if math.isnan(error) else error for name, error in self.errors.items()}
         return {**super().to_dict(), **errors}
 
@@ -80,7 +81,7 @@ class Table:
     errors: npt.NDArray[np.float32]
 
     def at(self, *place: float) -> tuple[Floats, npt.NDArray[np.float32]]:
-        """Values, and the largest standard error of the nodes around."""
+        """Interpolated values, and the largest standard error of the nodes used."""
         (i, first), (j, second), (k, third) = (
             weights((coordinate - start) / step, size)
             for coordinate, start, step, size in zip(place, self.starts, self.steps, self.values.shape, strict=False)
@@ -91,12 +92,12 @@ class Table:
         return np.asarray(third @ along.reshape(4, -1)), errors
 
     def moments(self, order: float, coefficient: float, third: float) -> tuple[dict[str, float], dict[str, float]]:
-        """Moments and their standard errors at a frequency and an intensity of 1; the third coordinate as it is."""
+        """Moments and their standard errors at Omega = q = 1; ``third`` is the third coordinate of the table."""
         logs, spreads = self.at(math.log(order), math.log(coefficient), third)
         numbers = dict(zip(MOMENTS, np.exp(logs).tolist(), strict=True))
         relative = dict(zip(MOMENTS, spreads.tolist(), strict=True))
         errors = {name: relative[name] * numbers[name] for name in MOMENTS}
-        # the mean is stored in root mean squares, so their error adds to its own
+        # the mean is stored over the root mean square, whose error is added
         size = math.sqrt(numbers["x_mean_square"])
         numbers["x_mean"] = float(logs[MOMENTS.index("x_mean")]) * size
         errors["x_mean"] = math.hypot(relative["x_mean"] * size, 0.5 * relative["x_mean_square"] * numbers["x_mean"])
@@ -104,7 +105,7 @@ class Table:
 
 
 def weights(position: float, size: int) -> tuple[int, Floats]:
-    """First of four nodes, and Lagrange's weights of a cubic through them, at a position counted in nodes.
+    """First of four nodes, and Lagrange weights of the cubic through them, at a position in units of nodes.
 
     Examples
     --------
@@ -119,8 +120,8 @@ def weights(position: float, size: int) -> tuple[int, Floats]:
 
 
 def crowding(restitution: Any, beyond: float = BEYOND) -> Any:
-    """Coordinate of a restitution: finest near 1, where with light damping small losses decide (the more so the nearer
-    ``beyond`` is to 1), and low down, where slow impacts crowd (they become infinitely many at 0.163).
+    """Coordinate of a restitution: finest near 1, where small losses matter with light damping (finer for ``beyond``
+    nearer to 1), and at low values, where slow impacts are frequent (infinitely many at 0.163).
 
     Examples
     --------
@@ -138,7 +139,7 @@ def restitution_at(coordinate: Any) -> Any:
 
 
 def error_codes(errors: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """Standard errors as they are kept: the next step up, 5 % apart.
+    """Codes of standard errors: steps of 5 %, rounded up.
 
     Examples
     --------
@@ -186,8 +187,8 @@ def atlas(oscillator: Oscillator) -> AtlasAnswer:
     Examples
     --------
     >>> from springpot import Springpot
-    >>> found = atlas(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
-    >>> abs(found.amplitude_mean_square - 1.0) < 2.0 * found.errors["amplitude_mean_square"]
+    >>> moments = atlas(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> abs(moments.amplitude_mean_square - 1.0) < 2.0 * moments.errors["amplitude_mean_square"]
     True
     """
     if not isinstance(oscillator, Oscillator):
@@ -208,7 +209,7 @@ def atlas(oscillator: Oscillator) -> AtlasAnswer:
 
 
 def _table_for(oscillator: Oscillator) -> tuple[str, float]:
-    """Which table, and the place on its third axis."""
+    """Name of the table, and the third coordinate in it."""
     _check("order", oscillator.springpot.order, ORDERS)
     if oscillator.barrier is None:
         raise NotCovered("The atlas covers oscillators with a wall; without one theory.exact gives the exact result.")
@@ -236,7 +237,7 @@ def _check(what: str, value: float, interval: tuple[float, float]) -> None:
 
 
 def _scales(oscillator: Oscillator) -> dict[str, float]:
-    """From the units of the atlas to those of the oscillator; a wall above the motion mirrors the mean."""
+    """Factors from the units of the atlas to those of the oscillator; with a wall above the mean changes its sign."""
     length, speed = oscillator.length_scale, oscillator.speed_scale
     units = {"m": oscillator.direction * length, "m2": length**2, "m s-1": speed, "m2 s-2": speed**2,
              "s-1": oscillator.natural_frequency}  # fmt: skip

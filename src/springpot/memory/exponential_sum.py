@@ -1,18 +1,18 @@
-"""The weights of the past as a short sum of decaying exponentials with positive weights.
+"""The memory weights as a short sum of decaying exponentials with positive weights.
 
 c_j = int_0^inf g(s) e^(-s j) ds with a positive g (:mod:`springpot.memory.weights`), so a positive sum exists; the
-shortest one is the best approximation in the relative maximum norm (:mod:`springpot.memory.minimax`).  Double precision
-finds it for tolerances down to about 1e-8, and one hardly longer for most down to 1e-10.  Beyond, and wherever that
-search does not succeed, McLean's substitution
-s = exp(y - e^(-y)) / N ("Exponential sum approximations for t^(-beta)", in: Contemporary Computational Mathematics,
-2018; arXiv:1606.00123) makes the integrand fall off at both ends faster than any exponential, so that the trapezoidal
-rule converges quickly: with a third more terms, but surely.  Rates too slow to be told apart within the N steps of
-the run are merged into one.  The spacing of the rule is the widest whose error is below the tolerance.
+shortest one is the best approximation in the relative maximum norm (:mod:`springpot.memory.minimax`).  It is found in
+double precision for tolerances down to about 1e-8, and one that is hardly longer for most down to 1e-10.  Otherwise
+McLean's substitution s = exp(y - e^(-y)) / N is used ("Exponential sum approximations for t^(-beta)", in: Contemporary
+Computational Mathematics, 2018; arXiv:1606.00123).  It makes the integrand decay faster than any exponential at both
+ends, so that the trapezoidal rule always converges quickly, with a third more terms.  Rates much slower than 1 / N,
+with N the steps of the run, are merged into one.  The spacing of the rule is the widest whose error is below the
+tolerance.
 
-Positive weights keep the memory passive: from no stored energy it never gives back more work than it took.
+Positive weights make the memory passive: it never returns more work than it has received.
 
-Every sum carries the largest error found on a grid so fine that the error between its lags is hardly larger.  Sums are
-kept on disk (:mod:`springpot.memory.store`), for a search takes 0.05 s at a tolerance of 1e-6 and up to 0.5 s at 1e-10.
+Every sum has its largest error on a grid so fine that the error in between is hardly larger.  Sums are cached on disk
+(:mod:`springpot.memory.store`), because a search takes 0.05 s at a tolerance of 1e-6 and up to 0.5 s at 1e-10.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from springpot.memory.weights import Family, Floats, Target, at_lags, density
 
 __all__ = ["ExponentialSum", "exponential_sum", "mclean", "power_law_sum"]
 
-_FINEST = 1e-11  # below it the search only loses time
+_FINEST = 1e-11  # below it the search for the shortest sum never succeeds
 _CHECKED_LAGS = 8000
 _COMPARED_LAGS = 422  # of a sum that was read from disk: every 19th of those
-_MOST_TERMS = 128  # of a sum that was read from disk: the longest one made here has 87
+_MOST_TERMS = 128  # of a sum that was read from disk: the longest computed one has 87
 _ROUNDING = 1e-14
-# of the construction: sums kept on disk by another one are not used
+# of this code: sums on disk from another version are not used
 _VERSION = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 
 
@@ -51,9 +51,9 @@ class ExponentialSum:
     weights : ndarray, shape (terms,)
         Positive, in the unit of c.
     relative_error : float
-        Largest relative error found on the checking grid.
+        Largest relative error on the checking grid.
     shortest, longest : float
-        The lags between which it holds.
+        The lags between which the sum is valid.
     """
 
     rates: Floats
@@ -64,13 +64,13 @@ class ExponentialSum:
 
 
 def exponential_sum(family: Family, order: float, steps: int, tolerance: float = 1e-6) -> ExponentialSum:
-    """Exponential sum of the weights of the past.
+    """Exponential sum of the memory weights.
 
     Parameters
     ----------
     family : {"grunwald", "average"}
     order : float
-        alpha in [0, 1]; at 1 nothing older than the last step counts (no terms), at 0 everything counts alike (one term
+        alpha in [0, 1]; at 1 there is no memory beyond the last step (no terms), at 0 all weights are equal (one term
         that never decays).
     steps : int
         Longest lag, in steps.
@@ -85,18 +85,18 @@ def exponential_sum(family: Family, order: float, steps: int, tolerance: float =
     Raises
     ------
     ValueError
-        If the tolerance cannot be reached (none was met for orders in [0, 1] and up to 1e8 steps).
+        If the tolerance cannot be reached (this never happened for orders in [0, 1] and up to 1e8 steps).
 
     Examples
     --------
-    >>> found = exponential_sum("grunwald", 0.5, 100_000, 1e-6)
-    >>> found.relative_error <= 1e-6, found.rates.size
+    >>> memory = exponential_sum("grunwald", 0.5, 100_000, 1e-6)
+    >>> memory.relative_error <= 1e-6, memory.rates.size
     (True, 19)
     """
     if order in (0.0, 1.0):
         kept = np.full(int(order == 0.0), 1.0)
         return ExponentialSum(np.zeros(kept.size), kept, 0.0, 1.0, float(steps))
-    return _kept(family, order, float(steps), tolerance)
+    return _cached(family, order, float(steps), tolerance)
 
 
 def power_law_sum(order: float, shortest: float, longest: float, tolerance: float = 1e-6) -> ExponentialSum:
@@ -124,10 +124,10 @@ def power_law_sum(order: float, shortest: float, longest: float, tolerance: floa
 
     Examples
     --------
-    >>> found = power_law_sum(0.5, 1e-3, 1e3, 1e-6)
-    >>> found.rates.size
+    >>> power_law = power_law_sum(0.5, 1e-3, 1e3, 1e-6)
+    >>> power_law.rates.size
     23
-    >>> abs(float(np.exp(-2.0 * found.rates) @ found.weights) * 2.0**0.5 - 1.0) < 1e-6
+    >>> abs(float(np.exp(-2.0 * power_law.rates) @ power_law.weights) * 2.0**0.5 - 1.0) < 1e-6
     True
     """
     if not 0.0 < order < 1.0:
@@ -136,34 +136,34 @@ def power_law_sum(order: float, shortest: float, longest: float, tolerance: floa
         raise ValueError(f"shortest and longest must be positive and in this order, not {shortest!r}, {longest!r}.")
     if not 1e-13 <= tolerance <= 0.1:
         raise ValueError(f"tolerance must be between 1e-13 and 0.1, not {tolerance!r}.")
-    unit = _kept("power", order, longest / shortest, tolerance)
+    unit = _cached("power", order, longest / shortest, tolerance)
     return ExponentialSum(
         unit.rates / shortest, unit.weights * shortest**-order, unit.relative_error, shortest, longest
     )
 
 
 @lru_cache(maxsize=256)
-def _kept(target: Target, order: float, longest: float, tolerance: float) -> ExponentialSum:
-    """The sum on [1, longest], from disk or made anew, and the same bits either way."""
+def _cached(target: Target, order: float, longest: float, tolerance: float) -> ExponentialSum:
+    """The sum on [1, longest], from disk or computed, with the same bits."""
     key = {"target": target, "order": order, "longest": longest, "tolerance": tolerance, "version": _VERSION}
-    found = store.load(key)
-    if found is None or not _answers(found, target, order, longest, tolerance):
-        found = _made(target, order, longest, tolerance)
-        store.save(key, *found)
-    return ExponentialSum(*found, 1.0, longest)
+    parts = store.load(key)
+    if parts is None or not _is_valid(parts, target, order, longest, tolerance):
+        parts = _computed(target, order, longest, tolerance)
+        store.save(key, *parts)
+    return ExponentialSum(*parts, 1.0, longest)
 
 
-def _answers(
-    found: tuple[Floats, Floats, float], target: Target, order: float, longest: float, tolerance: float
+def _is_valid(
+    parts: tuple[Floats, Floats, float], target: Target, order: float, longest: float, tolerance: float
 ) -> bool:
-    """Whether a sum that was read is as near to the kernel as it says, in 0.1 ms, and as short as those made here.
+    """Whether a sum from disk has the error and a length that it should have; takes 0.1 ms.
 
-    With positive weights it is completely monotone, as the kernel is, so between the lags it cannot be far off.
+    With positive weights it is completely monotone, like the kernel, so errors between the lags are small too.
     """
-    rates, weights, error = found
+    rates, weights, error = parts
     if rates.ndim != 1 or rates.shape != weights.shape or not 0.0 <= error <= tolerance:
         return False
-    # each rate once, in ascending order: so are those made here, and another order would change the last bits
+    # distinct rates in ascending order, as computed: another order would change the last bits
     if rates.size > _MOST_TERMS or not (np.diff(rates) > 0.0).all():
         return False
     if not (np.isfinite(rates).all() and np.isfinite(weights).all() and (rates >= 0.0).all() and (weights > 0.0).all()):
@@ -172,7 +172,7 @@ def _answers(
     return _error(rates, weights, lags, at_lags(target, order, lags)) <= 1.001 * error + _ROUNDING
 
 
-def _made(target: Target, order: float, longest: float, tolerance: float) -> tuple[Floats, Floats, float]:
+def _computed(target: Target, order: float, longest: float, tolerance: float) -> tuple[Floats, Floats, float]:
     end = max(longest, 2.0)
     lags = lag_grid(end, _CHECKED_LAGS)
     exact = at_lags(target, order, lags)
@@ -196,7 +196,7 @@ def _error(rates: Floats, weights: Floats, lags: Floats, exact: Floats) -> float
 
 
 def _cells(target: Target, order: float, longest: float, terms: int, stretch: float) -> tuple[Floats, Floats]:
-    """A rough sum: s^(alpha - 1) in cells even in log s, the slowest from 0 on, each gathered at its mean rate."""
+    """A rough sum: s^(alpha - 1) in cells equal in log s, the first from 0, each replaced by its mean rate."""
     if terms == 1:
         edges = np.array([math.exp(stretch) / math.sqrt(longest)])
     else:
@@ -247,7 +247,7 @@ def mclean(target: Target, order: float, longest: float, tolerance: float) -> tu
 
 def _trapezoid(target: Target, order: float, longest: float, tolerance: float, spacing: float) -> tuple[Floats, Floats]:
     digits = -math.log(min(tolerance, 0.1)) + 3.0
-    # the slow end: exp(-alpha e^(-y)) has fallen to the tolerance; the fast end: exp(-s) has, at the first lag
+    # the ends: exp(-alpha e^(-y)) equals the tolerance at the slow one, exp(-s) at the first lag at the fast one
     slow = -math.log(2.0 * digits / order)
     fast = math.log(60.0 * longest)
     y = np.arange(slow, fast, spacing)

@@ -1,23 +1,23 @@
-"""The fewest exponentials that follow the weights of the past: best approximation in the relative maximum norm.
+"""The shortest exponential sum for the memory weights: best approximation in the relative maximum norm.
 
-A sum with n terms, e(t) = sum_k w_k exp(-s_k t) / c(t) - 1, is the best one with n terms or fewer as soon as its error
-takes its largest size at 2 n + 1 lags with alternating signs: another sum that were better everywhere would differ from
-it by a combination of at most 2 n exponentials with 2 n changes of sign, and such a combination has at most 2 n - 1.
-For the same reason an alternation of errors of size m, even where they are not level, proves that no sum with n terms
-has an error below m.  So the number of terms found here is not only small but the smallest, where the proof succeeds.
+A sum of n terms with the error e(t) = sum_k w_k exp(-s_k t) / c(t) - 1 is the best one with n terms or fewer if |e| has
+its maximum at 2 n + 1 lags with alternating signs: a better sum would differ from it by a combination of at most 2 n
+exponentials with 2 n changes of sign, but such a combination has at most 2 n - 1.  For the same reason 2 n + 1
+alternating errors of size m or more prove that no sum of n terms has an error below m.  Where this proof succeeds, the
+number of terms is the smallest possible.
 
-The error is levelled by Remez's exchange: Newton's method on e(t_j) = (-1)^j E at the present extremes t_j.  Three
-things make that work in double precision:
+Remez's exchange makes the extremes equal: Newton's method for e(t_j) = (-1)^j E at the current extremes t_j.  It works
+in double precision because of three measures:
 
 * The unknowns are log s_k and log(w_k / spacing_k), with spacing_k the distance of log s_k's neighbours.  Rates and
-  weights stay positive, and the nearly free motions of the problem (all rates drift along, in step with the weights)
-  are nearly straight lines in these variables.
+  weights stay positive, and directions in which the problem is nearly singular (all rates move together with the
+  weights) are nearly straight lines in these variables.
 * The number of terms grows one by one: at a fixed place from either end of the row of rates, the unknowns are smooth
   functions of the number of terms and are extrapolated.
-* Damped least squares come first where the extrapolation is not good enough for the exchange.
+* Damped least squares come first if the extrapolation is not accurate enough for the exchange.
 
-The smallest singular values of the Jacobian are of order E^2, so the error is levelled down to about 1e-9; least
-squares alone lead on to about 1e-11.
+The smallest singular values of the Jacobian are of order E^2, so the exchange works down to errors of about 1e-9, and
+least squares alone down to about 1e-11.
 
 References
 ----------
@@ -55,7 +55,7 @@ _STRETCHES = (0.0, 0.7, 1.5, 2.5)
 
 @dataclass(frozen=True, eq=False)
 class Minimax:
-    """A sum and how good it is.
+    """A sum and its error.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Minimax:
     error : float
         Largest relative error on the grid of the fit.
     fewest : bool
-        Whether fewer terms are proved not to reach the tolerance.
+        Whether it is proved that fewer terms do not reach the tolerance.
     """
 
     rates: Floats
@@ -77,7 +77,7 @@ class Minimax:
 class _Sum:
     unknowns: Floats
     error: float
-    least: float  # size of the smallest extreme in an alternation of full length: no sum of its length does better
+    least: float  # smallest extreme of a complete alternation: a lower bound for every sum of this length
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,12 +134,12 @@ def fewest_terms(
     longest: float,
     tolerance: float,
 ) -> Minimax | None:
-    """The shortest sum within a tolerance of ``exact`` on [1, longest].
+    """The shortest sum whose error relative to ``exact`` is within a tolerance on [1, longest].
 
     Parameters
     ----------
     exact : callable
-        The function at some lags; completely monotone, so that positive sums can follow it.
+        The function at some lags; completely monotone, so that positive sums can approximate it.
     guess : callable
         Rates and weights of a rough sum with a given number of terms; the row of rates stretched at both ends by a
         given factor, as a logarithm.
@@ -151,61 +151,61 @@ def fewest_terms(
     Returns
     -------
     Minimax or None
-        None where double precision does not lead there.
+        None if it is not reached in double precision.
 
     Examples
     --------
     >>> def guess(terms, stretch):
     ...     edges = np.geomspace(0.05 * np.exp(-stretch), 3.0 * np.exp(stretch), terms + 1)
     ...     return np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
-    >>> found = fewest_terms(lambda t: 1.0 / t, guess, 10.0, 1e-3)
-    >>> found.rates.size, found.error < 1e-3, found.fewest
+    >>> minimax = fewest_terms(lambda t: 1.0 / t, guess, 10.0, 1e-3)
+    >>> minimax.rates.size, minimax.error < 1e-3, minimax.fewest
     (4, True, True)
     """
     lags = lag_grid(longest, _GRID)
     problem = _Problem(lags, exact(lags))
 
     def best(terms: int, solved: dict[int, _Sum]) -> _Sum:
-        """From the shorter sums, or from whichever guess leads furthest."""
-        found = None
+        """The best sum of this length, from an extrapolation of shorter sums, or from the best guess."""
+        current = None
         starts = [_extrapolated(solved, terms, most) for most in (2, 3, 4)]
         if known := [start for start in starts if start is not None]:
-            found = _improve(problem, min(known, key=lambda start: float(np.abs(problem.errors(start)).max())))
+            current = _improve(problem, min(known, key=lambda start: float(np.abs(problem.errors(start)).max())))
         for stretch in _STRETCHES if terms <= _GUESSED else ():
-            if found is not None and found.least > 0.99 * found.error:
+            if current is not None and current.least > 0.99 * current.error:
                 break
             rates, weights = guess(terms, stretch)
             y = np.log(rates)
             other = _improve(problem, np.concatenate([y, np.log(weights / _spacings(y))]))
-            if found is None or other.error < found.error:
-                found = other
-        assert found is not None
-        return found
+            if current is None or other.error < current.error:
+                current = other
+        assert current is not None
+        return current
 
-    # a step in a wrong direction overflows, and is refused
+    # a step in a wrong direction may overflow; it is then rejected
     with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
         terms = min(max(1, round(math.log(longest) / 2.2)), _GUESSED)
-        found = best(terms, {})
-        if found.error <= tolerance:
+        current = best(terms, {})
+        if current.error <= tolerance:
             while terms > 1 and (shorter := best(terms - 1, {})).error <= tolerance:
-                terms, found = terms - 1, shorter
-            return _result(found, terms == 1 or shorter.least > tolerance)
-        solved, stalled = {terms: found}, 0
+                terms, current = terms - 1, shorter
+            return _result(current, terms == 1 or shorter.least > tolerance)
+        solved, stalled = {terms: current}, 0
         while terms < _MOST_TERMS:
             terms += 1
-            previous, found = found, best(terms, solved)
-            if found.error <= tolerance:
-                return _result(found, previous.least > tolerance)
-            stalled = stalled + 1 if not found.error < 0.95 * previous.error else 0
+            previous, current = current, best(terms, solved)
+            if current.error <= tolerance:
+                return _result(current, previous.least > tolerance)
+            stalled = stalled + 1 if not current.error < 0.95 * previous.error else 0
             if stalled == 2:
                 return None
-            solved[terms] = found
+            solved[terms] = current
     return None
 
 
-def _result(found: _Sum, fewest: bool) -> Minimax:
-    rates, logarithms = _sum(found.unknowns)
-    return Minimax(rates, np.exp(logarithms), found.error, fewest)
+def _result(best: _Sum, fewest: bool) -> Minimax:
+    rates, logarithms = _sum(best.unknowns)
+    return Minimax(rates, np.exp(logarithms), best.error, fewest)
 
 
 def _halves(unknowns: Floats) -> tuple[Floats, Floats]:
@@ -304,8 +304,8 @@ def _damped(rows: Floats, damping: float) -> Floats:
 def _triangle(rows: Floats) -> Floats:
     """The triangular factor of a matrix, a few rows at a time.
 
-    So small that the linear algebra beneath stays on one thread: many threads for a matrix of this size gain nothing,
-    and on a busy machine they wait for each other a hundred times longer than they work.
+    The blocks are so small that the linear algebra library uses one thread: several threads gain nothing for a matrix
+    of this size, and on a busy machine they mostly wait for each other.
     """
     count = rows.shape[1]
     height = max(1, _ONE_THREAD // count - count)
@@ -321,7 +321,7 @@ def _extrapolated(solved: dict[int, _Sum], terms: int, most: int) -> Floats | No
     if len(known) < 2:
         return None
     inverse = 1.0 / np.array(known)
-    middle = (terms + 1) // 2  # each half counted from its own end
+    middle = (terms + 1) // 2  # each half is indexed from its end
     halves = []
     for half in (0, 1):
         row = np.zeros(terms)

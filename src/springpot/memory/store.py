@@ -1,10 +1,9 @@
-"""Sums of exponentials on disk, each in a small file of its own under the digest of what it was asked for.
+"""Cache of exponential sums on disk, each in a small file named by the digest of its arguments.
 
 The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder of the platform; it may be deleted at any time.  A
-file is written under another name and then moved into place, so that readers never see half of one, and it is read only
-if nobody else can have written it (:mod:`springpot.trusted`), its digest is right and it answers the very question; who
-asks compares what was read with the kernel (:mod:`springpot.memory.exponential_sum`).  Whatever goes wrong with the
-folder or a file, a sum is computed anew: the store saves time and decides nothing.
+file is written under another name and then renamed, so that it is never read half-written.  It is used only if no other
+user can have written it (:mod:`springpot.trusted`) and its digest and arguments are right; the caller also compares the
+sum with the kernel (:mod:`springpot.memory.exponential_sum`).  If a file cannot be used, the sum is computed again.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _LARGEST = 1 << 20  # bytes of a file; a sum takes a few kB
 
 
 def folder() -> Path | None:
-    """Where sums are kept, or None if this user has no home.
+    """The folder of the cache, or None if the user has no home folder.
 
     Examples
     --------
@@ -55,7 +54,7 @@ def folder() -> Path | None:
 
 
 def load(key: Key) -> tuple[Floats, Floats, float] | None:
-    """Rates, weights and relative error kept under this key, to the bit, or None."""
+    """Rates, weights and relative error saved under this key, with the same bits, or None."""
     if (place := _place(key)) is None:
         return None
     if reason := reason_against(place.parent):
@@ -73,12 +72,12 @@ def load(key: Key) -> tuple[Floats, Floats, float] | None:
             return None
         rates, weights = (np.array(content[name], np.float64) for name in ("rates", "weights"))
         return rates, weights, float(content["relative_error"])
-    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):  # not one of ours
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):  # not written by `save`
         return None
 
 
 def save(key: Key, rates: Floats, weights: Floats, relative_error: float) -> None:
-    """Keep a sum, if there is a folder that takes it."""
+    """Save a sum, if the folder can be written."""
     if (place := _place(key)) is None:
         return
     content = {

@@ -1,4 +1,4 @@
-"""The past of a fractional derivative as weights on displacement increments.
+"""The memory weights of a fractional derivative, which multiply displacement increments.
 
 On a grid of step h both discretisations used here have the form
 
@@ -13,7 +13,7 @@ with positive weights that fall like j^(-alpha) / Gamma(1 - alpha):
 Both are Laplace transforms of a positive density g on the rates s per step, c_j = int_0^inf g(s) e^(-s j) ds.  So a
 quadrature of that integral is a sum of decaying exponentials with positive weights, which costs the same at every step
 of a run (:mod:`springpot.memory.exponential_sum`), while the weights themselves (:func:`direct`) cost more with every
-step and serve as its oracle.
+step and serve as its reference.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _STIRLING = 30
 
 
 def direct(family: Family, order: float, count: int) -> Floats:
-    """The first ``count`` weights c_0, c_1, ... themselves.
+    """The first ``count`` weights c_0, c_1, ...
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def direct(family: Family, order: float, count: int) -> Floats:
     """
     j = np.arange(count, dtype=np.float64)
     if family == "grunwald":
-        # in extended precision: the rounding of a million factors would show in the twelfth digit
+        # in extended precision: the rounding errors of a million factors would reach the twelfth digit
         ratios = np.ones(count, np.longdouble)
         ratios[1:] = 1 - np.longdouble(order) / j[1:].astype(np.longdouble)
         return np.cumprod(ratios).astype(np.float64)
@@ -68,7 +68,7 @@ def direct(family: Family, order: float, count: int) -> Floats:
 
 
 def at_lags(target: Target, order: float, lags: Floats) -> Floats:
-    """The weights at some lags, however long, and between the steps as well.
+    """The weights at any lags, also very long ones and between the steps.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def at_lags(target: Target, order: float, lags: Floats) -> Floats:
     if target == "average":
         power = 1.0 - order
         return np.asarray(lags**power * np.expm1(power * np.log1p(1.0 / lags)) / special.gamma(2.0 - order))
-    # c(t) = c(t + 1) (t + 1) / (t + 1 - alpha) leads to lags where Stirling's series holds to rounding
+    # c(t) = c(t + 1) (t + 1) / (t + 1 - alpha), up to lags where Stirling's series is exact to rounding
     last = lags + _STIRLING
     shifts = np.arange(1.0, _STIRLING + 1.0)[:, None]
     return np.asarray(np.prod(1.0 + order / (lags + shifts - order), axis=0) * _gamma_ratio(last + 1.0, order))
@@ -136,7 +136,7 @@ def density(target: Target, order: float, rates: Floats) -> Floats:
     scale = math.sin(math.pi * min(order, 1.0 - order)) / math.pi  # no cancellation near order 1
     if target == "power":
         return np.full_like(rates, 1.0 / special.gamma(order))
-    forgotten = -np.expm1(-rates) / rates
+    decayed = -np.expm1(-rates) / rates
     if target == "grunwald":
-        return np.asarray(scale * np.exp(-rates * (1.0 - order)) * forgotten ** (order - 1.0))
-    return np.asarray(scale * forgotten)
+        return np.asarray(scale * np.exp(-rates * (1.0 - order)) * decayed ** (order - 1.0))
+    return np.asarray(scale * decayed)
