@@ -2,8 +2,8 @@
 How stiff is a rigid stop?
 ==========================
 
-A rubber or steel stop is often modelled as a rigid wall. The exact law of a mass with a dashpot and white noise covers soft
-stops as well, so the error of that model is known without a simulation.
+A rubber or steel stop is often modelled as a rigid wall. The exact law of a mass with a dashpot and white noise covers
+soft stops as well, so the error of that model is known without a simulation.
 """
 
 import matplotlib.pyplot as plt
@@ -42,8 +42,8 @@ right.legend()
 plt.show()
 
 # %%
-# The error falls only like k^(-1/2) for the linear stop and like k^(-2/5) for Hertz's. A stop that seems hard, a thousand
-# times stiffer than the spring, still shifts the mean by 3 to 7 %: model it as a `Contact`.
+# The error falls only like k^(-1/2) for the linear stop and like k^(-2/5) for Hertz's. A stop that seems hard, a
+# thousand times stiffer than the spring, still shifts the mean by 3 to 7 %: model it as a `Contact`.
 #
 # The impact rate counts first touches. It is lower for a soft stop, in which the mass spends a part of its time:
 
