@@ -199,8 +199,8 @@ SPRING = {"kind": "spring", "stiffness": 80.0}
         ({"parts": [{"kind": "sprng"}]}, "not 'sprng'; did you mean spring?"),
         ({"parts": [{"kind": "spring"}]}, "parts[0] (spring) needs stiffness."),
         (
-            {"parts": [SPRING | {"stifness": 1.0}]},
-            "'stifness' is not a key of parts[0] (spring); did you mean stiffness?",
+            {"parts": [SPRING | {"stiffness_": 1.0}]},
+            "'stiffness_' is not a key of parts[0] (spring); did you mean stiffness?",
         ),
         ({"parts": [SPRING | {"stiffness": "80"}]}, "parts[0] (spring).stiffness must be a real number"),
         (
