@@ -68,7 +68,7 @@ def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
         f"The largest gap to the adapted runs is at alpha = {worst:g}: the formula is {_percent(gaps[worst])} off (the",
         f"largest of {len(gaps)} is by chance a little too large). From rest a further gap opens at small alpha, where "
         "the",
-        f"amplitude has not yet grown to its stationary value: by Eq. 19 {100.0 * short:.1f} % of it are missing at "
+        f"amplitude has not yet grown to its stationary value: by Eq. 19 {100.0 * short:.1f} % of it is missing at "
         f"alpha = {least:g} in the mean over the run's second half (the dashed line of the figure).",
         "",
         *_table(
@@ -130,7 +130,7 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]
     lines = [
         "# Errata of the paper",
         "",
-        "Slips in the print of *Stochastic response of a fractional vibroimpact system*. None changes its idea, and",
+        "Errors in the text of *Stochastic response of a fractional vibroimpact system*. None changes its idea, and",
         "at Omega = 1, the only case it computes, none changes its final formula. In each table *computed* is found",
         "without the equation in question.",
         "",
@@ -147,7 +147,7 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]
         "",
         *_heavy(*trend[0]),
         "",
-        "## How excellent the agreement is",
+        "## The agreement with simulation",
         "",
         "The paper finds an excellent agreement of its formula with simulation over the whole domain of alpha. With",
         "A^2 = x^2 + v^2 / Omega^2 at Omega = q = 1 (where the printed and the corrected formula agree) it is:",
@@ -171,8 +171,8 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]
         ),
         "",
         f"± is one standard error, and a gap is how far the formula is too high. Both starts: {settings}",
-        "The last two columns, of the adapted runs, are other readings of *amplitude squared*: averaging cannot tell",
-        "them apart, the simulation can.",
+        "The last two columns, of the adapted runs, are other readings of *amplitude squared*: averaging does not",
+        "distinguish them, the simulation does.",
         "",
     ]
     return "\n".join(lines)
@@ -207,7 +207,7 @@ def _heavy(asked: Oscillator, found: Estimate) -> list[str]:
     """Why the corrected formula is off at the lowest Omega."""
     gap = found.under(averaging(asked).amplitude_mean_square)
     return [
-        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. That is no other slip: "
+        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no further erratum: "
         f"there c = {asked.dimensionless_coefficient:.2g}, the springpot is",
         "no longer light, and averaging itself is too high by as much as at C = Omega = 1 (the row alpha = 0.7, C = 1",
         "of the table below). Towards larger Omega the springpot becomes light and the gap closes.",
