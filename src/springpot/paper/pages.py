@@ -207,7 +207,7 @@ def _heavy(asked: Oscillator, found: Estimate) -> list[str]:
     """Why the corrected formula is off at the lowest Omega."""
     gap = found.under(averaging(asked).amplitude_mean_square)
     return [
-        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no further erratum: "
+        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no new erratum: "
         f"there c = {asked.dimensionless_coefficient:.2g}, the springpot is",
         "no longer light, and averaging itself is too high by as much as at C = Omega = 1 (the row alpha = 0.7, C = 1",
         "of the table below). Towards larger Omega the springpot becomes light and the gap closes.",
