@@ -1,4 +1,4 @@
-"""One number that a user gives, checked where it enters."""
+"""Check of a number that a user gives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Theory beside Monte Carlo: every method's gap to an adapted run, in per cent and in standard errors."""
+"""Comparison of theory with Monte Carlo: the gap of every method, in per cent and in standard errors."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ PATH_STEPS = 4e8  # of the run for distributions and spectrum
 
 @dataclass(frozen=True)
 class Gap:
-    """How far a method is from Monte Carlo.
+    """Difference between a method and Monte Carlo.
 
     Attributes
     ----------
     percent : float
         100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero within three standard errors.
     standard_errors : float
-        (theory - Monte Carlo) / standard error, with what the run's budget leaves of step and start added in squares.
+        (theory - Monte Carlo) / error; the error is the root of the sum of squares of the parts of the run's budget.
     """
 
     percent: float
@@ -43,19 +43,19 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Answers of every method, and of Monte Carlo, to one oscillator.
+    """Results of all methods and of Monte Carlo for one oscillator.
 
     Attributes
     ----------
     oscillator : Oscillator
     answers : dict
-        Name of a method to its `springpot.theory.Result`.
+        `springpot.theory.Result` of each method, by name.
     statements : dict
-        Name of a method that has no answer to the sentence that says why.
+        For each method without a result the sentence that says why.
     recommended : str
-        The method to trust here; empty if nothing is known of the errors of any.
+        The recommended method; empty if the errors of all are unknown.
     simulation : Run
-        From an adapted start.
+        With a stationary start.
     """
 
     oscillator: Oscillator
@@ -70,7 +70,7 @@ class Comparison:
         return why_none_is_recommended(self.oscillator, self.answers)
 
     def gaps(self, method: str) -> dict[str, Gap]:
-        """Gap of each moment that both know.
+        """Gap of each moment that both have.
 
         Parameters
         ----------
@@ -80,24 +80,24 @@ class Comparison:
         Returns
         -------
         dict
-            Name of a moment to its `Gap`.
+            `Gap` of each moment, by name.
 
         Examples
         --------
         >>> from springpot import Springpot
-        >>> found = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
-        >>> sorted(found.gaps("exact"))[:2]
+        >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
+        >>> sorted(comparison.gaps("exact"))[:2]
         ['amplitude_mean_square', 'impact_rate']
         """
         moments = asdict(self.answers[method].moments)
-        found = {}
+        gaps = {}
         for name in MOMENTS:
             theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
             error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
             if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
                 percent = 100.0 * (theory / value - 1.0) if abs(value) > 3.0 * error else math.nan
-                found[name] = Gap(percent, (theory - value) / error)
-        return found
+                gaps[name] = Gap(percent, (theory - value) / error)
+        return gaps
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, words, lists and dicts, ready for JSON.
@@ -163,10 +163,10 @@ def compare(
     Examples
     --------
     >>> from springpot import Springpot
-    >>> found = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
-    >>> found.recommended
+    >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
+    >>> comparison.recommended
     'exact'
-    >>> abs(found.gaps("exact")["amplitude_mean_square"].percent) < 5.0
+    >>> abs(comparison.gaps("exact")["amplitude_mean_square"].percent) < 5.0
     True
     """
     answers, statements = solve_all(oscillator)
@@ -211,8 +211,8 @@ def observe(
     Examples
     --------
     >>> from springpot import Springpot
-    >>> found = observe(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
-    >>> found.spectrum.frequency.size
+    >>> run = observe(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> run.spectrum.frequency.size
     117
     """
     relaxation = max(scales_of(oscillator).relaxation_time, 1.0 / oscillator.natural_frequency)

@@ -1,4 +1,4 @@
-"""Threads that work together, and that Ctrl-C does not wait for."""
+"""Run a function on several threads; Ctrl-C does not wait for them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 __all__ = ["work_together"]
 
-PATIENCE = 0.4  # s for threads to end after Ctrl-C; what is in the middle of a long call is left behind
+PATIENCE = 0.4  # s for threads to end after Ctrl-C; threads in a long call are not waited for
 
 
 def work_together(
@@ -37,14 +37,14 @@ def work_together(
     Raises
     ------
     BaseException
-        What ``work`` or ``tell`` raised first, once all threads have ended.  KeyboardInterrupt, within half a second:
-        a thread that is busy for longer, as with compiling, is left behind and ends by itself later.
+        The first exception of ``work`` or ``tell``, after all threads have ended.  KeyboardInterrupt within half a
+        second: a thread that is busy for longer, for example compiling, ends by itself later.
 
     Examples
     --------
-    >>> found = []
-    >>> work_together(lambda: found.append(1), 3, stop=found.clear)
-    >>> found
+    >>> finished = []
+    >>> work_together(lambda: finished.append(1), 3, stop=finished.clear)
+    >>> finished
     [1, 1, 1]
     """
     ended: queue.SimpleQueue[BaseException | None] = queue.SimpleQueue()
@@ -57,7 +57,7 @@ def work_together(
             error = raised
         ended.put(error)
 
-    # daemons: a process that ends does not wait for what is left behind
+    # daemons: the process can end before them
     team = [threading.Thread(target=one, daemon=True) for _ in range(threads)]
     first: BaseException | None = None
     try:

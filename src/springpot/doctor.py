@@ -156,10 +156,10 @@ def self_check() -> dict[str, Any]:
         name: {"value": answer[name], "standard_error": answer[name + "_se"], "exact": exact}
         for name, exact in (("amplitude_mean_square", 1.0), ("impact_rate", 1.0 / math.pi))
     }
-    passed = all(abs(found["value"] / found["exact"] - 1.0) <= _TOLERANCE for found in checked.values())
+    passed = all(abs(number["value"] / number["exact"] - 1.0) <= _TOLERANCE for number in checked.values())
     numbers = "; ".join(
-        f"{name} {found['value']:.4f} +- {found['standard_error']:.4f}, exact {found['exact']:.4f}"
-        for name, found in checked.items()
+        f"{name} {number['value']:.4f} +- {number['standard_error']:.4f}, exact {number['exact']:.4f}"
+        for name, number in checked.items()
     )
     statement = f"self-check {'passed' if passed else 'failed'} in {seconds:.1f} s (within 1 %): {numbers}"
     return {**checked, "seconds": seconds, "passed": passed, "statement": statement}

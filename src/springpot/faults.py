@@ -1,4 +1,4 @@
-"""Errors that several rooms raise, and how names and values stand in a sentence."""
+"""Common errors, and functions to write names and values in their sentences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
 
 
 class FileFault(ValueError):
-    """A file cannot be used; the sentence names its keys as they stand in it, not flags or arguments."""
+    """A file cannot be used; the sentence names keys of the file, not flags or arguments."""
 
 
 class NotCovered(ValueError):
@@ -22,7 +22,7 @@ class NotCovered(ValueError):
 
 
 def shown(value: object) -> str:
-    """A value as Python writes it, cut where it is long, whatever it is.
+    """The repr of any value, shortened if it is long.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def shown(value: object) -> str:
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
-    """Words as a sentence has them.
+    """Words as a list in a sentence.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 
 def meant(word: str, names: Iterable[str]) -> str:
-    """The question whether a name that is close was meant, or nothing.
+    """The words "; did you mean ...?" with the closest name, or an empty string.
 
     Examples
     --------

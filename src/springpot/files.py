@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all: written beside their place and moved there in one step, with a checksum."""
+"""Atomic files: each is written under another name and then renamed, so that it is complete or missing."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ATTEMPTS = 3
 
 
 class Damaged(ValueError):
-    """A file is there and does not hold what was written."""
+    """A file exists, but its content is damaged."""
 
 
 def checksum(body: bytes) -> int:
@@ -39,7 +39,7 @@ def checksum(body: bytes) -> int:
 
 
 def write_chunk(path: str, body: bytes) -> None:
-    """Write a chunk as Zarr's codecs ``bytes`` and ``crc32c`` do."""
+    """Write a chunk in the format of Zarr's codecs ``bytes`` and ``crc32c``."""
     write(path, body + checksum(body).to_bytes(4, "little"))
 
 
@@ -51,19 +51,19 @@ def read_chunk(path: str, size: int) -> bytes | None:
     Damaged
         If it is not a file, or its length or its checksum is wrong.
     """
-    found = read_file(path, size + 4)
-    if found is None:
+    content = read_file(path, size + 4)
+    if content is None:
         return None
-    if len(found) != size + 4:
+    if len(content) != size + 4:
         raise Damaged("its length is wrong")
-    body = found[:-4]
-    if checksum(body) != int.from_bytes(found[-4:], "little"):
+    body = content[:-4]
+    if checksum(body) != int.from_bytes(content[-4:], "little"):
         raise Damaged("its checksum is wrong")
     return body
 
 
 def read_file(path: str, largest: int) -> bytes | None:
-    """Content of a file, or None if there is none (nor its folder).  It never waits, as opening a named pipe would.
+    """Content of a file, or None if it or its folder does not exist.  Never blocks, as opening a named pipe would.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def read_file(path: str, largest: int) -> bytes | None:
         with open(path, "rb", opener=_without_waiting) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise Damaged("it is not a file, but a pipe or a device")
-            found = file.read(largest + 1)
+            content = file.read(largest + 1)
     except (FileNotFoundError, NotADirectoryError):
         return None
     except IsADirectoryError:
@@ -87,9 +87,9 @@ def read_file(path: str, largest: int) -> bytes | None:
         if error.errno == errno.ENXIO:
             raise Damaged("it is not a file, but a socket") from None
         raise
-    if len(found) > largest:
+    if len(content) > largest:
         raise Damaged(f"it has more than {largest:,} bytes")
-    return found
+    return content
 
 
 def _without_waiting(path: str, flags: int) -> int:
@@ -105,7 +105,7 @@ def make_room(path: str, *, folder: bool = False) -> None:
         If what is there may be somebody's: a file in place of a folder, or a folder that is not empty.
     """
     try:
-        # a link is judged by where it leads, and removed only if it leads nowhere
+        # a link counts as its target, and is removed only if it is broken
         kind = os.stat(path).st_mode
     except FileNotFoundError:
         kind = None
@@ -128,15 +128,15 @@ def make_room(path: str, *, folder: bool = False) -> None:
 
 
 def partial_name(name: str) -> str:
-    """Name of a file while it is written; it tells whose it is, in case its writer is killed."""
+    """Name of a file while it is written: with host, process and thread, in case the process is killed."""
     return f".{name}.{socket.gethostname()}.{os.getpid()}.{threading.get_native_id()}"
 
 
 def write(path: str, content: bytes, *, durable: bool = False, private: bool = False) -> None:
-    """Write a file beside its place and move it there.
+    """Write a file under another name and rename it.
 
-    ``durable`` waits until the disk has it, so that even a power failure leaves the old file or the new one: for files
-    that could not be computed anew.  A ``private`` file nobody but this user can read or write.
+    ``durable`` waits until it is on disk, so that even a power failure leaves the old file or the new one: for files
+    that cannot be computed again.  A ``private`` file can be read and written by this user only.
     """
     folder, name = os.path.split(path)
     partial = os.path.join(folder, partial_name(name))
@@ -167,7 +167,7 @@ def _for_this_user(path: str, flags: int) -> int:
 
 
 def remove_orphans(folder: str, name: str = "") -> int:
-    """Remove what killed processes left half-written in a folder (of one name); whoever is at work keeps its own."""
+    """Remove half-written files of killed processes from a folder (of one name); those of running ones are kept."""
     removed = 0
     with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
         for entry in entries:

@@ -1,4 +1,4 @@
-"""Ctrl-C: one sentence and exit code 130, soon, whatever the command is doing.
+"""Ctrl-C ends every command soon, with one sentence and exit code 130.
 
 While modules load there is nothing to tidy up, and `leave_at_once` ends the process at the signal.  While a command
 works Ctrl-C is the exception KeyboardInterrupt, so that it can tidy up.  But Python raises it between two of its own
@@ -50,11 +50,11 @@ class leave_at_once:  # a class, for contextlib takes longer to load than all th
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM: to be obeyed like Ctrl-C."""
+    """Raised by SIGTERM; handled like Ctrl-C."""
 
 
 class sigterm_as_ctrl_c:
-    """SIGTERM raises an exception here, as Ctrl-C does, so that what is begun is tidied up.
+    """Context in which SIGTERM raises an exception, as Ctrl-C does, so that files and processes are cleaned up.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def attended(command: Callable[[], int]) -> int:
     """
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if not ours or not hasattr(os, "fork") or threading.current_thread() is not threading.main_thread():
-        return command()  # Windows tells only sockets of a signal
+        return command()  # in Windows a signal wakes sockets only
     with leave_at_once():
         reading, writing = os.pipe()
         os.set_blocking(writing, False)
@@ -124,7 +124,7 @@ def attended(command: Callable[[], int]) -> int:
 
 
 def _end_with(code: int) -> None:
-    """The answer is given: whoever presses Ctrl-C now does not change it."""
+    """The exit code is known: a later Ctrl-C ends the process with this code."""
 
     def end(_signal: int, _frame: FrameType | None) -> None:
         os._exit(code)
@@ -134,18 +134,18 @@ def _end_with(code: int) -> None:
 
 
 def ignore_ctrl_c() -> None:
-    """Let Ctrl-C change nothing any more.
+    """Ignore Ctrl-C from now on.
 
-    For the end of the process: Python takes its handlers of signals away some milliseconds before it has ended, and
-    Ctrl-C would then replace the exit code.
+    For the end of the process: Python removes its signal handlers some milliseconds before it has ended, and Ctrl-C
+    would then change the exit code.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _wait_and_end(reading: int) -> None:
-    """Wait for a signal that ends this process, and then end it if it does not by itself."""
-    while told := os.read(reading, 1):
-        if told[0] in (signal.SIGINT, signal.SIGTERM):
+    """Wait for a signal to end this process, and end it if it does not end by itself."""
+    while received := os.read(reading, 1):
+        if received[0] in (signal.SIGINT, signal.SIGTERM):
             threading.Event().wait(PATIENCE)
             _say_interrupted()
             os._exit(INTERRUPTED)

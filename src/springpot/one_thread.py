@@ -1,7 +1,7 @@
-"""Linear algebra on one thread: how many work on a sum changes its last bits.
+"""Environment variables for linear algebra on one thread: the number of threads changes the last bits of a sum.
 
-So that a study has the same bits on threads, on workers and with any number of processors, the command and the workers
-begin with this in their environment; what the user has set there stays.  NumPy reads it once, when it is loaded.
+The command and the workers start with them, so that a study has the same bits on threads, on workers and with any
+number of processors.  Variables that the user has set are kept.  NumPy reads them when it is loaded.
 """
 
 from __future__ import annotations

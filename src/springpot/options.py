@@ -82,11 +82,11 @@ def words(name: str) -> str:
     >>> words("paths")
     'Number of independent paths; 5000 if not given.'
     """
-    said = next(word for word in get_args(hints()[name]) if isinstance(word, str))
-    return said if said.endswith(".") else f"{said}; {DEFAULTS[name]} if not given."  # type: ignore[literal-required]
+    text = next(word for word in get_args(hints()[name]) if isinstance(word, str))
+    return text if text.endswith(".") else f"{text}; {DEFAULTS[name]} if not given."  # type: ignore[literal-required]
 
 
 def _optional(hint: Any) -> Any:
     assert get_origin(hint) is Annotated
-    kind, *said = get_args(hint)
-    return Annotated[(kind | None, *said)]
+    kind, *rest = get_args(hint)
+    return Annotated[(kind | None, *rest)]

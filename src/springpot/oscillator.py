@@ -1,4 +1,4 @@
-"""What is asked: an oscillator, its springpot, the wall it strikes and the noise that drives it.
+"""The oscillator: its springpot, its wall and its excitation.
 
 The equation of motion (paper's Eq. 1, per unit mass) is
 
@@ -322,8 +322,8 @@ class Oscillator:
 
 def _with_keys(what: str, content: object, names: tuple[str, ...]) -> Mapping[str, Any]:
     if not isinstance(content, Mapping) or {*content} != {*names}:
-        found = listed([*map(str, content)]) if isinstance(content, Mapping) and content else shown(content)
-        raise ValueError(f"{what} must have {listed(names)}, not {found}.")
+        given = listed([*map(str, content)]) if isinstance(content, Mapping) and content else shown(content)
+        raise ValueError(f"{what} must have {listed(names)}, not {given}.")
     return content
 
 

@@ -1,4 +1,4 @@
-"""Where a result is written: checked before any work, and never replaced unless that was asked for."""
+"""Output files: they are checked before any work, and never replaced without permission."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["place_for", "replacing"]
 
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
-    """The place of a file that is to be written, if it may be written there.
+    """The path of an output file, if it may be written.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
 
 @contextlib.contextmanager
 def replacing(path: str) -> Iterator[str]:
-    """The name to write a file under; it is moved to its place at the end, or removed if the writing fails.
+    """A temporary name for writing a file; it is renamed at the end, or removed if writing fails.
 
     Examples
     --------

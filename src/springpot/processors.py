@@ -1,4 +1,4 @@
-"""How many processors this process may use: affinity, a container's control group, and what SLURM has granted."""
+"""Number of processors that this process may use: affinity, control group of a container, and SLURM."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all commands share at the terminal: a progress bar, tables, JSON, and flags."""
+"""Common to all commands: progress bar, tables, JSON, and types of flags."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Bar:
                 self._bar.update(self._bar.task_ids[0], total=1.0, completed=fraction, description=self._said)
 
     def _announce(self, estimate: Estimate) -> None:
-        """Say that it will be long, again where that was far too little, and once that not all can be reached."""
+        """Say that the run will be long, again if it takes much longer, and that the tolerance cannot be reached."""
         if estimate.seconds > LONG_SECONDS and estimate.path_steps > MUCH_MORE * self._work_announced:
             longer = "longer than was estimated: " if self._work_announced else ""
             self._work_announced = estimate.path_steps
@@ -119,7 +119,7 @@ class Bar:
 
 
 def check_picture(path: str, name: str) -> None:
-    """Fail before any work if a picture could not be written there."""
+    """Raise an error, before any work, if a picture cannot be written to this path."""
     if not path.endswith(".png"):
         raise ValueError(f"{name} must end in .png, but it is {path!r}.")
     if not Path(path).resolve().parent.is_dir():
@@ -133,7 +133,7 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
 
 
 def _without_nan(value: Any) -> Any:
-    """JSON has no NaN and no infinity; null says that there is no number."""
+    """Replace NaN and infinity, which JSON does not have, by None."""
     if isinstance(value, Mapping):
         return {name: _without_nan(part) for name, part in value.items()}
     if isinstance(value, list | tuple):
@@ -147,7 +147,7 @@ def print_json(answer: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def warnings_as_sentences() -> Iterator[None]:
-    """While a command runs, a cache that is not used is one sentence like all others, without a place in the code."""
+    """Context in which the warning of an unused cache is printed as one sentence, without its place in the code."""
     before = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:

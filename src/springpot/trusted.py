@@ -1,4 +1,4 @@
-"""Files that nobody but this user can have written: where a cache may be read from.
+"""Checks that only this user can have written a file, for caches.
 
 A cached kernel is machine code, and whoever can write it runs commands as the user who loads it.  So a cache is used
 only where its folder and its files belong to this user or to the administrator, nobody else can write them, and nobody
@@ -25,11 +25,11 @@ _MOST_LINKS = 40  # as in Linux
 
 
 class UntrustedFolder(OSError):
-    """Somebody else can write in a folder, or put another one in its place; the message is the reason."""
+    """Another user can write in a folder or replace it; the message is the reason."""
 
 
 class UnusedCache(UserWarning):
-    """A cache is not used, and what it would hold is computed anew."""
+    """A cache is not used; its content is computed again each time."""
 
 
 @lru_cache(maxsize=64)
@@ -71,7 +71,7 @@ def reason_against(folder: str | os.PathLike[str]) -> str | None:
 
 
 def make_folder(folder: str | os.PathLike[str]) -> None:
-    """Make a folder, and those above it, for this user alone, if it can be trusted.
+    """Create a private folder, and those above it, if it can be trusted.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def make_folder(folder: str | os.PathLike[str]) -> None:
 
 
 def read(path: str | os.PathLike[str], most: int) -> bytes | None:
-    """What a file holds, or None if there is no such file, or it is not to be trusted, or it is longer than ``most``.
+    """Content of a file, or None if it does not exist, is not trusted, or is longer than ``most``.
 
     Only a regular file is read, and the file that is opened is the one that is checked: what is put in its place
     afterwards is not read.  Neither a pipe nor a device can keep the caller waiting.
@@ -128,10 +128,10 @@ def read(path: str | os.PathLike[str], most: int) -> bytes | None:
     except OSError:
         return None
     try:
-        found = os.fstat(opened)
-        if not stat.S_ISREG(found.st_mode) or found.st_size > most:
+        status = os.fstat(opened)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > most:
             return None
-        if hasattr(os, "geteuid") and (not _ours(found) or _writable_by_others(found, opened)):
+        if hasattr(os, "geteuid") and (not _ours(status) or _writable_by_others(status, opened)):
             return None
         parts, left = [], most + 1
         while left and (part := os.read(opened, left)):
@@ -145,28 +145,28 @@ def read(path: str | os.PathLike[str], most: int) -> bytes | None:
 
 
 def _against(path: Path) -> str | None:
-    """Go down from the root as the system does, link by link; what is not there yet, nobody can have written."""
+    """Check each folder and link from the root on, as the system resolves the path, up to the first missing one."""
     waiting, here, links = list(reversed(path.parts[1:])), Path(path.anchor), 0
     while True:
         try:
-            found = os.lstat(here)
+            status = os.lstat(here)
         except FileNotFoundError:
             return None
-        if stat.S_ISLNK(found.st_mode):
+        if stat.S_ISLNK(status.st_mode):
             links += 1
-            if not _ours(found):
-                return f"the link {str(here)!r} belongs to {_owner(found)}"
+            if not _ours(status):
+                return f"the link {str(here)!r} belongs to {_owner(status)}"
             if links > _MOST_LINKS:
                 return f"{str(path)!r} is a link that leads back to itself"
             target = Path(os.readlink(here))
             here = Path(target.anchor) if target.is_absolute() else here.parent
             waiting += reversed(target.parts[1:] if target.is_absolute() else target.parts)
             continue
-        if not stat.S_ISDIR(found.st_mode):
+        if not stat.S_ISDIR(status.st_mode):
             return f"{str(here)!r} is not a folder"
-        if not _ours(found):
-            return f"{str(here)!r} belongs to {_owner(found)}"
-        if _writable_by_others(found, here) and not (waiting and found.st_mode & stat.S_ISVTX):
+        if not _ours(status):
+            return f"{str(here)!r} belongs to {_owner(status)}"
+        if _writable_by_others(status, here) and not (waiting and status.st_mode & stat.S_ISVTX):
             return f"{str(here)!r} can be written by other users"
         if not waiting:
             return None
@@ -174,22 +174,22 @@ def _against(path: Path) -> str | None:
         here = here.parent if name == ".." else here / name
 
 
-def _ours(found: os.stat_result) -> bool:
-    return found.st_uid in (0, os.geteuid())
+def _ours(status: os.stat_result) -> bool:
+    return status.st_uid in (0, os.geteuid())
 
 
-def _owner(found: os.stat_result) -> str:
+def _owner(status: os.stat_result) -> str:
     import pwd
 
     with contextlib.suppress(KeyError):
-        return f"the user {pwd.getpwuid(found.st_uid).pw_name!r}"
-    return f"the user of number {found.st_uid}"
+        return f"the user {pwd.getpwuid(status.st_uid).pw_name!r}"
+    return f"the user of number {status.st_uid}"
 
 
-def _writable_by_others(found: os.stat_result, place: Path | int) -> bool:
-    if found.st_mode & stat.S_IWOTH:
+def _writable_by_others(status: os.stat_result, place: Path | int) -> bool:
+    if status.st_mode & stat.S_IWOTH:
         return True
-    return bool(found.st_mode & stat.S_IWGRP) and not (_group_of_one(found.st_gid) and not _has_list(place))
+    return bool(status.st_mode & stat.S_IWGRP) and not (_group_of_one(status.st_gid) and not _has_list(place))
 
 
 @lru_cache(maxsize=64)
@@ -208,7 +208,7 @@ def _group_of_one(group: int) -> bool:
 
 
 def _has_list(place: Path | int) -> bool:
-    """Whether an access list lets in others than those of the mode."""
+    """Whether an access list gives rights to more users than the mode."""
     try:
         return "system.posix_acl_access" in os.listxattr(place)
     except (AttributeError, OSError):

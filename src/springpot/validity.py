@@ -41,26 +41,25 @@ def _oscillator(cell: Cell) -> Oscillator:
 
 
 def simulate_cell(cell: Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:
-    """Adapted Monte Carlo of one cell: every moment and, under ``_se``, its standard error, of about 0.3 % at most.
+    """Stationary Monte Carlo of one cell: every moment and, under ``_se``, its standard error, at most about 0.3 %.
 
     Examples
     --------
-    >>> found = simulate_cell((1.0, 1.0, 1.0, 0.0))
-    >>> abs(found["x_mean_square"] - 0.5) < 5.0 * found["x_mean_square_se"] < 0.01
+    >>> values = simulate_cell((1.0, 1.0, 1.0, 0.0))
+    >>> abs(values["x_mean_square"] - 0.5) < 5.0 * values["x_mean_square_se"] < 0.01
     True
     """
-    found = stationary(_oscillator(cell), path_times=PATH_TIMES, seed=seed, threads=threads)
-    return found.values | {f"{name}_se": error for name, error in found.errors.items()}
+    moments = stationary(_oscillator(cell), path_times=PATH_TIMES, seed=seed, threads=threads)
+    return moments.values | {f"{name}_se": error for name, error in moments.errors.items()}
 
 
 def gaps_of(cell: Cell, simulated: Mapping[str, float]) -> dict[str, float]:
     """Gap in per cent of every moment of every method, under ``method:moment``.
 
-    Infinite where the method has no answer; NaN where Monte Carlo knows the moment to no better than 1 % (a wall that
-    is hardly ever struck), so that there is nothing to judge by.
+    Infinite if the method has no result; NaN if the error of Monte Carlo is above 1 % (a wall with very rare impacts).
     """
     answers, _ = solve_all(_oscillator(cell))
-    found = {}
+    gaps = {}
     for method in MAPPED:
         for name in GOOD:
             value, error = simulated[name], simulated[f"{name}_se"]
@@ -70,8 +69,8 @@ def gaps_of(cell: Cell, simulated: Mapping[str, float]) -> dict[str, float]:
                 gap = math.nan
             else:
                 gap = 100.0 * (getattr(answers[method], name) / value - 1.0)
-            found[f"{method}:{name}"] = gap
-    return found
+            gaps[f"{method}:{name}"] = gap
+    return gaps
 
 
 def make_map(

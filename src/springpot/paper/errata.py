@@ -80,9 +80,9 @@ def roles_of_the_order() -> tuple[Finding, ...]:
     damped = omega**2 - coefficient**2 / 4.0, coefficient / 2.0  # and under a dashpot C
     words = "squared frequency, in s^-2", "rate of decay, in 1/s"
     return tuple(
-        Finding(f"free response at alpha = {alpha}: {word}", found, printed, corrected)
+        Finding(f"free response at alpha = {alpha}: {word}", computed, printed, corrected)
         for alpha, response, slip, right in ((0, spring, damped, stiffened), (1, dashpot, stiffened, damped))
-        for word, found, printed, corrected in zip(words, response, slip, right, strict=True)
+        for word, computed, printed, corrected in zip(words, response, slip, right, strict=True)
     )
 
 
@@ -104,14 +104,14 @@ def _march(alpha: float, omega: float, coefficient: float, step: float, steps: i
     """
     weights = np.cumprod(np.concatenate([[1.0], 1.0 - (1.0 + alpha) / np.arange(1, steps + 1)])) * step**-alpha
     y = np.zeros(steps + 1)
-    past = np.zeros(steps + 1)  # of |y|, or of y
+    history = np.zeros(steps + 1)  # of |y|, or of y
     v = 1.0
     for n in range(steps):
         side = math.copysign(1.0, y[n]) if mirrored else 1.0
-        memory = float(weights[: n + 1] @ past[n::-1])
+        memory = float(weights[: n + 1] @ history[n::-1])
         v -= step * (omega**2 * y[n] + side * coefficient * memory)
         y[n + 1] = y[n] + step * v
-        past[n + 1] = abs(y[n + 1]) if mirrored else y[n + 1]
+        history[n + 1] = abs(y[n + 1]) if mirrored else y[n + 1]
     return y
 
 
@@ -121,9 +121,9 @@ def side_of_the_wall() -> tuple[Finding, ...]:
     x = np.abs(_march(alpha, omega, coefficient, step, round(duration / step), mirrored=True))
 
     def with_wall(side: Literal["above", "below"]) -> FloatArray:
-        asked = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
+        oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
         away = 1.0 if side == "above" else -1.0
-        return run(asked, paths=1, record=1, duration=duration, step=step, initial_velocity=away).record[0, :, 0]
+        return run(oscillator, paths=1, record=1, duration=duration, step=step, initial_velocity=away).record[0, :, 0]
 
     printed, corrected = with_wall("below"), with_wall("above")
     first = round(math.pi / 2.0 / step)

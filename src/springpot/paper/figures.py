@@ -200,9 +200,9 @@ def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Pr
         simulated.append(Estimate(answer.values["amplitude_mean_square"], answer.errors["amplitude_mean_square"]))
         progress((len(measured) + len(simulated)) / total, f"errata: Omega = {omega:.3g}")
     page = out / "errata.md"
-    trend = [(_tuned(float(omega)), found) for omega, found in zip(_OMEGAS, simulated, strict=True)]
+    trend = [(_tuned(float(omega)), estimate) for omega, estimate in zip(_OMEGAS, simulated, strict=True)]
     page.write_text(pages.errata_page(measured, trend, settings), encoding="utf-8")
-    drawn = np.array([(found.value, found.error) for found in simulated])
+    drawn = np.array([(estimate.value, estimate.error) for estimate in simulated])
     return [page, _draw_errata(out / "errata.png", drawn)]
 
 

@@ -281,12 +281,12 @@ def pooled(rows: Sequence[Point], start: StartKind) -> dict[float, Estimate]:
     >>> {alpha: (round(mu.value, 3), round(mu.error, 3)) for alpha, mu in pooled([row, other], "rest").items()}
     {0.5: (2.072, 0.24)}
     """
-    found = {}
+    estimates = {}
     for alpha in sorted({row.alpha for row in rows}):
         group = _over_q(rows, alpha, start)
         weight = math.fsum(each.error**-2 for each in group)
-        found[alpha] = Estimate(math.fsum(each.value * each.error**-2 for each in group) / weight, weight**-0.5)
-    return found
+        estimates[alpha] = Estimate(math.fsum(each.value * each.error**-2 for each in group) / weight, weight**-0.5)
+    return estimates
 
 
 def _over_q(rows: Sequence[Point], alpha: float, start: StartKind) -> list[Estimate]:

@@ -112,8 +112,8 @@ def _start(rows: Sequence[Point]) -> list[str]:
     ]
 
 
-def _collapse_row(start: str, found: Collapse) -> tuple[str, ...]:
-    return start, f"{found.chi_square:.1f}", f"{found.degrees}", f"{found.probability:.2f}", f"{found.largest:.1f}"
+def _collapse_row(start: str, row: Collapse) -> tuple[str, ...]:
+    return start, f"{row.chi_square:.1f}", f"{row.degrees}", f"{row.probability:.2f}", f"{row.largest:.1f}"
 
 
 def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]], settings: str) -> str:
@@ -142,7 +142,7 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]
         "",
         *_table(
             ("Omega", "c = C Omega^(alpha-2)", "as printed", "corrected", "Monte Carlo", "gap of the corrected"),
-            [_trend_row(asked, found) for asked, found in trend],
+            [_trend_row(oscillator, estimate) for oscillator, estimate in trend],
         ),
         "",
         *_heavy(*trend[0]),
@@ -191,24 +191,24 @@ def _section(erratum: Erratum) -> list[str]:
     ]
 
 
-def _trend_row(asked: Oscillator, found: Estimate) -> tuple[str, ...]:
-    printed, corrected = (averaging(asked, form=form).amplitude_mean_square for form in _FORMS)
+def _trend_row(oscillator: Oscillator, estimate: Estimate) -> tuple[str, ...]:
+    printed, corrected = (averaging(oscillator, form=form).amplitude_mean_square for form in _FORMS)
     return (
-        f"{asked.natural_frequency:.3g}",
-        f"{asked.dimensionless_coefficient:.2g}",
+        f"{oscillator.natural_frequency:.3g}",
+        f"{oscillator.dimensionless_coefficient:.2g}",
         f"{printed:.4g}",
         f"{corrected:.4g}",
-        _with_error(found),
-        _percent(found.under(corrected)),
+        _with_error(estimate),
+        _percent(estimate.under(corrected)),
     )
 
 
-def _heavy(asked: Oscillator, found: Estimate) -> list[str]:
+def _heavy(oscillator: Oscillator, estimate: Estimate) -> list[str]:
     """Why the corrected formula is off at the lowest Omega."""
-    gap = found.under(averaging(asked).amplitude_mean_square)
+    gap = estimate.under(averaging(oscillator).amplitude_mean_square)
     return [
-        f"At Omega = {asked.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no new erratum: "
-        f"there c = {asked.dimensionless_coefficient:.2g}, the springpot is",
+        f"At Omega = {oscillator.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no new "
+        f"erratum: there c = {oscillator.dimensionless_coefficient:.2g}, the springpot is",
         "no longer light, and averaging itself is too high by as much as at C = Omega = 1 (the row alpha = 0.7, C = 1",
         "of the table below). Towards larger Omega the springpot becomes light and the gap closes.",
     ]
@@ -230,5 +230,5 @@ def _percent(gap: Estimate) -> str:
     return f"{100.0 * gap.value:+.1f} ± {100.0 * gap.error:.1f} %"
 
 
-def _with_error(found: Estimate) -> str:
-    return f"{found.value:.4g} ± {found.error:.2g}"
+def _with_error(estimate: Estimate) -> str:
+    return f"{estimate.value:.4g} ± {estimate.error:.2g}"
