@@ -5,7 +5,7 @@ sentence of each failure.
 
 Exit codes: 0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted; other than 0, one sentence on
 stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails,
-and ``simulate --rtol`` and ``compare`` the numbers they have where the accuracy asked for was not reached.
+and ``simulate --rtol`` and ``compare`` print their results also if ``rtol`` was not reached.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _flush() -> None:
 
 
 def _drop_output() -> None:
-    """What can no longer be written must not be tried once more when the process ends."""
+    """Discard output that cannot be written, so that it is not tried again when the process ends."""
     try:
         _flush()
     except OSError:
@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader went away (springpot ... | head): nobody is left to tell
         _drop_output()
         return 1
-    except FileNotFoundError as error:  # of what was asked to be read: bad input
+    except FileNotFoundError as error:  # a file to be read: bad input
         say(f"There is no file {os.fspath(error.filename)!r}." if error.filename is not None else one_sentence(error))
         return 2
     except OSError as error:

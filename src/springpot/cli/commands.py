@@ -85,16 +85,16 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
         from springpot.theory import all_methods
         from springpot.units import UNITS
 
-    found = all_methods(problem)
+    dicts = all_methods(problem)
     if json_:
-        print_json({"oscillator" if file is None else "system": problem.to_dict(), **found})
+        print_json({"oscillator" if file is None else "system": problem.to_dict(), **dicts})
         return 0
     if isinstance(problem, System):
         print("\n".join(equation(problem)))
     else:
         print(f"oscillator: {plain(problem.to_dict())}")
-    best, why_none = found.pop("recommended"), found.pop("why_none_is_recommended")
-    answers = {name: answer for name, answer in found.items() if isinstance(answer, dict)}
+    best, why_none = dicts.pop("recommended"), dicts.pop("why_none_is_recommended")
+    answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
     more = {"decay_rate": "s-1", "harvested_power": "W"}
@@ -107,7 +107,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
         rows += walls(problem, shown)
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for statement in dict.fromkeys(silent.values()):
-        print(f"{', '.join(name for name, said in silent.items() if said == statement)}: {statement}")
+        print(f"{', '.join(name for name, reason in silent.items() if reason == statement)}: {statement}")
     print(f"* recommended here: {best}" if best else why_none)
     # warnings of the other methods: --json prints them
     for sentence in sentences(answers.get(str(best), {}), "warnings"):
@@ -127,12 +127,12 @@ def atlas(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = 
         from springpot.theory.result import MOMENTS
         from springpot.units import UNITS
 
-    found = look_up(oscillator)
+    result = look_up(oscillator)
     if json_:
-        print_json({"oscillator": oscillator.to_dict(), **found.to_dict()})
+        print_json({"oscillator": oscillator.to_dict(), **result.to_dict()})
         return 0
     print(f"oscillator: {plain(oscillator.to_dict())}")
-    rows = [[name, with_error(getattr(found, name), found.errors[name], UNITS[name])] for name in MOMENTS]
+    rows = [[name, with_error(getattr(result, name), result.errors[name], UNITS[name])] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
 
@@ -170,40 +170,40 @@ def compare(
     if plot is not None:
         check_picture(plot, "plot")
     with Bar("simulating", first="finding the stationary start") as bar:
-        found = set_side_by_side(oscillator, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
+        result = set_side_by_side(oscillator, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
         observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
-    for sentence in found.simulation.warnings:
+    for sentence in result.simulation.warnings:
         warn(sentence)
-    if found.recommended:
-        for sentence in found.answers[found.recommended].warnings:
-            warn(f"{found.recommended}: {sentence}")
+    if result.recommended:
+        for sentence in result.answers[result.recommended].warnings:
+            warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
 
-        save(draw_comparison(observed, found.answers), Path(plot))
+        save(draw_comparison(observed, result.answers), Path(plot))
     if json_:
-        print_json(found.to_dict())
-        return _exit_code(found.simulation.diagnostics)
+        print_json(result.to_dict())
+        return _exit_code(result.simulation.diagnostics)
     print(f"oscillator: {plain(oscillator.to_dict())}")
-    gaps = {name: found.gaps(name) for name in found.answers}
+    gaps = {name: result.gaps(name) for name in result.answers}
     table = [
-        ["", "Monte Carlo +- standard error", *(f"{name} *" if name == found.recommended else name for name in gaps)]
+        ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]
     ]
     for name in MOMENTS:
-        value, error = found.simulation.values[name], found.simulation.errors[name]
+        value, error = result.simulation.values[name], result.simulation.errors[name]
         if not math.isfinite(value):
             continue
         cells = [gap(gaps[method].get(name)) for method in gaps]
         table.append([name, with_error(value, error, UNITS[name]), *cells])
     print_table(table)
-    for name, statement in found.statements.items():
+    for name, statement in result.statements.items():
         print(f"{name}: {statement}")
     print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
-    print(f"* recommended here: {found.recommended}" if found.recommended else found.why_none_is_recommended)
+    print(f"* recommended here: {result.recommended}" if result.recommended else result.why_none_is_recommended)
     if plot is not None:
         print(plot)
-    return _exit_code(found.simulation.diagnostics)
+    return _exit_code(result.simulation.diagnostics)
 
 
 @app.command
@@ -280,7 +280,7 @@ def simulate(
     oscillator = oscillator_of(file, flags)
     if quantity is not None and rtol is None:
         raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
-    asked: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "rtol": rtol,
         "quantities": quantity,
         "max_time": max_time,
@@ -293,7 +293,7 @@ def simulate(
         raise ValueError(f"--{'overwrite' if record is None else 'record'} needs --out, the file to save to.")
     if every is not None and record is None:
         raise ValueError("--every needs --record, the number of paths to save.")
-    given: Any = {name: value for name, value in {**asked, **vars(settings)}.items() if value is not None}
+    given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.simulation import run
         from springpot.simulation.saved import places
@@ -303,12 +303,12 @@ def simulate(
 
     adapted = rtol is not None or (settings.start or default_start(oscillator, given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
-        found = run(oscillator, **given, progress=bar)
-    answer = found.to_dict()
+        result = run(oscillator, **given, progress=bar)
+    answer = result.to_dict()
     for sentence in sentences(answer, "warnings"):
         warn(sentence)
     if out is not None:
-        found.save(out, overwrite=overwrite)
+        result.save(out, overwrite=overwrite)
     if json_:
         print_json(answer)
         return _exit_code(answer["diagnostics"])
@@ -321,15 +321,15 @@ def simulate(
 
 
 def _exit_code(diagnostics: Mapping[str, Any]) -> int:
-    """0, or 1 if the accuracy asked for was not reached; the numbers are printed all the same."""
+    """0, or 1 if ``rtol`` was not reached; the numbers are printed in both cases."""
     return 0 if diagnostics.get("reached", True) else 1
 
 
 def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """The levels by name; a name given twice would lose one of them."""
-    if len(found := dict(pairs)) < len(pairs):
+    """The levels by name; an error if a name is given twice."""
+    if len(levels := dict(pairs)) < len(pairs):
         raise ValueError("--first-passage must be given only once for each name.")
-    return found
+    return levels
 
 
 app.command(  # not imported here, so the list of commands needs the words of its help

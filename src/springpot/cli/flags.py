@@ -1,4 +1,4 @@
-"""Flags that several commands share, and the oscillator that they state: per unit mass, or a device in SI units."""
+"""Flags of several commands, and their oscillator: per unit mass, or a device in SI units."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ class OscillatorFlags:
 
 
 def with_flags(sentence: str, arguments: Set[str]) -> str:
-    """The library's sentences name arguments; in a command they are flags."""
+    """A sentence of the library with flags instead of arguments."""
     names = {field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)} | arguments
     flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
         "quantities": "--quantity",
@@ -153,12 +153,12 @@ def with_flags(sentence: str, arguments: Set[str]) -> str:
     }
     sentence = sentence.replace("barrier = false", "--no-barrier")
     any_flag = "|".join(flags)
-    sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda found: flags[found[1]], sentence)
+    sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda match: flags[match[1]], sentence)
     given = rf"(?<![\w-])({any_flag})=(['\"]?)([\w/+.-]*\w)\2"
-    sentence = re.sub(given, lambda found: f"{flags[found[1]]} {found[3]}", sentence)
+    sentence = re.sub(given, lambda match: f"{flags[match[1]]} {match[3]}", sentence)
     # in the middle of a sentence, only those names that are no English words
     alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
-    sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda found: flags[found[1]], sentence)
+    sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda match: flags[match[1]], sentence)
     first, space, rest = sentence.partition(" ")
     return flags.get(first, first) + space + rest
 
@@ -192,7 +192,7 @@ SystemFile = Annotated[
 
 
 def problem_of(file: str | None, flags: OscillatorFlags) -> Oscillator | System:
-    """What a command is asked: the system in a file, or the oscillator of the flags."""
+    """The problem of a command: the system in a file, or the oscillator of the flags."""
     if file is None:
         return flags.oscillator()
     if flags != STANDARD:

@@ -1,4 +1,4 @@
-"""One sentence for each failure: what is wrong with the words of a command, and what would be right."""
+"""One sentence for each error: what is wrong in a command, and what would be right."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def one_sentence(error: BaseException) -> str:
 
 
 def usage(error: CycloptsError) -> str:
-    """What is wrong with the words of a command, and what would be right."""
+    """The sentence for an error in the words of a command."""
     command = " ".join(["springpot", *(error.command_chain or ())])
     match error:
         case UnknownCommandError(unused_tokens=[word, *_]):
@@ -70,7 +70,7 @@ def is_file(argument: object) -> bool:
 
 
 def _unfit(error: CoercionError, token: Token) -> str:
-    """A word that is not of the kind its flag asks for."""
+    """The sentence for a value of the wrong type."""
     name = token.keyword or (error.argument.name.lstrip("-").upper() if error.argument else "the word")
     if error.target_type is bool:
         return f"{name} is a switch: it takes no value such as {token.value!r}."
@@ -85,7 +85,7 @@ def _unfit(error: CoercionError, token: Token) -> str:
 
 
 def _meant(word: str, names: Sequence[str]) -> str:
-    """A question, if one of the names is close; without their hyphens, or all flags would look alike."""
+    """A question, if one of the names is close; compared without hyphens, which all flags have."""
     plain = {name.lstrip("-"): name for name in names}
     close = difflib.get_close_matches(word.lstrip("-"), plain, n=1, cutoff=0.7)
     return f"; did you mean {plain[close[0]]}?" if close else ""
@@ -97,7 +97,7 @@ def _flag_before(word: str, words: Sequence[str]) -> str:
 
 
 def of_the_system(error: OSError) -> str:
-    """A failure of the operating system without its number; those of the library are sentences already."""
+    """The sentence for an OSError, without its number; errors of the library are sentences already."""
     if error.strerror is None:
         sentence = one_sentence(error)
         return in_flags(sentence) if isinstance(error, TimeoutError) else sentence  # of max_time; others name files

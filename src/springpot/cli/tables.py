@@ -1,4 +1,4 @@
-"""What the commands print: numbers with their errors, and tables."""
+"""Output of the commands: numbers with their errors, and tables."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
 __all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences", "with_error"]
 
 
-def gap(found: Gap | None) -> str:
-    if found is None:
+def gap(gap_of_method: Gap | None) -> str:
+    if gap_of_method is None:
         return ""
-    near = f"({found.standard_errors:+.1f})"
-    return f"{found.percent:+.1f} % {near}" if math.isfinite(found.percent) else near
+    near = f"({gap_of_method.standard_errors:+.1f})"
+    return f"{gap_of_method.percent:+.1f} % {near}" if math.isfinite(gap_of_method.percent) else near
 
 
 def names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
-    """Names of all numbers that any of the answers has."""
+    """Names of all numbers in any of the results."""
     return {name for answer in answers.values() for name, value in answer.items() if is_number(value)}
 
 
 def sentences(answer: Mapping[str, object], name: str) -> list[str]:
-    found = answer.get(name)
-    return [str(sentence) for sentence in found] if isinstance(found, list | tuple) else []
+    value = answer.get(name)
+    return [str(sentence) for sentence in value] if isinstance(value, list | tuple) else []
 
 
 def is_number(value: object) -> bool:

@@ -101,7 +101,7 @@ class Units:
 
 
 def checked(oscillator: Oscillator | System) -> Oscillator:
-    """What was asked, if it is an oscillator, or a system that is one.
+    """The argument as an oscillator, if it is one or a system that is one.
 
     Raises
     ------

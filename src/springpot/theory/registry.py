@@ -1,7 +1,7 @@
-"""The one list of analytical methods.
+"""The list of analytical methods.
 
-The command, the page, the figures, studies and the validity map take names, order and looks of the methods from here.
-Nothing heavy is loaded with this file: a method's module is imported when the method is first asked.
+The command, the page, the figures, studies and the validity map take names, order and styles of the methods from here.
+A method's module is imported at its first use.
 """
 
 from __future__ import annotations

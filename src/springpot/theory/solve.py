@@ -1,4 +1,4 @@
-"""All methods, asked at once or one by name."""
+"""Solve an oscillator or system by all methods, or by one of them given by name."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def solve_all(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str]
 @overload
 def solve_all(oscillator: System) -> tuple[dict[str, Result | SystemResult], dict[str, str]]: ...
 def solve_all(oscillator: Oscillator | System) -> tuple[Mapping[str, Result | SystemResult], dict[str, str]]:
-    """Every method's answer to one oscillator or system.
+    """The results of all methods for one oscillator or system.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def solve_one(oscillator: Oscillator, method: str) -> tuple[Result | None, str]:
 @overload
 def solve_one(oscillator: System, method: str) -> tuple[Result | SystemResult | None, str]: ...
 def solve_one(oscillator: Oscillator | System, method: str) -> tuple[Result | SystemResult | None, str]:
-    """One method's answer to one oscillator or system.
+    """The result of one method for one oscillator or system.
 
     Parameters
     ----------
@@ -138,14 +138,14 @@ def all_methods(oscillator: Oscillator | System) -> dict[str, object]:
     (2.296, None)
     """
     answers, statements = solve_all(oscillator)
-    found: dict[str, object] = {}
+    dicts: dict[str, object] = {}
     for name in methods_for(oscillator):
         if name in answers:
-            found[name] = answers[name].to_dict()
+            dicts[name] = answers[name].to_dict()
         else:
-            found[name] = None if name == "exact" else no_answer(statements[name])
+            dicts[name] = None if name == "exact" else no_answer(statements[name])
     best, why_none = _trusted(oscillator, answers)
-    return {**found, "recommended": best or None, "why_none_is_recommended": why_none or None}
+    return {**dicts, "recommended": best or None, "why_none_is_recommended": why_none or None}
 
 
 def _trusted(problem: Oscillator | System, answers: Mapping[str, Any]) -> tuple[str, str]:
