@@ -144,7 +144,7 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path:
     bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
     bar.set_label(
         f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
-        f"bold: more than {GOOD[moment]:g} %; grey: no answer; blank: too rare to tell"
+        f"bold: more than {GOOD[moment]:g} %; grey: no result; blank: Monte Carlo too uncertain"
     )
     where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"
     figure.suptitle(f"Gap of {NAMES[moment]} to Monte Carlo from an adapted start, {where}", fontsize=10)
