@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -48,6 +49,29 @@ class Potential:
         for contact in self.contacts:
             energy = energy + contact.stiffness * _depth(contact, x) ** (contact.exponent + 1) / (contact.exponent + 1)
         return np.asarray(energy, float)
+
+    def size(self, x: float | FloatArray) -> FloatArray:
+        """The terms of U(x) without their signs: rounding of U is some 1e-16 of it."""
+        powers = [0.0, *(abs(c) / (n + 1) for n, c in enumerate(self.coefficients))]
+        return np.asarray(polynomial.polyval(np.abs(x), powers), float) + replace(self, coefficients=(0.0,)).energy(x)
+
+    def seen_from(self, origin: float) -> Potential:
+        """The same potential as a function of x - origin; it differs by a constant.
+
+        Far from x = 0 the terms of U cancel.  The new coefficients are found in exact arithmetic.
+        """
+        place = Fraction(origin)
+        exact = [Fraction(c) for c in self.coefficients]
+        moved = [
+            float(sum(math.comb(n, k) * exact[n] * place ** (n - k) for n in range(k, len(exact))))
+            for k in range(len(exact))
+        ]
+        return Potential(
+            tuple(moved),
+            tuple(replace(contact, position=contact.position - origin) for contact in self.contacts),
+            self.low - origin,
+            self.high - origin,
+        )
 
     def force(self, x: float | FloatArray) -> FloatArray:
         """U'(x), in m/s^2: what pulls towards smaller x."""

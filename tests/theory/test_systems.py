@@ -7,13 +7,14 @@ import math
 
 import numpy as np
 import pytest
-from scipy import integrate
+from scipy import integrate, special
 
 import springpot as sp
-from springpot.theory import NotCovered, exact, linear, linearisation, solve_all
+from springpot.theory import NoConvergence, NotCovered, exact, linear, linearisation, solve_all
 
 WHITE = sp.WhiteNoise(1.0)
 SPRING = sp.Spring(1.0)
+DASHPOT = sp.Dashpot(0.5)
 
 
 def cubic(k3: float, k2: float = 0.0) -> sp.PolynomialSpring:
@@ -170,7 +171,7 @@ def test_densities_take_any_argument() -> None:
         ((sp.PolynomialDashpot((1.0, 0.0, 1.0)),), "not the nonlinear polynomial_dashpot"),
         ((sp.Dashpot(1.0), sp.ColouredNoise(1.0, 1.0)), "not coloured_noise"),
         ((sp.VanDerPol(1.0), sp.Dashpot(1.0)), "needs a PolynomialDashpot with c3 = mu / Omega.2, here 1 "),
-        ((sp.VanDerPol(1.0), cubic(1.0), sp.PolynomialDashpot((0.0, 0.0, 1.0))), "needs a linear spring and no other"),
+        ((sp.VanDerPol(1.0), cubic(1.0), sp.PolynomialDashpot((0.0, 0.0, 1.0))), "needs a linear spring, and no other"),
         ((sp.Springpot(0.5, 1.0), sp.ThermalNoise(1.0)), "not white noise beside it with springpot"),
         ((sp.ThermalNoise(1.0),), "needs something that dissipates"),
     ],
@@ -201,6 +202,70 @@ def test_a_weight_on_a_floor() -> None:
     """Constant force towards an elastic wall: the barometric formula."""
     found = exact(sp.System(sp.Constant(-2.0), sp.Dashpot(0.5), WHITE, sp.Barrier(0.0)))
     assert (found.x_mean, found.x_mean_square) == pytest.approx((0.5, 0.5), rel=1e-10)
+
+
+PUMPED = sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(0.5)
+
+
+@pytest.mark.parametrize("place", [0.5, 1.5])
+def test_van_der_pol_on_a_wall_beyond_the_springs_equilibrium(place: float) -> None:
+    """Its damping depends on the energy counted from x = 0, which the mass cannot reach."""
+    found = exact(sp.System(SPRING, *PUMPED, sp.Barrier(place)))
+
+    def exponent(x: float, v: float) -> float:
+        h = 0.5 * (x * x + v * v)
+        return 2.0 / 0.5 * (2.0 * 0.3 * h * h / 2.0 - 0.3 * h)
+
+    x, x_square, v_square, rates = moments_by_quadrature(exponent, place, 5.0, 5.0, (place,))
+    assert (found.x_mean, found.x_mean_square, found.v_mean_square) == pytest.approx((x, x_square, v_square), rel=1e-7)
+    assert found.barrier_impact_rate == pytest.approx(rates, rel=1e-7)
+
+
+def test_van_der_pol_under_a_constant_force_is_not_covered() -> None:
+    with pytest.raises(NotCovered, match="no other spring or constant force"):
+        exact(sp.System(SPRING, *PUMPED, sp.Constant(1.0)))
+    as_spring = sp.System(sp.Springpot(0.0, 1.0), *PUMPED)
+    assert exact(as_spring).x_mean_square == exact(sp.System(SPRING, *PUMPED)).x_mean_square
+
+
+@pytest.mark.parametrize("q", [1e-4, 1e-8, 1e-14])
+def test_a_limit_cycle_with_little_noise(q: float) -> None:
+    parts = SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(q)
+    found = exact(sp.System(*parts))  # H stays at 1 / 2: <x^2> = <v^2> = 1 / 2
+    assert (found.x_mean_square, found.v_mean_square) == pytest.approx((0.5, 0.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e9])
+def test_a_thin_layer_at_two_walls(stiffness: float) -> None:
+    """Pushed from the middle to walls at -1 and 1: exp(k x^2 / (2 kT)), half of it within kT / k of each wall."""
+    found = exact(sp.System(sp.Spring(-stiffness), DASHPOT, WHITE, sp.Barrier(-1.0), sp.Barrier(1.0, side="below")))
+    half = math.sqrt(2.0 / stiffness) * special.dawsn(math.sqrt(0.5 * stiffness))
+    rate = 0.5 / half / math.sqrt(2.0 * math.pi)
+    assert found.barrier_impact_rate == pytest.approx((rate, rate), rel=3e-7)
+    assert (found.warnings != ()) == (stiffness > 1e8)
+
+
+def test_far_from_zero_the_energies_do_not_cancel() -> None:
+    for place in (1e2, 1e6, 1e10):  # pressed against a wall with the force b
+        found = exact(sp.System(SPRING, DASHPOT, WHITE, sp.Barrier(place)))
+        assert found.impact_rate == pytest.approx(place / math.sqrt(2.0 * math.pi), rel=2.0 / place**2 + 1e-9)
+    device = sp.System(sp.Mass(1.0), sp.Spring(1e6), DASHPOT, sp.Constant(-9.81), sp.ThermalNoise(4.1e-21))
+    found, spread = exact(device), math.sqrt(4.1e-27)
+    assert found.x_density(found.x_mean) == pytest.approx(1.0 / (spread * math.sqrt(2.0 * math.pi)), rel=1e-7)
+
+
+def test_energies_beyond_double_precision_are_said_so() -> None:
+    two_wells = sp.System(sp.Spring(-1.0), cubic(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1e-40))
+    with pytest.raises(NoConvergence, match="double precision"):
+        exact(two_wells)
+
+
+def test_matched_noise_needs_a_dissipator() -> None:
+    for nothing in (sp.Springpot(0.0, 1.0), sp.Springpot(0.5, 0.0)):
+        with pytest.raises(NotCovered, match="needs something that dissipates"):
+            exact(sp.System(SPRING, nothing, sp.ThermalNoise(1.0)))
+    both = sp.System(SPRING, sp.Springpot(1.0, 0.5), sp.ThermalNoise(1.0), WHITE)  # a dashpot by another name
+    assert exact(both).v_mean_square == pytest.approx(2.0)
 
 
 # --- linear --------------------------------------------------------------------------------------------------------
@@ -272,6 +337,42 @@ def test_matched_noise_is_equipartition() -> None:
         found = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), part, sp.ThermalNoise(0.7)))
         assert found.x_mean_square == pytest.approx(0.7 / 8.0, rel=1e-7), part
         assert found.v_mean_square == pytest.approx(0.7 / 2.0, rel=1e-7), part
+
+
+@pytest.mark.parametrize(
+    "part", [sp.Springpot(0.3, 0.8), sp.Maxwell(1.0, 2.0), sp.Circuit(0.3, 2.0, 0.5), sp.Series(POT, sp.Spring(3.0))]
+)
+def test_the_spectrum_of_matched_noise_is_that_of_equipartition(part) -> None:
+    found = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), part, sp.ThermalNoise(0.7)))
+    u = np.linspace(-75.0, 12.0, 60001)
+    w = np.exp(u)
+    assert 2.0 * integrate.simpson(found.spectrum(w) * w, x=u) == pytest.approx(0.7 / 8.0, rel=1e-7)
+    assert 2.0 * integrate.simpson(found.spectrum(w) * w**3, x=u) == pytest.approx(0.7 / 2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("order", [0.001, 0.03, 0.5, 0.97])
+@pytest.mark.parametrize("c", [1e-7, 1e-4, 1.0, 1e8])
+def test_small_and_large_springpots(order: float, c: float) -> None:
+    """Very light damping, orders at both ends: no integral overflows, and none is wrong."""
+    asked = sp.Oscillator(1.0, sp.Springpot(order, c), None, WHITE)
+    hot = linear(sp.System(SPRING, sp.Springpot(order, c), sp.ThermalNoise(2.0)))
+    assert (hot.x_mean_square, hot.v_mean_square) == pytest.approx((2.0, 2.0), rel=1e-12)
+    try:
+        ours = linear(sp.System.of_oscillator(asked))
+    except NoConvergence:
+        assert order * c < 1e-8  # narrower than frequencies can be told apart
+        return
+    theirs = exact(asked)
+    assert ours.x_mean_square == pytest.approx(theirs.x_mean_square, rel=3e-8)
+    assert ours.v_mean_square == pytest.approx(theirs.v_mean_square, rel=3e-8)
+
+
+def test_far_filters_do_not_overflow() -> None:
+    noise = sp.FilteredNoise(2.0, 0.3, 1.5)
+    assert noise.density(1e200) == pytest.approx(0.0, abs=1e-300)
+    w = 2.4
+    passed = (16.0 + (1.2 * w) ** 2) / ((4.0 - w * w) ** 2 + (1.2 * w) ** 2)
+    assert noise.density(w) == noise.density(-w) == pytest.approx(1.5 / (2.0 * math.pi) * passed, rel=1e-14)
 
 
 def test_ground_and_force_differ_by_the_mass() -> None:

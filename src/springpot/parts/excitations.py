@@ -185,8 +185,11 @@ class FilteredNoise:
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
-        square, damped = self.frequency**2, 2.0 * self.damping * self.frequency * w
-        passed = (square**2 + damped**2) / ((square - w * w) ** 2 + damped**2)
+        ratio, twice = abs(w) / self.frequency, 2.0 * self.damping
+        if ratio > 1.0:  # the powers of a far frequency would overflow
+            passed = (ratio**-2 + twice**2) / ((1.0 / ratio - ratio) * (1.0 / ratio - ratio) + twice**2)
+        else:
+            passed = (1.0 + (twice * ratio) ** 2) / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
         return self.intensity / (2.0 * math.pi) * passed
 
 

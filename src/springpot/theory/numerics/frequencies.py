@@ -20,12 +20,10 @@ FloatArray = NDArray[np.float64]
 _FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
 _POINTS = 4000
 _MOST_ERROR = 1e-7
-_WIDTHS = (0.3, 1.0, 3.0, 10.0, 100.0, 1000.0)  # of a resonance, at which the integral is cut
+_WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
 
 
-def resonances(
-    stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales: Iterable[float], *, slowest: float = 1.0
-) -> list[float]:
+def resonances(stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales: Iterable[float]) -> list[float]:
     """Logarithms of the frequencies at which to cut an integral of 1 / \\|stiffness\\|^2.
 
     Parameters
@@ -34,8 +32,6 @@ def resonances(
         The dynamic stiffness D(w) of arrays of frequencies w > 0.
     scales : iterable of float
         Frequencies around which it changes; its resonances lie within a factor of 1e4 of them.
-    slowest : float
-        The integrand is like w^(slowest - 1) or smaller at low frequency.
 
     Returns
     -------
@@ -52,12 +48,13 @@ def resonances(
     low, high = min(logs), max(logs)
     grid = np.linspace(low - 9.0, high + 9.0, _POINTS)
     size = np.abs(stiffness(np.exp(grid)))
-    start = low - _FAR / slowest
+    start = low - _FAR
     cuts = {start, high + _FAR, *logs}
     for place in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:])) + 1:
         peak = _refined(stiffness, grid[place - 1], grid[place + 1])
         width = _half_width(stiffness, peak)
-        cuts |= {peak, *(peak + sign * width * factor for factor in _WIDTHS for sign in (-1.0, 1.0))}
+        factors = [factor for factor in _WIDTHS if width * factor < 3.0]
+        cuts |= {peak, *(peak + sign * width * factor for factor in factors for sign in (-1.0, 1.0))}
     return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
 
 

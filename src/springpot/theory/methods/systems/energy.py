@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +29,7 @@ from springpot.potential import Potential
 from springpot.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system, walls_of
+from springpot.theory.result import NoConvergence
 
 __all__ = ["ExactLaw", "exact_law"]
 
@@ -38,24 +38,40 @@ FloatArray = NDArray[np.float64]
 _FAR = 750.0  # exponent at which a density is 0 in double precision
 _PANELS = 96
 _NODES = 24
-_WIDTHS = np.array([-40.0, -16.0, -8.0, -4.0, -2.0, -1.0, 1.0, 2.0, 4.0, 8.0, 16.0, 40.0])
+_WIDTHS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 40.0])
+_ROUNDS = 60  # of halving the panels that are not fine enough
+_SETTLED = 1e-13
+_WORTH_A_WARNING = 1e-8
+_TOO_MUCH = 1e-2
 _KEPT = (Spring, PolynomialSpring, Constant, Barrier, Contact)  # parts that only shape the potential
 
 
 @dataclass(frozen=True)
 class _EnergyLaw:
-    """The density exp(-g(H)) / Z with g = a H + b H^2, H = v^2 / 2 + U(x) less the least U between the walls."""
+    """The density exp(-g(H)) / Z with g = a H + b H^2, H = v^2 / 2 + U(x) less the least U between the walls.
+
+    Potential and places are those seen from the origin, a place of least U: far from x = 0 the terms of U cancel.
+    """
 
     potential: Potential
     linear: float
     square: float
+    origin: float
+    least: float
     places: FloatArray = field(repr=False)
     weights: FloatArray = field(repr=False)
-    least: float
     total: float
 
+    @property
+    def _likeliest(self) -> float:
+        """The energy at which g is least."""
+        return -self.linear / (2.0 * self.square) if self.linear < 0.0 else 0.0
+
     def exponent(self, energy: FloatArray) -> FloatArray:
-        return self.linear * energy + self.square * energy * energy
+        """g less its least value."""
+        if self.linear < 0.0:
+            return np.asarray(self.square * (energy - self._likeliest) ** 2)
+        return np.asarray(energy * (self.linear + self.square * energy))
 
     def speed_integral(self, power: int, potential: FloatArray) -> FloatArray:
         """The integral of v^power exp(-g) over v > 0, at potentials above the least."""
@@ -65,33 +81,42 @@ class _EnergyLaw:
             half = 0.5 * (power + 1)
             size = 0.5 * math.gamma(half) * (2.0 * theta) ** half
             return np.asarray(size * np.exp(-np.minimum(self.linear * u, _FAR)))
-        nodes, weights = _gauss(0.0, 1.0)
-        top = np.sqrt(2.0 * _highest(self.linear, self.square, u))[:, None]
-        v = top * nodes
-        values = v**power * np.exp(-self.exponent(0.5 * v * v + u[:, None]) + self._lowest())
-        return np.asarray((values @ weights) * top[:, 0])
+        nodes, weights = _FINE
+        spread = math.sqrt(_FAR / self.square)
+        lowest = np.maximum(self._likeliest - spread - u, 0.0) if self.linear < 0.0 else np.zeros_like(u)
+        start = np.sqrt(2.0 * lowest)[:, None]
+        length = np.sqrt(2.0 * np.maximum(_highest(self.linear, self.square) - u, 0.0))[:, None] - start
+        v = start + length * nodes
+        values = v**power * np.exp(-np.minimum(self.exponent(0.5 * v * v + u[:, None]), _FAR))
+        return np.asarray((values @ weights) * length[:, 0])
 
-    def _lowest(self) -> float:
-        """The least of g, so that no exponential overflows."""
-        return _least_exponent(self.linear, self.square)
+    def above_least(self, place: float | FloatArray) -> FloatArray:
+        """U less the least U, at places seen from the origin."""
+        return np.maximum(self.potential.energy(place) - self.least, 0.0)
 
     def x_density(self, x: FloatArray) -> FloatArray:
-        inside = (x >= self.potential.low) & (x <= self.potential.high) & np.isfinite(x)
-        where = np.where(inside, x, self.places[0])
-        found = 2.0 * self.speed_integral(0, (self.potential.energy(where) - self.least).ravel()).reshape(x.shape)
+        place, inside = self._place(x)
+        found = 2.0 * self.speed_integral(0, self.above_least(place).ravel()).reshape(x.shape)
         return np.where(inside, found / self.total, np.where(np.isnan(x), np.nan, 0.0))
 
     def joint_density(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        inside = (x >= self.potential.low) & (x <= self.potential.high) & np.isfinite(x) & np.isfinite(v)
-        energy = self.potential.energy(np.where(inside, x, 0.0)) - self.least + 0.5 * np.where(inside, v, 0.0) ** 2
-        found = np.exp(-np.minimum(self.exponent(energy) - self._lowest(), _FAR)) / self.total
-        return np.where(inside, found, np.where(np.isnan(x) | np.isnan(v), np.nan, 0.0))
+        place, inside = self._place(x)
+        energy = self.above_least(place) + 0.5 * np.clip(np.nan_to_num(v), -1e150, 1e150) ** 2
+        found = np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)) / self.total
+        unknown = np.isnan(x) | np.isnan(v)
+        return np.where(unknown, np.nan, np.where(inside & np.isfinite(v), found, 0.0))
 
     def v_density(self, v: FloatArray) -> FloatArray:
-        u = self.potential.energy(self.places) - self.least
+        u = self.above_least(self.places)
         energy = u + 0.5 * np.minimum(np.abs(v.reshape(-1, 1)), 1e150) ** 2
-        values = np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)) - self._lowest(), _FAR)) @ self.weights
+        values = np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)) @ self.weights
         return np.where(np.isnan(v), np.nan, values.reshape(v.shape) / self.total)
+
+    def _place(self, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Where x is seen from the origin, and whether it is between the walls; elsewhere some place that is."""
+        place = x - self.origin
+        inside = (place >= self.potential.low) & (place <= self.potential.high) & (np.abs(x) < 1e100)
+        return np.where(inside, place, 0.0), inside
 
 
 @dataclass(frozen=True)
@@ -167,12 +192,14 @@ def exact_law(system: System) -> ExactLaw:
     Returns
     -------
     ExactLaw
-        Its moments are exact to about 1e-10 of their size.
+        Its moments are exact to about 1e-10 of their size; a warning says where rounding leaves less.
 
     Raises
     ------
     NotCovered
         If the system is another one; the sentence names the part.
+    NoConvergence
+        If the energies of the springs are so large beside that of the noise that rounding leaves nothing.
     TypeError
         If it is not a System.
 
@@ -204,6 +231,7 @@ def exact_law(system: System) -> ExactLaw:
     coefficients = _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
     stationary: SystemMoments | str
     law = None
+    warnings: tuple[str, ...] = ()
     if isinstance(coefficients, str):
         stationary = coefficients
     elif not unit.potential.holds():
@@ -211,12 +239,13 @@ def exact_law(system: System) -> ExactLaw:
     else:
         law = _law(unit.potential, *coefficients)
         stationary = _moments(system, law)
+        warnings = _rounding(law)
     return ExactLaw(
         method="exact",
         system=system,
         stationary=stationary,
         assumptions=("None: this is the stationary solution of the equation of motion as it stands.",),
-        warnings=(),
+        warnings=warnings,
         _law=law,
     )
 
@@ -241,7 +270,7 @@ def _thermal(unit: System) -> tuple[float, float]:
     _refuse_others(unit, allowed)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    memory = [name for name, part in unit.named() if isinstance(part, Springpot | Series | Maxwell | Circuit)]
+    memory = [name for name, part in unit.named() if _remembers(part)]
     if intensity > 0.0 and memory:
         raise NotCovered(f"{_REACH}, not white noise beside it with {memory[0]}.")
     damping = _dashpots(unit)
@@ -249,6 +278,13 @@ def _thermal(unit: System) -> tuple[float, float]:
         raise NotCovered("ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit.")
     heated = temperature + (intensity / (2.0 * damping) if intensity > 0.0 else 0.0)
     return 1.0 / heated, 0.0
+
+
+def _remembers(part: object) -> bool:
+    """Whether it dissipates with memory: a springpot between a spring and a dashpot, an arm, a circuit."""
+    if isinstance(part, Springpot):
+        return 0.0 < part.order < 1.0 and part.coefficient > 0.0
+    return isinstance(part, Series | Maxwell | Circuit)
 
 
 def _white(unit: System) -> tuple[float, float] | str:
@@ -263,7 +299,7 @@ def _white(unit: System) -> tuple[float, float] | str:
     linear, square = 2.0 / intensity * (_dashpots(unit) - feed), 0.0
     if pumps:
         _check_rayleigh(unit, mu)
-        square = 2.0 / intensity * mu / unit.stiffness
+        square = 2.0 / intensity * mu / unit.potential.coefficients[1]
     if not (linear > 0.0 or square > 0.0):
         return "There is no stationary state: nothing dissipates energy, so it grows without end."
     return linear, square
@@ -272,9 +308,10 @@ def _white(unit: System) -> tuple[float, float] | str:
 def _check_rayleigh(unit: System, mu: float) -> None:
     """Van der Pol's damping is a function of the energy with the cubic damper that completes it."""
     potential, cubic = unit.potential, _cubic(unit)
-    if len(potential.coefficients) != 2 or potential.contacts:
-        raise NotCovered(f"{_REACH}; with a VanDerPol it needs a linear spring and no other.")
-    wanted = mu / unit.stiffness
+    linear_spring = len(potential.coefficients) == 2 and potential.coefficients[1] > 0.0
+    if not linear_spring or potential.coefficients[0] != 0.0 or potential.contacts:
+        raise NotCovered(f"{_REACH}; with a VanDerPol it needs a linear spring, and no other spring or constant force.")
+    wanted = mu / potential.coefficients[1]
     if not math.isclose(cubic, wanted, rel_tol=1e-9):
         raise NotCovered(
             f"{_REACH}; with a VanDerPol it needs a PolynomialDashpot with c3 = mu / Omega^2, here {wanted:.6g} per "
@@ -308,35 +345,92 @@ def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
 
 def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     """The law on a grid of places that covers all that double precision can tell from 0."""
-    turning = _turning_points(potential)
-    least = min(float(potential.energy(place)) for place in turning)
-    highest = least + float(_highest(linear, square, np.zeros(1))[0])
-    reached = [place for place in turning if float(potential.energy(place)) <= highest]
-    ends = _edge(potential, min(reached), -1.0, highest), _edge(potential, max(reached), 1.0, highest)
+    origin = 0.0
+    for _ in range(4):  # places of other wells are known better from nearby
+        near = potential.seen_from(origin)
+        turning = _turning_points(near)
+        lowest = min(turning, key=lambda place: float(near.energy(place)))
+        if lowest == 0.0 or origin + lowest == origin:
+            break
+        origin = min(max(origin + lowest, potential.low), potential.high)
+    near = potential.seen_from(origin)
+    turning = _turning_points(near)
+    least = min(float(near.energy(place)) for place in turning)
+    if square > 0.0:  # g is of H itself, with U = 0 at x = 0
+        linear += 2.0 * square * float(potential.energy(origin))
+    empty = _EnergyLaw(near, linear, square, origin, least, np.zeros(1), np.zeros(1), 1.0)
+    highest = least + _highest(linear, square)
+    reached = [place for place in turning if float(near.energy(place)) <= highest]
+    ends = _edge(near, min(reached), -1.0, highest), _edge(near, max(reached), 1.0, highest)
+    scale = 1.0 / max(abs(linear), math.sqrt(square))
     cuts = [np.linspace(*ends, _PANELS + 1), np.array(reached)]
-    for place in reached:  # a well may be narrow beside the whole range
-        curvature = float(potential.curvature(place))
-        if curvature > 0.0:
-            cuts.append(place + math.sqrt(1.0 / (abs(linear) * curvature)) * _WIDTHS if linear else _WIDTHS[:0])
+    for place in reached:  # a well, or a layer at a wall, may be narrow beside the whole range
+        for sign in (-1.0, 1.0):
+            width = abs(_edge(near, place, sign, float(near.energy(place)) + scale) - place)
+            cuts.append(place + sign * width * _WIDTHS)
     edges = np.unique(np.concatenate(cuts))
     edges = edges[(edges >= ends[0]) & (edges <= ends[1])]
-    grids = [_gauss(low, high) for low, high in itertools.pairwise(edges)]
-    places, weights = (np.concatenate(each) for each in zip(*grids, strict=True))
-    least = min(least, float(potential.energy(places).min()))
-    empty = _EnergyLaw(potential, linear, square, places, weights, least, 1.0)
-    total = 2.0 * float(weights @ empty.speed_integral(0, potential.energy(places) - least))
-    return _EnergyLaw(potential, linear, square, places, weights, least, total)
+    places, weights = _settled_grid(empty, edges[:-1], edges[1:])
+    total = 2.0 * float(weights @ empty.speed_integral(0, empty.above_least(places)))
+    return replace(empty, places=places, weights=weights, total=total)
+
+
+def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places and weights of panels, halved until the integrals of the density and of its kinetic energy stay."""
+
+    def integrals(places: FloatArray, weights: FloatArray) -> FloatArray:
+        u = law.above_least(places)
+        return np.stack([np.sum(weights * law.speed_integral(p, u.ravel()).reshape(u.shape), axis=1) for p in (0, 2)])
+
+    places, weights = _panels(low, high)
+    found = integrals(places, weights)
+    grids: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    for _ in range(_ROUNDS):
+        total = found.sum(axis=1, keepdims=True) + sum(done for _, _, done in grids)
+        middle = 0.5 * (low + high)
+        halves = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
+        half_places, half_weights = _panels(*halves)
+        finer = integrals(half_places, half_weights)
+        error = np.abs(finer.reshape(2, -1, 2).sum(axis=2) - found)
+        open_ = np.any(error > _SETTLED * total, axis=0) & (middle > low) & (middle < high)
+        grids.append((places[~open_].ravel(), weights[~open_].ravel(), found[:, ~open_].sum(axis=1, keepdims=True)))
+        if not np.any(open_):
+            break
+        both = np.repeat(open_, 2)
+        low, high = halves[0][both], halves[1][both]
+        places, weights, found = half_places[both], half_weights[both], finer[:, both]
+    else:
+        raise NoConvergence("the exact law's integrals did not settle: the density is too narrow beside its range.")
+    return np.concatenate([grid[0] for grid in grids]), np.concatenate([grid[1] for grid in grids])
+
+
+def _rounding(law: _EnergyLaw) -> tuple[str, ...]:
+    """What rounding of the energies leaves of the answer, if that is worth a warning."""
+    density = law.weights * law.speed_integral(0, law.above_least(law.places))
+    slope = abs(law.linear) + 2.0 * law.square * _highest(law.linear, law.square)
+    sizes = law.potential.size(law.places) if law.square == 0.0 else np.zeros_like(density)
+    left = 1e-16 * slope * float(density @ sizes) / float(density.sum())
+    if not left < _TOO_MUCH:
+        raise NoConvergence(
+            "the exact law needs energies of the springs that double precision can tell apart: they are more than 1e14 "
+            "times that of the noise."
+        )
+    if left < _WORTH_A_WARNING:
+        return ()
+    return (
+        f"The springs' energies are so large beside that of the noise that rounding changes the density by {left:.0e}.",
+    )
 
 
 def _moments(system: System, law: _EnergyLaw) -> SystemMoments:
-    x, weights = law.places, law.weights
-    u = law.potential.energy(x) - law.least
+    weights, u = law.weights, law.above_least(law.places)
     at = 2.0 * weights * law.speed_integral(0, u) / law.total
-    x_mean, x_square = float(at @ x), float(at @ (x * x))
+    shift, square = float(at @ law.places), float(at @ (law.places * law.places))
+    x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
     rates, speeds, squares = [], [], []
     for wall in walls_of(system):
-        there = np.atleast_1d(law.potential.energy(wall.position) - law.least)
+        there = np.atleast_1d(law.above_least(wall.position - law.origin))
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
         rates.append(flux / law.total)
         speeds.append(first / flux if flux > 0.0 else math.nan)
@@ -372,10 +466,9 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
     From the outermost turning point below this energy it rises to it, and stays above.
     """
     wall = potential.low if sign < 0.0 else potential.high
-    step = 1e-12 * max(abs(start), 1e-30)
-    while abs(step) < abs(wall - start) and float(potential.energy(start + sign * step)) <= energy:
-        step *= 2.0
-    low, high = 0.5 * step, step
+    low, high = 0.0, max(1e-16 * abs(start), 1e-60)
+    while high < abs(wall - start) and float(potential.energy(start + sign * high)) <= energy:
+        low, high = high, 2.0 * high
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if float(potential.energy(start + sign * middle)) <= energy else (low, middle)
@@ -383,25 +476,20 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
     return max(edge, wall) if sign < 0.0 else min(edge, wall)
 
 
-def _least_exponent(linear: float, square: float) -> float:
-    """The least of a H + b H^2 over H >= 0."""
-    return -linear * linear / (4.0 * square) if linear < 0.0 and square > 0.0 else 0.0
-
-
-def _highest(linear: float, square: float, above: FloatArray) -> FloatArray:
-    """Kinetic energy at which g has risen by all that double precision can tell, at potentials above the least."""
-    goal = _FAR + _least_exponent(linear, square)
+def _highest(linear: float, square: float) -> float:
+    """Energy above the least at which g has risen by all that double precision can tell."""
     if square == 0.0:
-        return np.maximum(goal / linear - above, 1e-300)
-    top = (-linear + math.sqrt(linear * linear + 4.0 * square * goal)) / (2.0 * square)
-    return np.maximum(top - above, 1e-300)
+        return _FAR / linear
+    if linear < 0.0:
+        return -linear / (2.0 * square) + math.sqrt(_FAR / square)
+    return 2.0 * _FAR / (linear + math.sqrt(linear * linear + 4.0 * square * _FAR))
 
 
-def _gauss(low: float, high: float) -> tuple[FloatArray, FloatArray]:
+def _panels(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places and weights of Gauss's rule, one row for each panel."""
     nodes, weights = _UNIT
-    if (low, high) == (0.0, 1.0):
-        return _FINE
-    return low + (high - low) * nodes, (high - low) * weights
+    length = (high - low)[:, None]
+    return low[:, None] + length * nodes, length * weights
 
 
 def _unit_nodes(panels: int) -> tuple[FloatArray, FloatArray]:

@@ -89,10 +89,14 @@ class Companion:
 
     def force_density(self, w: float) -> float:
         """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
-        found = math.fsum(noise.density(w) for noise in self.noises)
+        found = self.noise_density(w)
         if self.temperature > 0.0:
             found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
         return found
+
+    def noise_density(self, w: float) -> float:
+        """The same without matched noise."""
+        return math.fsum(noise.density(w) for noise in self.noises)
 
     @property
     def scales(self) -> list[float]:
@@ -103,11 +107,10 @@ class Companion:
             match element:
                 case Springpot(order=order, coefficient=c) if c > 0.0:
                     found.append(c ** (1.0 / (2.0 - order)))
-                    if order > 0.02:  # below, the element is a spring over any range of frequency
-                        found.append(_limited((stiff / c) ** (1.0 / order)))
+                    found.append(min(_power_of(stiff / c, 1.0 / order), math.sqrt(stiff)))
                 case Series(springpot=pot, spring=spring):
                     found += [math.sqrt(stiff + spring.stiffness), pot.coefficient ** (1.0 / (2.0 - pot.order))]
-                    found.append(_limited((spring.stiffness / pot.coefficient) ** (1.0 / pot.order)))
+                    found.append(_power_of(spring.stiffness / pot.coefficient, 1.0 / pot.order))
                 case Maxwell(stiffness=k, coefficient=c):
                     found += [math.sqrt(stiff + k), k / c]
         for circuit in self.circuits:
@@ -120,31 +123,15 @@ class Companion:
         return [scale for scale in found if scale > 0.0]
 
     @property
-    def slowest(self) -> float:
-        """Matched noise of a springpot has a spectral density like w^(order - 1) at low frequency."""
-        orders = [_order_of(element) for element in self.elements] if self.temperature > 0.0 else []
-        return min([1.0, *(order for order in orders if order > 0.0)])
-
-    @property
     def dissipates(self) -> bool:
         """Whether anything takes energy from the motion."""
         pots = [e for e in self.elements if not isinstance(e, Springpot) or (e.order > 0.0 and e.coefficient > 0.0)]
         return self.damping > 0.0 or bool(pots) or bool(self.circuits)
 
 
-def _order_of(element: Springpot | Series | Maxwell) -> float:
-    match element:
-        case Springpot(order=order):
-            return order
-        case Series(springpot=pot):
-            return pot.order
-        case _:
-            return 1.0
-
-
-def _limited(scale: float) -> float:
-    """A frequency that may lie beyond what matters, or overflow."""
-    return min(max(scale, 1e-200), 1e200)
+def _power_of(base: float, power: float) -> float:
+    """A frequency, kept within what matters: so far off, an element is nothing or a spring."""
+    return math.exp(min(max(power * math.log(base), -140.0), 140.0))
 
 
 @dataclass(frozen=True)
@@ -303,15 +290,22 @@ def moments_of(system: System, companion: Companion) -> SystemMoments | str:
     if static != companion.stiffness:  # a springpot of order 0 is a spring
         kept = tuple(e for e in companion.elements if not _is_spring(e))
         return moments_of(system, replace(companion, stiffness=static, elements=kept))
-    cuts = resonances(companion.dynamic_stiffness, companion.scales, slowest=companion.slowest)
+    cuts = resonances(companion.dynamic_stiffness, companion.scales)
 
-    def mean_square(density: Callable[[float], float]) -> float:
-        return integral(lambda w: density(w) / abs(complex(companion.dynamic_stiffness(np.array([w]))[0])) ** 2, cuts)
+    def mean_square(density: Callable[[float], float], power: int = 0) -> float:
+        def response(w: float) -> float:
+            factor = w**power / abs(complex(companion.dynamic_stiffness(np.array([w]))[0]))
+            return density(w) * factor * factor
+
+        return integral(response, cuts)
 
     x_mean = companion.force / static
-    x_square = mean_square(companion.force_density)
-    v_square = mean_square(lambda w: companion.force_density(w) * w * w)
-    power = _power(companion, mean_square, companion.force_density)
+    x_square = companion.temperature / static  # matched noise shares its energy out evenly
+    v_square, power = companion.temperature, 0.0
+    if companion.noises:
+        x_square += mean_square(companion.noise_density)
+        v_square += mean_square(companion.noise_density, 1)
+        power += _power(companion, mean_square, companion.noise_density)
     for force in companion.harmonics:
         nu = force.frequency
         response = 0.5 * force.amplitude**2 / abs(complex(companion.dynamic_stiffness(np.array([nu]))[0])) ** 2
@@ -321,7 +315,7 @@ def moments_of(system: System, companion: Companion) -> SystemMoments | str:
     x_square += x_mean**2
     if companion.parametric > 0.0:
         x_unit = mean_square(lambda w: 1.0 / (2.0 * math.pi))
-        v_unit = mean_square(lambda w: w * w / (2.0 * math.pi))
+        v_unit = mean_square(lambda w: 1.0 / (2.0 * math.pi), 1)
         if not companion.parametric * x_unit < 1.0:
             return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
         x_square = x_square / (1.0 - companion.parametric * x_unit)
