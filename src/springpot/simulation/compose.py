@@ -19,7 +19,7 @@ from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_MODES
 from springpot.simulation.parts import NoWall, Rigid, Start, White
 from springpot.simulation.scales import Scales
-from springpot.simulation.schemes import Grunwald, Splitting
+from springpot.simulation.schemes import NumericalScheme
 from springpot.simulation.settings import Settings
 
 __all__ = ["Floats", "Parts", "Units", "compose"]
@@ -161,7 +161,7 @@ def _units(oscillator: Oscillator, position: float, velocity: float, scales: Sca
 
 
 def _memory(
-    history: ExponentialSum, scale: float, scheme: Splitting | Grunwald, order: float, precision: str
+    history: ExponentialSum, scale: float, scheme: NumericalScheme, order: float, precision: str
 ) -> Memory:
     if history.rates.size > MOST_MODES:
         raise ValueError(

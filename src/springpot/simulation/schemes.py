@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,14 +17,13 @@ from springpot.options import DEFAULTS, Scheme
 from springpot.simulation import parts
 from springpot.simulation.lanes import GROUP
 
-__all__ = ["Grunwald", "Splitting", "scheme_of"]
+__all__ = ["Grunwald", "NumericalScheme", "Splitting", "scheme_of"]
 
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Splitting:
-    """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise.
+class NumericalScheme(Protocol):
+    """What every scheme states of itself, and gives to the kernel.
 
     Attributes
     ----------
@@ -36,40 +35,58 @@ class Splitting:
         The memory weights.
     """
 
+    order: ClassVar[int]
+    default_step: ClassVar[float]
+    coarsest_step: ClassVar[float]
+    family: ClassVar[Family]
+
+    def at(
+        self, frequency: float, order: float, coefficient: float, step: float, length: float
+    ) -> parts.Splitting | parts.Euler:
+        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m."""
+
+    def recent_weights(self, order: float) -> Floats:
+        """Weights of the four newest increments, in units of h^-alpha."""
+
+    def extra_weight(self, order: float) -> float:
+        """Extra weight of the second newest increment, which is in the modes already."""
+
+    def early_displacement(self, order: float, drive: float, step: float) -> float:
+        """Displacement at the first kick due to the Riemann-Liouville force, which is largest just before it."""
+
+
+@dataclass(frozen=True)
+class Splitting(NumericalScheme):
+    """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise."""
+
     order: ClassVar[int] = 2
     default_step: ClassVar[float] = 0.01
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
 
     def at(self, frequency: float, order: float, coefficient: float, step: float, length: float) -> parts.Splitting:
-        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m."""
         return parts.splitting(frequency, order, coefficient, step)
 
     def recent_weights(self, order: float) -> Floats:
-        """Weights of the four newest increments, in units of h^-alpha."""
         weights = direct(self.family, order, GROUP)
         weights[:2] += parts.newest_weights_splitting(order)
         return weights
 
     def extra_weight(self, order: float) -> float:
-        """Extra weight of the second newest increment, which is in the modes already."""
         return parts.newest_weights_splitting(order)[1]
 
     def early_displacement(self, order: float, drive: float, step: float) -> float:
-        """Displacement at the first kick due to the Riemann-Liouville force, which is largest just before it."""
         return -drive * step**2 * 0.5 * order / (2.0 - order)
 
 
 @dataclass(frozen=True)
-class Grunwald:
+class Grunwald(NumericalScheme):
     """The paper's: Grunwald-Letnikov derivative, Euler step; impact when x is near the wall or beyond and moves in.
 
     Attributes
     ----------
     contact_tolerance : float
         Largest distance of an impact from the wall, in m.
-    order, default_step, coarsest_step, family
-        As in `Splitting`.
     """
 
     contact_tolerance: float = DEFAULTS["contact_tolerance"]
@@ -80,23 +97,19 @@ class Grunwald:
     family: ClassVar[Family] = "grunwald"
 
     def at(self, frequency: float, order: float, coefficient: float, step: float, length: float) -> parts.Euler:
-        """As in `Splitting`."""
         return parts.euler(frequency, step, self.contact_tolerance / length)
 
     def recent_weights(self, order: float) -> Floats:
-        """As in `Splitting`."""
         return direct(self.family, order, GROUP)
 
     def extra_weight(self, order: float) -> float:
-        """As in `Splitting`."""
         return 0.0
 
     def early_displacement(self, order: float, drive: float, step: float) -> float:
-        """None: the force acts on the first step."""
-        return 0.0
+        return 0.0  # the force acts on the first step
 
 
-def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> Splitting | Grunwald:
+def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:
     """The scheme of a name.
 
     Examples

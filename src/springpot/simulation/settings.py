@@ -16,7 +16,7 @@ from springpot.options import DEFAULTS, Derivative, Options, Scheme, StartKind
 from springpot.oscillator import Oscillator
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
-from springpot.simulation.schemes import Grunwald, Splitting, scheme_of
+from springpot.simulation.schemes import NumericalScheme, scheme_of
 from springpot.theory.result import NoStationaryState
 
 __all__ = ["Settings", "check_stationary", "checked_seed", "checked_threads", "default_start", "resolve"]
@@ -77,7 +77,7 @@ class Settings:
     record_every: int = 1
 
     @property
-    def numerical_scheme(self) -> Splitting | Grunwald:
+    def numerical_scheme(self) -> NumericalScheme:
         """The scheme that ``scheme`` names."""
         return scheme_of(self.scheme, self.contact_tolerance)
 
