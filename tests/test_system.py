@@ -83,6 +83,8 @@ BAD = [
     (lambda: sp.System(80.0), TypeError, "not 80.0"),
     (lambda: sp.System(sp.Spring(1.0), stop=3), TypeError, "not 3"),
     (lambda: sp.System(sp.Mass(1.0), sp.Mass(2.0)), ValueError, "one Mass at most"),
+    (lambda: sp.System(sp.Mass(1.0)), ValueError, "must have parts beside a mass"),
+    (lambda: sp.System(sp.Mass(1e-30), sp.Spring(1e40)), ValueError, "divided by the mass must be as without one"),
     (lambda: sp.System(sp.Spring(-1.0), KICK), ValueError, "falls without limit to the left and right"),
     (lambda: sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 1.0))), ValueError, "falls without limit to the left"),
     (lambda: sp.System(sp.Constant(1.0), sp.Barrier(0.0)), ValueError, "falls without limit to the right"),

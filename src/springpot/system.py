@@ -86,7 +86,7 @@ class System:
     parts: tuple[Any, ...]
     names: tuple[str, ...]
 
-    def __init__(self, *parts: object, **named: object) -> None:
+    def __init__(self, /, *parts: object, **named: object) -> None:
         for part in (*parts, *named.values()):
             _check_part(part)
         object.__setattr__(self, "parts", (*parts, *named.values()))
@@ -250,10 +250,15 @@ def _names(parts: tuple[object, ...], taken: set[str]) -> Iterator[str]:
 
 def _check_together(system: System) -> None:
     """What only the whole can know."""
-    if not system.parts:
-        raise ValueError("a system must have parts, such as Spring(80.0) and WhiteNoise(0.02).")
     if len(system.of(Mass)) > 1:
         raise ValueError("a system must have one Mass at most: this one has a single coordinate.")
+    if len(system.parts) == len(system.of(Mass)):
+        raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
+    if system.of(Mass):
+        try:
+            _ = system.per_unit_mass
+        except ValueError as fault:
+            raise ValueError(f"the parts divided by the mass must be as without one: {fault}") from None
     _check_walls(system)
     if ends := system.potential.open_ends():
         raise ValueError(

@@ -340,7 +340,7 @@ def test_matched_noise_is_equipartition() -> None:
 
 
 @pytest.mark.parametrize(
-    "part", [sp.Springpot(0.3, 0.8), sp.Maxwell(1.0, 2.0), sp.Circuit(0.3, 2.0, 0.5), sp.Series(POT, sp.Spring(3.0))]
+    "part", [sp.Springpot(0.3, 0.8), sp.Maxwell(1.0, 2.0), sp.Circuit(3.0, 2.0, 0.5), sp.Series(POT, sp.Spring(3.0))]
 )
 def test_the_spectrum_of_matched_noise_is_that_of_equipartition(part) -> None:
     found = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), part, sp.ThermalNoise(0.7)))
@@ -473,6 +473,53 @@ def test_what_linearisation_does_not_cover() -> None:
     ):
         with pytest.raises(NotCovered, match=sentence):
             linearisation(sp.System(*parts, WHITE))
+
+
+def test_two_wells_beside_far_roots_are_seen() -> None:
+    """U' = x (x^2 - 1) (x^2 + 1e12): complex roots far away must not hide that there are two wells."""
+    with pytest.raises(NotCovered, match="not two wells"):
+        linearisation(sp.System(sp.Spring(-1e12), sp.PolynomialSpring((0, 0, 1e12 - 1.0, 0, 1.0)), DASHPOT, WHITE))
+    one_flat = sp.System(sp.PolynomialSpring((3.0, -3.0, 1.0)), DASHPOT, WHITE)  # (x - 1)^3 and a constant force
+    assert linearisation(one_flat).x_mean_square > 0.0
+
+
+@pytest.mark.parametrize("power", [1, 3, 5, 7, 9])
+@pytest.mark.parametrize("linear_stiffness", [1e-9, 1e-3])
+def test_a_spring_far_from_linear_warns_by_how_much(power: int, linear_stiffness: float) -> None:
+    parts = sp.Spring(linear_stiffness), sp.PolynomialSpring((0.0,) * (power - 1) + (1.0,)), DASHPOT, WHITE
+    near, true = linearisation(sp.System(*parts)), exact(sp.System(*parts))
+    error = near.x_mean_square / true.x_mean_square - 1.0
+    assert (abs(error) > 0.05) == bool(near.warnings)
+    if near.warnings:
+        assert f"small by some {-100.0 * error:.0f} %" in near.warnings[0]
+
+
+def test_limit_cycles_and_rare_impulses_warn() -> None:
+    pumped = linearisation(sp.System(SPRING, sp.VanDerPol(0.1), WHITE))
+    assert any("limit cycle" in warning for warning in pumped.warnings)
+    hardening = SPRING, cubic(0.1), DASHPOT
+    assert any("so rare" in warning for warning in linearisation(
+        sp.System(*hardening, sp.PoissonImpulses(1e-3, 1e3))).warnings)  # fmt: skip
+    assert not linearisation(sp.System(*hardening, sp.PoissonImpulses(1e3, 1e-3))).warnings
+
+
+def test_linearisation_without_noise_or_dissipation_says_so() -> None:
+    for noise in ((), (sp.WhiteNoise(0.0),)):
+        quiet = linearisation(sp.System(SPRING, cubic(1.0), DASHPOT, *noise))
+        assert "nothing excites" in str(quiet.stationary)
+        assert math.isnan(quiet.stiffness)
+    assert "nothing dissipates" in str(linearisation(sp.System(SPRING, cubic(1.0), WHITE)).stationary)
+
+
+def test_names_of_parts_are_free() -> None:
+    parts = {"self": SPRING, "held": DASHPOT, "_held": sp.Constant(1.0), "parts": WHITE}
+    found = linearisation(sp.System(**parts))
+    assert (found.x_mean, found.x_mean_square) == pytest.approx((1.0, 2.0))
+
+
+def test_the_spectrum_of_matched_noise_at_zero_frequency() -> None:
+    assert linear(sp.System(SPRING, DASHPOT, sp.ThermalNoise(2.0))).spectrum(0.0) == pytest.approx(1.0 / math.pi)
+    assert linear(sp.System(SPRING, POT, sp.ThermalNoise(2.0))).spectrum(0.0) == math.inf
 
 
 # --- together ------------------------------------------------------------------------------------------------------

@@ -90,9 +90,17 @@ class Companion:
     def force_density(self, w: float) -> float:
         """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
         found = self.noise_density(w)
+        if self.temperature > 0.0 and w == 0.0:
+            return math.inf if any(self._fractional) else self.force_density(1e-150)
         if self.temperature > 0.0:
             found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
         return found
+
+    @property
+    def _fractional(self) -> list[bool]:
+        """Of each element whether its matched noise is unbounded at low frequency."""
+        pots = [element.springpot if isinstance(element, Series) else element for element in self.elements]
+        return [isinstance(pot, Springpot) and 0.0 < pot.order < 1.0 and pot.coefficient > 0.0 for pot in pots]
 
     def noise_density(self, w: float) -> float:
         """The same without matched noise."""
@@ -174,7 +182,7 @@ class LinearResponse(SystemResult):
         Parameters
         ----------
         frequency : array_like
-            In rad/s, of either sign, not 0 with `ThermalNoise`.
+            In rad/s, of either sign.
 
         Raises
         ------
