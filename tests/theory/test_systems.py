@@ -254,6 +254,20 @@ def test_far_from_zero_the_energies_do_not_cancel() -> None:
     assert found.x_density(found.x_mean) == pytest.approx(1.0 / (spread * math.sqrt(2.0 * math.pi)), rel=1e-7)
 
 
+@pytest.mark.parametrize("push", [1.0, 30.0, 1e4])
+def test_the_least_energy_inside_a_contact(push: float) -> None:
+    """Pressed into a soft stop at 1: the well is neither at a root of the springs' force nor where the stop begins."""
+    found = exact(sp.System(SPRING, sp.Constant(-push), sp.Contact(-0.1, 50.0), DASHPOT, WHITE))
+    middle = -0.1 - (push / 50.0) ** (1.0 / 1.5)
+    x = np.linspace(middle - 4.0, 12.0 if push < 2.0 else middle + 4.0, 800001)
+    u = 0.5 * x * x + push * x + 20.0 * np.maximum(-0.1 - x, 0.0) ** 2.5
+    p = np.exp(u.min() - u)
+    total = integrate.simpson(p, x=x)
+    mean, square = (integrate.simpson(p * x**n, x=x) / total for n in (1, 2))
+    assert (found.x_mean, found.x_mean_square) == pytest.approx((mean, square), rel=1e-8)
+    assert found.v_mean_square == pytest.approx(1.0, rel=1e-12)
+
+
 def test_energies_beyond_double_precision_are_said_so() -> None:
     two_wells = sp.System(sp.Spring(-1.0), cubic(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1e-40))
     with pytest.raises(NoConvergence, match="double precision"):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import optimize
 
 from springpot.faults import NotCovered
 from springpot.parts import (
@@ -92,7 +93,8 @@ class _EnergyLaw:
 
     def above_least(self, place: float | FloatArray) -> FloatArray:
         """U less the least U, at places seen from the origin."""
-        return np.maximum(self.potential.energy(place) - self.least, 0.0)
+        above = np.asarray(self.potential.energy(place) - self.least)
+        return np.maximum(above, -20.0 / self.linear) if self.square == 0.0 else np.maximum(above, 0.0)
 
     def x_density(self, x: FloatArray) -> FloatArray:
         place, inside = self._place(x)
@@ -370,6 +372,9 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
             cuts.append(place + sign * width * _WIDTHS)
     edges = np.unique(np.concatenate(cuts))
     edges = edges[(edges >= ends[0]) & (edges <= ends[1])]
+    if near.contacts:  # the least may lie in one of them
+        sampled = near.energy(_panels(edges[:-1], edges[1:])[0])
+        empty = replace(empty, least=min(least, float(sampled.min())))
     places, weights = _settled_grid(empty, edges[:-1], edges[1:])
     total = 2.0 * float(weights @ empty.speed_integral(0, empty.above_least(places)))
     return replace(empty, places=places, weights=weights, total=total)
@@ -452,8 +457,16 @@ def _moments(system: System, law: _EnergyLaw) -> SystemMoments:
 
 
 def _turning_points(potential: Potential) -> list[float]:
-    """Between the walls: the walls, where contacts begin, 0, and where the force of the springs vanishes."""
-    places = [0.0, potential.low, potential.high, *(contact.position for contact in potential.contacts)]
+    """Between the walls: the walls, 0, where contacts begin or hold the mass, and where the springs' force vanishes."""
+    places = [0.0, potential.low, potential.high]
+    for contact in potential.contacts:
+        start, sign = contact.position, -1.0 if contact.side == "above" else 1.0
+        end = _edge(potential, start, sign, float(potential.energy(start)))
+        deepest = optimize.minimize_scalar(
+            lambda place: float(potential.energy(place)), bounds=(min(start, end), max(start, end)), method="bounded",
+            options={"xatol": 1e-9 * abs(end - start)},
+        )  # fmt: skip
+        places += [start, float(deepest.x)]
     if len(potential.coefficients) > 1:
         roots = np.polynomial.polynomial.polyroots(potential.coefficients)
         places += [float(root.real) for root in roots if abs(root.imag) < 1e-9 * (1.0 + abs(root))]
