@@ -31,7 +31,7 @@ def test_thinned_paths_have_the_bits_of_the_full_ones(scheme: Any, every: int) -
 def test_the_limit_counts_stored_points() -> None:
     long: dict[str, Any] = {"paths": 100, "duration": 1e4, "step": 0.005, "record": 100}
     with pytest.raises(
-        ValueError, match=r"^record asks for 100 paths of 2000000 points; .*: use record_every=4 or more"
+        ValueError, match=r"^record asks for 100 paths of 2000000 points, .*: use record_every=4 or more"
     ):
         resolve(OSCILLATOR, **long)
     assert resolve(OSCILLATOR, **long, record_every=4).recorded_points == 500_001

@@ -85,7 +85,7 @@ def test_cells_without_weight_are_left_out():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="rise"):
+    with pytest.raises(ValueError, match="increasing"):
         make_energy_diffusion(np.array([2.0, 1.0]), np.ones(2), np.ones(2))
     with pytest.raises(ValueError, match="negative"):
         make_energy_diffusion(np.array([1.0, 2.0]), np.array([1.0, -1.0]), np.ones(2))

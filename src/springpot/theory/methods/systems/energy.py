@@ -151,7 +151,7 @@ class ExactLaw(SystemResult):
         >>> import springpot as sp
         >>> duffing = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0, 0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
         >>> float(sp.theory.exact(duffing).x_density(0.0).round(4))
-        0.5281
+        0.5167
         """
         return self._known().x_density(real_array(displacement, "displacement"))
 
