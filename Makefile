@@ -4,7 +4,7 @@ UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
 
-.PHONY: help setup figures lint test validate bench atlas docs screenshots clean
+.PHONY: help setup figures lint test test-page test-rest validate bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -28,9 +28,14 @@ lint: setup  ## style, types, spelling
 	$(RUN)/mypy
 	$(RUN)/codespell
 
-# the page's tests tell how quick it is, so they come by themselves
+# the page's tests mostly wait for the browser, so they run beside the others
 test: lint  ## style, types, spelling and the everyday tests
-	$(RUN)/pytest -m "not validation" tests/explorer
+	@$(MAKE) --no-print-directory --jobs=2 test-page test-rest
+
+test-page: setup
+	$(RUN)/pytest --quiet -m "not validation" tests/explorer
+
+test-rest: setup
 	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal
 
 validate: setup  ## the tests that take longer
