@@ -218,7 +218,7 @@ def _schemas() -> Iterator[dict[str, Any]]:
 
 def _schema(kind: type) -> dict[str, Any]:
     hints = get_type_hints(kind)
-    described = (kind.__doc__ or "").partition("\n")[0]
+    described = (kind.__doc__ or "").partition("\n")[0].replace("\\", "")
     return {
         "type": "object",
         "description": described,

@@ -45,7 +45,7 @@ class Dashpot:
 
 @dataclass(frozen=True)
 class PolynomialDashpot:
-    """A nonlinear damper: the force c1 v + c2 v |v| + c3 v^3.
+    """A nonlinear damper: the force c1 v + c2 v abs(v) + c3 v^3.
 
     Parameters
     ----------
