@@ -150,8 +150,8 @@ def _losses(system: System) -> Iterator[str]:
 
 def _dissipates(part: object) -> bool:
     match part:
-        case Springpot(order=order, coefficient=coefficient):
-            return order > 0.0 and coefficient > 0.0
+        case Springpot():
+            return part.dissipates
         case Barrier(restitution=restitution):
             return restitution < 1.0
         case Contact(dissipation=dissipation):

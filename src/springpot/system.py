@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -27,7 +27,7 @@ from springpot.parts import (
 )
 from springpot.potential import Potential
 
-__all__ = ["KINDS", "System", "kind_of"]
+__all__ = ["KINDS", "System", "kind_of", "usual_names"]
 
 Part = TypeVar("Part")
 
@@ -46,6 +46,20 @@ def kind_of(part: object) -> str:
 
 KINDS: dict[str, type] = {kind_of(getattr(kinds, name)): getattr(kinds, name) for name in kinds.__all__}
 """Every kind of part by its name in a file."""
+
+
+def usual_names(kinds: Sequence[str]) -> list[str]:
+    """The names of parts of these kinds: the kind, and a number where there are several.
+
+    Examples
+    --------
+    >>> usual_names(["barrier", "spring", "barrier"])
+    ['barrier_1', 'spring', 'barrier_2']
+    """
+    return [
+        kind if kinds.count(kind) == 1 else f"{kind}_{kinds[: place + 1].count(kind)}"
+        for place, kind in enumerate(kinds)
+    ]
 
 
 @dataclass(frozen=True, init=False)
@@ -167,6 +181,12 @@ class System:
         return linear + sum(part.coefficients[0] for part in self.of(PolynomialSpring))
 
     @property
+    def damping(self) -> float:
+        """Coefficient of the linear dampers, without springpots of order 1, in N s/m."""
+        linear = sum(part.coefficient for part in self.of(Dashpot))
+        return linear + sum(part.coefficients[0] for part in self.of(PolynomialDashpot))
+
+    @property
     def natural_frequency(self) -> float:
         """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
         return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
@@ -205,15 +225,13 @@ class System:
                 raise NotCovered(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
             raise NotCovered(f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}.")
-        dashpot = sum(part.coefficient for part in unit.of(Dashpot))
-        dashpot += sum(part.coefficients[0] for part in unit.of(PolynomialDashpot))
         pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
-        orders = {pot.order for pot in pots} | ({1.0} if dashpot > 0.0 else set())
+        orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
             raise NotCovered(f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
                              f"than one: {_CANONICAL}.")  # fmt: skip
         order = orders.pop() if orders else 1.0
-        coefficient = sum(pot.coefficient for pot in pots) + (dashpot if order == 1.0 else 0.0)
+        coefficient = sum(pot.coefficient for pot in pots) + (unit.damping if order == 1.0 else 0.0)
         if not unit.stiffness > 0.0:
             raise NotCovered(f"the stiffness of the springs is {self.stiffness:g}, not positive: {_CANONICAL}.")
         return Oscillator(
@@ -239,10 +257,7 @@ def _check_part(part: object) -> None:
 
 def _names(parts: tuple[object, ...], taken: set[str]) -> Iterator[str]:
     """A name for each part: its kind, and a number where there are several."""
-    all_kinds = [kind_of(part) for part in parts]
-    for place, kind in enumerate(all_kinds):
-        alone = all_kinds.count(kind) == 1
-        name = kind if alone else f"{kind}_{all_kinds[: place + 1].count(kind)}"
+    for name in usual_names([kind_of(part) for part in parts]):
         if name in taken:
             raise ValueError(f"{name} is the name of two parts: give one of them another name.")
         yield name

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from springpot.device import DensityUnit, Sides
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.parts import WhiteNoise
-from springpot.system import KINDS, System, kind_of
+from springpot.system import KINDS, System, kind_of, usual_names
 from springpot.toml import read_toml
 
 __all__ = ["read_system", "schema", "to_toml"]
@@ -120,11 +120,10 @@ def schema() -> dict[str, Any]:
 def _named_parts(tables: list[Any]) -> dict[str, object]:
     """The parts by name: that in the file, or the kind with a number where there are several."""
     made = [(table, *_part(table, f"parts[{place}]")) for place, table in enumerate(tables)]
-    all_kinds = [kind for _, kind, _ in made]
+    usual = usual_names([kind for _, kind, _ in made])
     parts: dict[str, object] = {}
-    for place, (table, kind, part) in enumerate(made):
-        alone = all_kinds.count(kind) == 1
-        name = table.get("name", kind if alone else f"{kind}_{all_kinds[: place + 1].count(kind)}")
+    for place, (table, _, part) in enumerate(made):
+        name = table.get("name", usual[place])
         if not isinstance(name, str) or not name.isidentifier():
             raise ValueError(f"parts[{place}].name must be a word of letters, digits and _, not {shown(name)}.")
         if name in parts:

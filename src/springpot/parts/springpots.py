@@ -50,6 +50,16 @@ class Springpot:
         )
         put(self, order=order, coefficient=coefficient)
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether it takes energy from the motion: not as a spring, and not with a coefficient of 0."""
+        return self.order > 0.0 and self.coefficient > 0.0
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its force depends on the past motion: neither as a spring nor as a dashpot."""
+        return self.dissipates and self.order < 1.0
+
     def per_mass(self, mass: float) -> Springpot:
         """The same part of a system that is divided by its mass."""
         return Springpot(self.order, self.coefficient / mass)

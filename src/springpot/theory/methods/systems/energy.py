@@ -285,7 +285,7 @@ def _thermal(unit: System) -> tuple[float, float]:
 def _remembers(part: object) -> bool:
     """Whether it dissipates with memory: a springpot between a spring and a dashpot, an arm, a circuit."""
     if isinstance(part, Springpot):
-        return 0.0 < part.order < 1.0 and part.coefficient > 0.0
+        return part.remembers
     return isinstance(part, Series | Maxwell | Circuit)
 
 
@@ -327,9 +327,7 @@ def _cubic(unit: System) -> float:
 
 def _dashpots(unit: System) -> float:
     """Coefficient of the linear dampers, springpots of order 1 among them."""
-    found = sum(part.coefficient for part in unit.of(Dashpot))
-    found += sum(part.coefficients[0] for part in unit.of(PolynomialDashpot))
-    return found + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0)
+    return unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0)
 
 
 def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
@@ -341,7 +339,7 @@ def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
             higher = part.coefficients[1:]
             if any(higher) and (thermal or not unit.of(VanDerPol) or higher[0] != 0.0):
                 raise NotCovered(f"{_REACH}, not the nonlinear {name}.")
-        if isinstance(part, Springpot) and 0.0 < part.order < 1.0 and part.coefficient > 0.0 and not thermal:
+        if isinstance(part, Springpot) and part.remembers and not thermal:
             raise NotCovered(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
 
 

@@ -100,7 +100,7 @@ class Companion:
     def _fractional(self) -> list[bool]:
         """Of each element whether its matched noise is unbounded at low frequency."""
         pots = [element.springpot if isinstance(element, Series) else element for element in self.elements]
-        return [isinstance(pot, Springpot) and 0.0 < pot.order < 1.0 and pot.coefficient > 0.0 for pot in pots]
+        return [isinstance(pot, Springpot) and pot.remembers for pot in pots]
 
     def noise_density(self, w: float) -> float:
         """The same without matched noise."""
@@ -133,7 +133,7 @@ class Companion:
     @property
     def dissipates(self) -> bool:
         """Whether anything takes energy from the motion."""
-        pots = [e for e in self.elements if not isinstance(e, Springpot) or (e.order > 0.0 and e.coefficient > 0.0)]
+        pots = [e for e in self.elements if not isinstance(e, Springpot) or e.dissipates]
         return self.damping > 0.0 or bool(pots) or bool(self.circuits)
 
 
@@ -274,8 +274,7 @@ def companion_of(system: System) -> Companion:
             raise NotCovered(f"{_REACH}, not {name}.")
     return Companion(
         stiffness=unit.stiffness,
-        damping=sum(part.coefficient for part in unit.of(Dashpot))
-        + sum(part.coefficients[0] for part in unit.of(PolynomialDashpot)),
+        damping=unit.damping,
         elements=unit.of(Springpot, Series, Maxwell),
         circuits=unit.of(Circuit),
         noises=unit.of(*_NOISES),
