@@ -317,7 +317,7 @@ class Oscillator:
     def dissipates(self) -> bool:
         """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
         lossy = self.barrier is not None and self.barrier.restitution < 1.0
-        return lossy or (self.springpot.coefficient > 0.0 and self.springpot.order > 0.0)
+        return lossy or self.springpot.dissipates
 
 
 def _with_keys(what: str, content: object, names: tuple[str, ...]) -> Mapping[str, Any]:

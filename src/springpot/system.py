@@ -220,7 +220,7 @@ class System:
         """
         unit = self.per_unit_mass
         for name, part in unit.named():
-            linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not any(part.coefficients[1:])
+            linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
                 raise NotCovered(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
@@ -284,7 +284,7 @@ def _check_together(system: System) -> None:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):
         for name, part in system.named():
-            nonlinear = isinstance(part, PolynomialDashpot) and any(part.coefficients[1:])
+            nonlinear = isinstance(part, PolynomialDashpot) and not part.is_linear
             if nonlinear or isinstance(part, VanDerPol):
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
 

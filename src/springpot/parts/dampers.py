@@ -74,6 +74,11 @@ class PolynomialDashpot:
                 f"coefficients must not end with {last:g}, which adds energy to fast motion: nothing limits the speed."
             )
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether only the first coefficient is not 0."""
+        return not any(self.coefficients[1:])
+
     def per_mass(self, mass: float) -> PolynomialDashpot:
         """The same part of a system that is divided by its mass."""
         return PolynomialDashpot(tuple(c / mass for c in self.coefficients))

@@ -73,6 +73,11 @@ class PolynomialSpring:
     def __post_init__(self) -> None:
         put(self, coefficients=coefficients(self.coefficients, _MOST_POWERS, _POWERS))
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether only the first coefficient is not 0."""
+        return not any(self.coefficients[1:])
+
     def per_mass(self, mass: float) -> PolynomialSpring:
         """The same part of a system that is divided by its mass."""
         return PolynomialSpring(tuple(k / mass for k in self.coefficients))

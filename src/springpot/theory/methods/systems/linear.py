@@ -269,7 +269,7 @@ def companion_of(system: System) -> Companion:
         ParametricNoise, ThermalNoise, *_NOISES,
     )  # fmt: skip
     for name, part in unit.named():
-        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and any(part.coefficients[1:])
+        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear
         if nonlinear or not isinstance(part, known):
             raise NotCovered(f"{_REACH}, not {name}.")
     return Companion(
@@ -287,15 +287,14 @@ def companion_of(system: System) -> Companion:
 
 def moments_of(system: System, companion: Companion) -> SystemMoments | str:
     """The stationary moments of a linear system, or why there are none."""
-    static = companion.stiffness + sum(
-        e.coefficient for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0
-    )
+    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
+    static = companion.stiffness + sum(spring.coefficient for spring in springs)
     if not static > 0.0:
         return "There is no stationary state: no spring pulls the mass back, so that it wanders without end."
     if not companion.dissipates:
         return "There is no stationary state: nothing dissipates energy."
     if static != companion.stiffness:  # a springpot of order 0 is a spring
-        kept = tuple(e for e in companion.elements if not _is_spring(e))
+        kept = tuple(e for e in companion.elements if e not in springs)
         return moments_of(system, replace(companion, stiffness=static, elements=kept))
     cuts = resonances(companion.dynamic_stiffness, companion.scales)
 
@@ -355,7 +354,3 @@ def _power(
 def _voltage_square(circuit: Circuit, w: float) -> float:
     """\\|V / x\\|^2 at a frequency."""
     return (circuit.coupling / circuit.capacitance * w) ** 2 / (w * w + 1.0 / circuit.time**2)
-
-
-def _is_spring(element: object) -> bool:
-    return isinstance(element, Springpot) and element.order == 0.0
