@@ -12,8 +12,7 @@ from springpot.device import intensity_from_psd, psd_from_intensity
 from springpot.explorer.protocol import parse
 from tests.explorer.conftest import Server
 from tests.explorer.talk import tab as talking
-from tests.explorer.test_page import CUT, OVERLAPPING, opened
-from tests.sizes import validation
+from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 
 DEVICE = "a=0.4&C=300&W=120&q=0.02&b=-0.0001&r=0.7&paths=640"
 
@@ -25,29 +24,74 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     made.close()
 
 
+@pytest.fixture(scope="module")
+def device(context: BrowserContext, server: Server) -> Iterator[Tab]:
+    """One page for several tests, in metres at first."""
+    with opened(context, server, DEVICE) as made:
+        yield made
+
+
 def in_units_of_a_device(page: Page) -> None:
     for name, unit in (("position", "mm"), ("natural_frequency", "Hz"), ("intensity", "g")):
         page.locator(f"#unit-{name}").select_option(unit)
 
 
-def test_millimetres_hertz_and_spectral_densities(context: BrowserContext, server: Server) -> None:
+def test_numbers_in_metres_stay_whole(device: Tab) -> None:
+    """A power of ten common to a column, and one for a number and its error."""
+    page = device.page
+    assert [page.evaluate(CUT), page.locator(".scroll.cut").count()] == [[], 0]
+    head, value = page.locator("#table thead").inner_text(), 1e6 * device.number("x_rms")
+    assert "10⁻⁶\u00a0m" in head
+    shown = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text().split()
+    assert float(shown[0]) == pytest.approx(value, rel=1e-2)
+    tile = page.locator("#tile-measured").inner_text()
+    assert "(" not in tile
+    assert tile.count("·10⁻⁸") == 2
+
+
+def test_pin_and_unpin(device: Tab) -> None:
+    page = device.page
+    assert page.locator("#pinned").is_hidden()
+    page.locator("#pin").click()
+    page.locator("#pinned-note").filter(has_text="Both designs are the same").wait_for()
+    for row in (1, 2):
+        cell = page.locator(f"#pinned-table tbody tr:nth-child({row}) [data-quantity=x_rms]")
+        assert float(cell.get_attribute("data-value") or "nan") == device.number("x_rms")
+    page.locator("#unpin").click()
+    page.locator("#pinned").wait_for(state="hidden")
+
+
+def test_millimetres_hertz_and_spectral_densities(device: Tab) -> None:
     """Units change what is shown and typed, nothing that is computed: conversions are those of `springpot.device`."""
-    with opened(context, server, DEVICE) as tab:
-        page, measured, asked = tab.page, tab.number("x_rms"), tab.generation()
-        in_units_of_a_device(page)
-        shown = {
-            n: float(page.locator(f"#field-{n}").input_value()) for n in ("position", "natural_frequency", "intensity")
-        }
-        assert shown["position"] == -0.1
-        assert shown["natural_frequency"] == pytest.approx(120.0 / 6.283185307, rel=1e-5)
-        assert shown["intensity"] == pytest.approx(psd_from_intensity(0.02, "g2/Hz"), rel=1e-5)
-        page.wait_for_timeout(300)
-        assert (tab.number("x_rms"), tab.generation()) == (measured, asked)
-        cell = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text()
-        assert float(cell.split()[0]) == pytest.approx(1e3 * measured, rel=1e-2)
-        assert page.locator("#tile-rms").inner_text().split()[1] == "mm"
-        assert "x rms\nmm" in page.locator("#table thead").inner_text().replace("\t", "")
-        assert [page.evaluate(CUT), page.evaluate(OVERLAPPING), page.locator(".scroll.cut").count()] == [[], [], 0]
+    page, measured, asked = device.page, device.number("x_rms"), device.generation()
+    in_units_of_a_device(page)
+    shown = {
+        n: float(page.locator(f"#field-{n}").input_value()) for n in ("position", "natural_frequency", "intensity")
+    }
+    assert shown["position"] == -0.1
+    assert shown["natural_frequency"] == pytest.approx(120.0 / 6.283185307, rel=1e-5)
+    assert shown["intensity"] == pytest.approx(psd_from_intensity(0.02, "g2/Hz"), rel=1e-5)
+    page.wait_for_timeout(300)
+    assert (device.number("x_rms"), device.generation()) == (measured, asked)
+    cell = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text()
+    assert float(cell.split()[0]) == pytest.approx(1e3 * measured, rel=1e-2)
+    assert page.locator("#tile-rms").inner_text().split()[1] == "mm"
+    assert "x rms\nmm" in page.locator("#table thead").inner_text().replace("\t", "")
+    assert [page.evaluate(CUT), page.evaluate(OVERLAPPING), page.locator(".scroll.cut").count()] == [[], [], 0]
+
+
+def test_no_gaps_and_no_star_beside_a_transient_run(device: Tab) -> None:
+    device.ask("a=0.5&start=rest&paths=640")
+    page, gaps = device.page, "#table [data-method] .gap"
+    assert page.locator("#transient").is_visible()
+    assert set(page.locator(gaps).all_inner_texts()) == {""}
+    assert page.locator("#table .best").count() == 0
+    assert "start at rest" in page.locator("#growth-note").inner_text()
+    device.changed(lambda: page.locator("#use-stationary").click())
+    assert page.locator("#transient").is_hidden()
+    assert any("%" in gap for gap in page.locator(gaps).all_inner_texts())
+    assert page.locator("#table .best").count() == 1
+    assert "stationary mean displacement" in page.locator("#growth-note").inner_text()
 
 
 @pytest.mark.validation
@@ -72,42 +116,6 @@ def test_what_is_typed_in_these_units_is_asked_in_metres_and_seconds(context: Br
         assert again.page.locator("#field-position").input_value() == "-0.2"
         assert again.number("impact_rate") == run.values["impact_rate"]
         assert again.number("x_rms") == pytest.approx(run.values["x_mean_square"] ** 0.5, rel=1e-14)
-
-
-def test_numbers_in_metres_stay_whole(context: BrowserContext, server: Server) -> None:
-    """A power of ten common to a column, and one for a number and its error."""
-    with opened(context, server, DEVICE) as tab:
-        page = tab.page
-        assert [page.evaluate(CUT), page.locator(".scroll.cut").count()] == [[], 0]
-        head, value = page.locator("#table thead").inner_text(), 1e6 * tab.number("x_rms")
-        assert "10⁻⁶\u00a0m" in head
-        shown = page.locator("#table tr.measured [data-quantity=x_rms]").inner_text().split()
-        assert float(shown[0]) == pytest.approx(value, rel=1e-2)
-        tile = page.locator("#tile-measured").inner_text()
-        assert "(" not in tile
-        assert tile.count("·10⁻⁸") == 2
-
-
-@pytest.mark.parametrize(("width", "height"), [validation(1440, 900), (1280, 720)])
-def test_buttons_are_on_the_first_screen(browser: Browser, server: Server, width: int, height: int) -> None:
-    with browser.new_context(viewport={"width": width, "height": height}) as context, opened(context, server) as tab:
-        for button in tab.page.locator(".share .button, .transport .button").all():
-            box = button.bounding_box()
-            assert box is not None
-            assert box["y"] + box["height"] <= height
-
-
-def test_pin_and_unpin(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, DEVICE) as tab:
-        page = tab.page
-        assert page.locator("#pinned").is_hidden()
-        page.locator("#pin").click()
-        page.locator("#pinned-note").filter(has_text="Both designs are the same").wait_for()
-        for row in (1, 2):
-            cell = page.locator(f"#pinned-table tbody tr:nth-child({row}) [data-quantity=x_rms]")
-            assert float(cell.get_attribute("data-value") or "nan") == tab.number("x_rms")
-        page.locator("#unpin").click()
-        page.locator("#pinned").wait_for(state="hidden")
 
 
 @pytest.mark.validation
@@ -146,20 +154,6 @@ def test_a_second_design_pinned_beside_the_first(context: BrowserContext, server
         page.locator("#pinned").wait_for(state="hidden")
 
 
-def test_no_gaps_and_no_star_beside_a_transient_run(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, "a=0.5&start=rest&paths=640") as tab:
-        page, gaps = tab.page, "#table [data-method] .gap"
-        assert page.locator("#transient").is_visible()
-        assert set(page.locator(gaps).all_inner_texts()) == {""}
-        assert page.locator("#table .best").count() == 0
-        assert "start at rest" in page.locator("#growth-note").inner_text()
-        tab.changed(lambda: page.locator("#use-stationary").click())
-        assert page.locator("#transient").is_hidden()
-        assert any("%" in gap for gap in page.locator(gaps).all_inner_texts())
-        assert page.locator("#table .best").count() == 1
-        assert "stationary mean displacement" in page.locator("#growth-note").inner_text()
-
-
 def test_the_curve_over_the_order_comes_in_parts(server: Server) -> None:
     """Both averagings first, before Monte Carlo is complete; then more of the envelope from one to the next."""
     with talking(server) as asking:
@@ -186,12 +180,6 @@ def test_a_stiff_springpot_of_a_fast_device_is_taken() -> None:
     assert found.coefficient == 15000.0  # type: ignore[union-attr]
     with pytest.raises(ValueError, match=r"^coefficient: C must be at most 1e\+03 "):
         parse('{"kind": "problem", "order": 0.5, "coefficient": 1001.0}')
-
-
-def test_units_in_a_link_that_are_none_are_said(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, "length=furlong&paths=640") as tab:
-        said = tab.page.locator("#banner").inner_text()
-        assert said == "The link has invalid values for unit of length; defaults are used."
 
 
 @pytest.mark.validation

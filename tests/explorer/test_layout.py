@@ -1,0 +1,68 @@
+"""How the page is laid out at each width, and its colours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.explorer.conftest import Server
+from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
+from tests.sizes import validation
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+
+@pytest.fixture(scope="module")
+def long_numbers(browser: Browser, server: Server) -> Iterator[Tab]:
+    """A page with long numbers, opened as on a phone; wider ones follow."""
+    with (
+        browser.new_context(viewport={"width": 390, "height": 850}) as context,
+        opened(context, server, "a=0.35&C=0.123&W=2.34&q=12.3&b=-1.23&r=0.87&paths=640") as tab,
+    ):
+        yield tab
+
+
+@pytest.mark.parametrize("width", [390, validation(768), validation(1024), 1366, validation(1440)])
+def test_nothing_is_cut_or_overlaps(long_numbers: Tab, width: int) -> None:
+    """At each width: no scrolling sideways, no text wider than its box, no card over another."""
+    page = long_numbers.page
+    page.set_viewport_size({"width": width, "height": 850})
+    page.evaluate("controls.open = true")
+    page.wait_for_timeout(200)  # for what is drawn anew at another width
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(CUT) == []
+    assert page.evaluate(OVERLAPPING) == []
+    cut = "(() => { const e = table.parentElement; return [e.scrollWidth > e.clientWidth, e.matches('.cut')]; })()"
+    wider, faded = page.evaluate(cut)
+    assert wider == faded
+    assert not (wider and width >= 1366)
+
+
+@pytest.mark.parametrize(("width", "height"), [validation(1440, 900), (1280, 720)])
+def test_buttons_are_on_the_first_screen(long_numbers: Tab, width: int, height: int) -> None:
+    page = long_numbers.page
+    page.set_viewport_size({"width": width, "height": height})
+    page.evaluate("scrollTo(0, 0)")
+    for button in page.locator(".share .button, .transport .button").all():
+        box = button.bounding_box()
+        assert box is not None
+        assert box["y"] >= 0.0
+        assert box["y"] + box["height"] <= height
+
+
+def test_dark_and_light(browser: Browser, server: Server) -> None:
+    """As soon as the page can be moved, before its numbers come."""
+    ready = "window.springpotExplorer?.generation > 0"
+    with browser.new_context(color_scheme="dark") as context, opened(context, server, wait=False) as page:
+        page.wait(ready)
+        background = "getComputedStyle(document.body).backgroundColor"
+        dark = page.page.evaluate(background)
+        page.page.locator("#theme").click()
+        light = page.page.evaluate(background)
+        assert sum(map(int, dark[4:-1].split(","))) < 120 < 600 < sum(map(int, light[4:-1].split(",")))
+        page.page.reload()
+        page.wait(ready)
+        assert page.page.evaluate(background) == light
