@@ -3,8 +3,10 @@
 UV := .tools/bin/uv
 RUN := .venv/bin
 export UV_PYTHON_DOWNLOADS := never
+# bytecode is kept: each of the many processes that the tests start would compile the package anew
+export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup figures lint test test-page test-rest validate bench atlas docs screenshots clean
+.PHONY: help setup figures lint style types test test-page test-rest validate bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -23,14 +25,18 @@ figures: setup  ## reproduce the paper into figures/, and draw the validity map
 	$(RUN)/springpot reproduce all --out figures
 	$(RUN)/springpot validity --out figures
 
-lint: setup  ## style, types, spelling
+lint: style types  ## style, types, spelling
+
+style: setup
 	$(RUN)/ruff check .
-	$(RUN)/mypy
 	$(RUN)/codespell
 
-# the page's tests mostly wait for the browser, so they run beside the others
-test: lint  ## style, types, spelling and the everyday tests
-	@$(MAKE) --no-print-directory --jobs=2 test-page test-rest
+types: setup
+	$(RUN)/mypy
+
+# the page's tests often wait for the browser, and mypy has one thread: they run beside the others
+test: style  ## style, types, spelling and the everyday tests
+	@$(MAKE) --no-print-directory --jobs=3 types test-page test-rest
 
 test-page: setup
 	$(RUN)/pytest --quiet -m "not validation" tests/explorer

@@ -6,5 +6,6 @@ import os
 
 from springpot.one_thread import ONE_THREAD
 
-for name, number in ONE_THREAD.items():  # NumPy reads them when it is loaded; of pytest's plugins only Zarr's loads it
+# NumPy reads them when it is loaded, which none of the plugins named in pyproject.toml does
+for name, number in ONE_THREAD.items():
     os.environ.setdefault(name, number)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -42,8 +43,11 @@ def imports(file: Path, known: dict[str, Path]) -> set[str]:
     return found & known.keys()
 
 
-KNOWN = modules()
-GRAPH = {name: imports(file, KNOWN) for name, file in KNOWN.items()}
+@cache
+def graph() -> dict[str, set[str]]:
+    """What each module imports: read when the first test asks, not whenever the tests are collected."""
+    known = modules()
+    return {name: imports(file, known) for name, file in known.items()}
 
 
 def package(module: str) -> str:
@@ -52,7 +56,7 @@ def package(module: str) -> str:
 
 
 def test_every_package_is_in_the_table() -> None:
-    assert {package(module) for module in KNOWN} - {"__init__", "__main__"} == HEIGHT.keys()
+    assert {package(module) for module in modules()} - {"__init__", "__main__"} == HEIGHT.keys()
 
 
 @pytest.mark.parametrize("name", sorted(HEIGHT))
@@ -60,16 +64,16 @@ def test_a_package_imports_only_those_above_it_in_the_table(name: str) -> None:
     """The first rows stand alone; each row may use those before it, and its own."""
     wrong = {
         (module, imported)
-        for module in GRAPH
+        for module, names in graph().items()
         if package(module) == name
-        for imported in GRAPH[module]
+        for imported in names
         if package(imported) in HEIGHT and HEIGHT[package(imported)] > HEIGHT[name]
     }
     assert wrong == set()
 
 
 def test_no_circle_of_imports() -> None:
-    left = {module: names - {module} for module, names in GRAPH.items()}
+    left = {module: names - {module} for module, names in graph().items()}
     while left:  # without what imports nothing of the rest, and what nothing of the rest imports
         used = set().union(*left.values())
         ends = {module for module, names in left.items() if not names & left.keys() or module not in used}

@@ -223,12 +223,15 @@ def test_only_paths_of_the_run_are_counted() -> None:
     assert found.to_dict()["x_maximum_quantile_se"] == [None] * 9
 
 
-@pytest.mark.parametrize(("position", "intensity"), [(1.0, 1e-4), validation(3.0, 1.0), (-2.0, 0.5)])
-def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float) -> None:
+@pytest.mark.parametrize(
+    ("position", "intensity", "paths"),
+    [validation(1.0, 1e-4, 20_000), (1.0, 3e-3, 12_000), validation(3.0, 1.0, 20_000), (-2.0, 0.5, 20_000)],
+)
+def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float, paths: int) -> None:
     """A preload presses the mass to the wall: bins are counted from there."""
     found = run(
         oscillator(1.0, 0.5, 1.0, intensity, position),
-        paths=20_000,
+        paths=paths,
         duration=40.0,
         step=0.02,
         distributions=True,

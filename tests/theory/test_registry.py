@@ -43,7 +43,7 @@ print(json.dumps({
 
 def test_a_made_up_method_takes_one_file_and_one_line(tmp_path: Path) -> None:
     """It is then in `springpot theory`, in the page's table and list, in a study and in pictures."""
-    shutil.copytree(SOURCE, tmp_path / "springpot", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(SOURCE, tmp_path / "springpot", ignore=shutil.ignore_patterns("*.nbc"))
     (tmp_path / "springpot" / "theory" / "methods" / "made_up.py").write_text(MADE_UP)
     listed = tmp_path / "springpot" / "theory" / "registry.py"
     text = listed.read_text()
