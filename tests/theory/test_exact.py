@@ -15,6 +15,7 @@ from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.exact import Exact, exact
 from springpot.theory.numerics.contours import dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from tests.sizes import validation
 
 
 def oscillator(alpha=1.0, coefficient=0.3, omega=1.0, q=1.0, barrier=None) -> Oscillator:
@@ -28,12 +29,12 @@ COEFFICIENTS = [1e-6, 0.01, 0.3, 1.0, 2.0, 10.0, 1e6]
 @pytest.mark.parametrize(
     ("alpha", "c"),
     [
-        (0.001, 0.3),
+        validation(0.001, 0.3),
         (0.001, 1e6),
         (0.5, 1e-6),
         (0.4, 2.0),
         (0.9, 1e6),
-        (0.999, 1e-6),
+        validation(0.999, 1e-6),
     ],
 )
 def test_moments_against_the_integral_of_the_spectrum(alpha, c):
