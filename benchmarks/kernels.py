@@ -17,6 +17,7 @@ from springpot.simulation import compose
 from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
+from springpot.simulation.parts import Forcing
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
@@ -91,7 +92,7 @@ def _normals_only(groups, k0, k1):
     for i in range(GROUP * LANES):
         kept[i] = f32(0)
     for group in range(groups):
-        draw(group, 0, 0, k0, k1, g)
+        draw(group, 0, 0, 0, k0, k1, g)
         for i in range(GROUP * LANES):
             kept[i] += g[i]
     total = 0.0
@@ -105,10 +106,12 @@ def _sweep_only(scheme, wall, load, memory, start, observers, groups):
     zero = memory.newest * f32(0)
     p = (zero, zero, zero, zero)
     h, d, g, clear = _four(zero), _increments(zero), _four(f32(0)), _state(0.0)
-    now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
+    now, saved = State(_state(0.0), _state(0.0)), State(_state(0.0), _state(0.0))
     seen = Seen(_four(0.0), _four(0.0))
     found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
+    none = _state(0.0)  # white noise and a rigid wall keep nothing beside the sums
+    forcing = Forcing(none, none, none, none, none)
+    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), none, observers)
     counts = (1.0, 1.0, 1.0, 1.0, 1.0)
     for i in range(2 * GROUP * LANES):
         d[i] = zero
@@ -116,10 +119,11 @@ def _sweep_only(scheme, wall, load, memory, start, observers, groups):
         h[i] = zero
         g[i] = f32(i % 7) - f32(3)
     for lane in range(LANES):
-        now.x[lane], now.v[lane], now.e[lane] = start.x, start.v, 0.0
+        now.x[lane], now.v[lane] = start.states[0, 0], start.states[0, 1]
     least = 1.0
     for n in range(groups):
-        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, counts, accumulators, found, True)
+        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, forcing, h, d, seen, counts,
+               accumulators, found, True)  # fmt: skip
         for lane in range(LANES):
             least = min(least, clear[lane] + found.x[lane] + found.power[lane] + found.virial[lane])
         for i in range(GROUP * LANES):
@@ -232,7 +236,7 @@ def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0,
         x[lane] = v[lane] = xx[lane] = vv[lane] = 0.0
         d[lane] = h[lane] = zero
     for n in range(0, steps, GROUP):
-        draw(n // GROUP, 0, 0, k0, k1, g)
+        draw(n // GROUP, 0, 0, 0, k0, k1, g)
         keep = 1.0 if n >= burn else 0.0
         for j in range(GROUP):
             for lane in range(LANES):

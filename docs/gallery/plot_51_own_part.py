@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import springpot as sp
+from springpot.simulation.forces import only_pushes
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve
@@ -27,10 +28,13 @@ class HardeningSpring(NamedTuple):
     impulse: float  # kappa times the step
 
 
+only_pushes(HardeningSpring)
+
+
 @answers(push, HardeningSpring)
-def push_of_the_hardening_spring(load, n, x, v, e, g):
-    """The impulse of step n: g is a standard normal, e a number that a load may keep."""
-    return load.strength * g - load.impulse * x**3, e
+def push_of_the_hardening_spring(force, slot, n, x, v, g, forcing, at, lane, weight):
+    """The impulses of step n, of the noise and of the spring: g is a standard normal."""
+    return force.strength * g, -force.impulse * x**3
 
 
 def x_mean_square(kappa, step=0.02):

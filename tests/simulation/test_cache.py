@@ -18,7 +18,7 @@ import pytest
 
 from springpot import trusted
 from springpot.simulation.cache import cached, find_folder
-from springpot.simulation.parts import White
+from springpot.simulation.forces import White
 from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
 

@@ -15,6 +15,7 @@ from springpot.simulation.adapted import adapt
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
 from springpot.simulation.oracle import _walk, oracle_weights
+from springpot.simulation.parts import Forcing
 from springpot.simulation.schemes import scheme_of
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
@@ -135,9 +136,11 @@ def test_weak_order_of_a_scheme_is_what_it_states(
         normals = np.zeros(settings.steps, np.float32)
         normals[0] = 1.0
         x, v = np.zeros(settings.steps + 1), np.zeros(settings.steps + 1)
-        accumulators = Accumulators(*(np.zeros(settings.steps) for _ in range(4)), NO_OBSERVERS)
+        accumulators = Accumulators(*(np.zeros(settings.steps) for _ in range(5)), NO_OBSERVERS)
         weights = oracle_weights(simulation)
-        _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, normals, x, v, accumulators)
+        forcing = Forcing(*(np.zeros(0) for _ in Forcing._fields))
+        given = parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start
+        _walk(*given, normals, x, v, forcing, accumulators)
         biases.append([float((a[1:] ** 2).sum()) / e - 1.0 for a, e in zip((x, v), exact, strict=True)])
     for coarse, fine in zip(*biases, strict=True):
         assert abs(fine) < left

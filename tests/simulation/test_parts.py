@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 from scipy import integrate
 
+from springpot.simulation.forces import only_pushes
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, fly, push
+from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras, push
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.statistics import standard_error
+from springpot.simulation.walls import fly
 from tests.simulation.problems import oscillator
 
 
@@ -28,15 +30,23 @@ class Cubic(NamedTuple):
     cubic_step: float
 
 
+only_pushes(Cubic)
+
+
 @answers(push, Cubic)
-def _push_cubic(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
-    return load.strength * g - load.cubic_step * x * x * x, e
+def _push_cubic(force, slot, n, x, v, g, forcing, at, lane, weight):  # type: ignore[no-untyped-def]
+    return force.strength * g, -force.cubic_step * x * x * x
 
 
 class Slot(NamedTuple):
     """Two elastic walls, at +-half."""
 
     half: float
+
+
+@answers(extras, Slot)
+def _no_extras(wall):  # type: ignore[no-untyped-def]
+    return 0
 
 
 @answers(clearance, Splitting, Slot)
@@ -46,8 +56,8 @@ def _clearance_slot(scheme, wall, x0, xm, x):  # type: ignore[no-untyped-def]
 
 
 @answers(begin, Splitting, Slot)
-def _begin_slot(scheme, wall, start, accumulators, lane, weight):  # type: ignore[no-untyped-def]
-    return start.x, start.v
+def _begin_slot(scheme, wall, x, v, early, accumulators, lane, weight):  # type: ignore[no-untyped-def]
+    return x, v
 
 
 @answers(bounce, Splitting, Slot)
@@ -60,22 +70,6 @@ def _bounce_slot(scheme, wall, x, v, accumulators, lane, before, after):  # type
     side = 1.0 if vm <= 0.0 else -1.0
     xn, vn = fly(-wall.half, 1.0, scheme.frequency, side * xm, side * vm, phase, accumulators, lane, after)
     return xm, vm, side * xn, side * vn
-
-
-class Shaken(NamedTuple):
-    """Noise through a first-order filter, and a harmonic force of one cycle per ``period`` steps."""
-
-    strength: float
-    decay: float
-    step: float
-    amplitude: float
-    turn: float
-
-
-@answers(push, Shaken)
-def _push_shaken(load, n, x, v, e, g):  # type: ignore[no-untyped-def]
-    e = load.decay * e + load.strength * g
-    return load.step * (e + load.amplitude * np.cos(load.turn * (n + 0.5))), e
 
 
 def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:
@@ -115,33 +109,6 @@ def test_a_cubic_spring_between_two_walls_has_the_maxwell_boltzmann_law() -> Non
     assert standard_error(squares) < 0.005 * exact
 
 
-def test_coloured_noise_and_a_harmonic_force_through_a_springpot() -> None:
-    """No wall: the mean is the harmonic response, the variance the integral of the filtered spectrum."""
-    step, rate, amplitude, turn = 0.02, 3.0, 2.0, 2.0 * math.pi / 250
-    problem = oscillator(0.5, 1.0, 1.0, 1.0, None)
-    found = _rows(
-        problem,
-        {"paths": 16_384, "duration": 100.0, "step": step, "window": (99.98, 100.0)},
-        load=lambda _: Shaken(rate * math.sqrt(step), math.exp(-rate * step), step, amplitude, turn),
-    )
-    omega = turn / step
-    transfer = 1.0 / (1.0 - omega**2 + (1j * omega) ** 0.5)
-    exact_mean = (amplitude * transfer * np.exp(1j * omega * 100.0)).real
-    ends = found["x_end"]
-    assert abs(ends.mean() - exact_mean) < 4.0 * standard_error(ends) + 2e-3
-    assert abs(exact_mean) > 50.0 * standard_error(ends)
-
-    def power(w: float) -> float:
-        return float(abs(1.0 / (1.0 - w * w + (1j * w) ** 0.5)) ** 2 / math.pi / (1.0 + (w / rate) ** 2))
-
-    exact = sum(integrate.quad(power, *p, limit=200)[0] for p in ((0.0, 1.0), (1.0, 3.0), (3.0, math.inf)))
-    # the discrete filter's noise is stronger by the factor rate h / 2 / tanh(rate h / 2), and a little more
-    squares = (ends - ends.mean()) ** 2
-    filtered = (rate * step / (1.0 - math.exp(-rate * step))) ** 2
-    assert abs(squares.mean() / filtered - exact) < 4.0 * standard_error(squares) + 2e-3
-    assert standard_error(squares) < 0.015 * exact
-
-
 def test_a_part_that_does_the_same_gives_the_same_path() -> None:
     """A cubic spring of no stiffness is white noise alone, and two walls out of reach are none."""
     given = {"paths": 64, "duration": 3.0, "step": 0.02}
@@ -171,6 +138,7 @@ from typing import NamedTuple
 from elsewhere import FACTOR
 from springpot import Oscillator, run
 from springpot.simulation.kernel import block
+from springpot.simulation.forces import only_pushes
 from springpot.simulation.parts import answers, push
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
@@ -178,9 +146,11 @@ from springpot.simulation.simulation import simulation_of
 class Mine(NamedTuple):
     size: float
 
+only_pushes(Mine)
+
 @answers(push, Mine)
-def _mine(load, n, x, v, e, g):
-    return FACTOR * load.size, e
+def _mine(force, slot, n, x, v, g, forcing, at, lane, weight):
+    return FACTOR * force.size, 0.0
 
 settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
 mine = simulation_of(Oscillator(), settings).with_parts(load=Mine(1.0)).advance().rows[0, 0]

@@ -15,12 +15,14 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.oscillator import Oscillator
 from springpot.simulation import parts
+from springpot.simulation.forces import White
 from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_MODES
-from springpot.simulation.parts import NoWall, Rigid, Start, White
+from springpot.simulation.parts import Start
 from springpot.simulation.scales import Scales
 from springpot.simulation.schemes import NumericalScheme
 from springpot.simulation.settings import Settings
+from springpot.simulation.walls import NoWall, Rigid
 
 __all__ = ["Floats", "Parts", "Units", "compose"]
 
@@ -136,7 +138,7 @@ def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts
         wall=wall,
         load=White(math.sqrt(intensity * step)),
         memory=_memory(history, scale, scheme, order, settings.precision),
-        start=Start(x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0), early),
+        start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), early),
         drive=drive,
         frequency=frequency,
         expected_power=0.5 * oscillator.excitation.intensity * at_this_step.share,

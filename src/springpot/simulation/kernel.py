@@ -19,18 +19,35 @@ from springpot.simulation.lanes import (
     GROUP,
     INLINE,
     LANES,
+    MOST_EXTRAS,
+    MOST_FORCES,
     MOST_MODES,
+    MOST_STATES,
     f32,
     f64,
     stack_array,
 )
 from springpot.simulation.observers import Accumulators, show_steps
-from springpot.simulation.parts import begin, bounce, clearance, drift, kick, push
+from springpot.simulation.parts import (
+    Forcing,
+    begin,
+    bounce,
+    clearance,
+    damp,
+    drift,
+    extras,
+    kick,
+    push,
+    slots,
+    supply,
+    wake,
+)
 from springpot.simulation.random import draw
 
 __all__ = ["COLUMNS", "Memory", "block"]
 
-# Output of a block for every path: sums over the steps of the window, then values at instants.
+# Output of a block for every path: sums over the steps of the window, then values at instants.  After them come the
+# works of the named forces and the sums that the wall keeps beside these.
 COLUMNS = (
     "x", "x_square", "v_square", "force", "power", "virial",
     "impacts", "impact_speeds", "impact_speed_squares", "collapses",
@@ -55,6 +72,10 @@ _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
+_by_force = stack_array(MOST_FORCES * LANES)
+_by_force_and_step = stack_array(MOST_FORCES * GROUP * LANES)
+_states = stack_array(MOST_STATES * LANES)
+_extras = stack_array(MOST_EXTRAS * LANES)
 
 
 @njit(**INLINE)
@@ -83,75 +104,87 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(scheme, wall, load, n, x, v, e, memory_force, g, at, d, seen, counts, accumulators, lane, walled, watched):
+def _step(
+    scheme, wall, load, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, lane, walled, watched
+):
     """One step of one lane; the increment is written to ``d``, the observed state to index ``at`` of ``seen``.
 
     Returns the state, the clearance and the terms to add to the sums (0 if ``counts[0]`` is 0).
     """
-    pushed, e = push(load, n, x, v, e, f64(g[at]))
-    kicked, pull = kick(scheme, x, v, f64(memory_force), pushed)
+    damped = damp(load, 0, x, v, forcing, lane, counts[0], False)
+    noise, force = push(load, 0, n, x, damped, f64(g[at]), forcing, at, lane, counts[0])
+    kicked, pull = kick(scheme, x, damped, f64(memory_force), noise + force)
+    for slot in range(slots(load)):
+        forcing.works[slot * LANES + lane] += (
+            counts[0] * (0.5 * (damped + kicked)) * forcing.impulses[slot * LANES + lane]
+        )
+    leaving = damp(load, 0, x, kicked, forcing, lane, counts[0], True)
     if walled:
-        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, kicked, accumulators, lane, counts[0], counts[1])
+        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, leaving, accumulators, lane, counts[0], counts[1])
     else:
-        x_seen, v_seen, x_next, v_next = drift(scheme, x, kicked)
+        x_seen, v_seen, x_next, v_next = drift(scheme, x, leaving)
     d[2 * LANES + at] = x_next - x
     if watched:
         seen.x[at] = x_seen
         seen.v[at] = v_seen
-    x_counted, force = counts[0] * x_seen, counts[0] * pull
+    x_counted, pulled = counts[0] * x_seen, counts[0] * pull
     terms = (
         x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen,
-        force, force * (0.5 * (v + kicked)), force * x,
+        pulled, pulled * (0.5 * (damped + kicked)), pulled * x,
     )  # fmt: skip
-    return x_next, v_next, e, clearance(scheme, wall, x, x_seen, x_next), terms
+    return x_next, v_next, clearance(scheme, wall, x, x_seen, x_next), terms
 
 
 @njit(**INLINE)
-def _four_steps(scheme, wall, load, m, p, n, x, v, e, g, h, d, seen, c, accumulators, lane, walled, watched):
-    """Four steps of one lane.  Returns x, v, e, the least clearance and the terms to add to the sums.
+def _four_steps(scheme, wall, load, m, p, n, x, v, g, forcing, h, d, seen, c, accumulators, lane, walled, watched):
+    """Four steps of one lane.  Returns x, v, the least clearance and the terms to add to the sums.
 
     The newest increments have their exact weights.  The memory force is summed in the precision of the memory.
     ``c`` is 1 for each step in the window and 0 for the others; its last entry is for the half step after the group.
     """
+    for slot in range(slots(load)):
+        forcing.works[slot * LANES + lane] = 0.0
     at = lane
     memory_force = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
-    x, v, e, c0, s0 = _step(
-        scheme, wall, load, n, x, v, e, memory_force, g, at, d, seen, (c[0], c[1]),
+    x, v, c0, s0 = _step(
+        scheme, wall, load, n, x, v, memory_force, g, forcing, at, d, seen, (c[0], c[1]),
         accumulators, lane, walled, watched,
     )  # fmt: skip
     at = LANES + lane
     memory_force = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
-    x, v, e, c1, s1 = _step(
-        scheme, wall, load, n + 1, x, v, e, memory_force, g, at, d, seen, (c[1], c[2]),
+    x, v, c1, s1 = _step(
+        scheme, wall, load, n + 1, x, v, memory_force, g, forcing, at, d, seen, (c[1], c[2]),
         accumulators, lane, walled, watched,
     )  # fmt: skip
     at = 2 * LANES + lane
     memory_force = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
     memory_force += m.recent2 * d[LANES + lane] + p[2]
-    x, v, e, c2, s2 = _step(
-        scheme, wall, load, n + 2, x, v, e, memory_force, g, at, d, seen, (c[2], c[3]),
+    x, v, c2, s2 = _step(
+        scheme, wall, load, n + 2, x, v, memory_force, g, forcing, at, d, seen, (c[2], c[3]),
         accumulators, lane, walled, watched,
     )  # fmt: skip
     at = 3 * LANES + lane
     memory_force = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
     memory_force += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
-    x, v, e, c3, s3 = _step(
-        scheme, wall, load, n + 3, x, v, e, memory_force, g, at, d, seen, (c[3], c[4]),
+    x, v, c3, s3 = _step(
+        scheme, wall, load, n + 3, x, v, memory_force, g, forcing, at, d, seen, (c[3], c[4]),
         accumulators, lane, walled, watched,
     )  # fmt: skip
     sums = (
         s0[0] + s1[0] + s2[0] + s3[0], s0[1] + s1[1] + s2[1] + s3[1], s0[2] + s1[2] + s2[2] + s3[2],
         s0[3] + s1[3] + s2[3] + s3[3], s0[4] + s1[4] + s2[4] + s3[4], s0[5] + s1[5] + s2[5] + s3[5],
     )  # fmt: skip
-    return x, v, e, min(min(c0, c1), min(c2, c3)), sums
+    return x, v, min(min(c0, c1), min(c2, c3)), sums
 
 
 @njit(**INLINE)
-def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, watched):
+def _sweep(
+    scheme, wall, load, memory, p, n, now, saved, clear, g, forcing, h, d, seen, c, accumulators, terms, watched
+):
     """Four steps of every lane as if there were no wall: vector code."""
     for lane in range(LANES):
-        saved.x[lane], saved.v[lane], saved.e[lane] = now.x[lane], now.v[lane], now.e[lane]
-        now.x[lane], now.v[lane], now.e[lane], clear[lane], sums = _four_steps(
+        saved.x[lane], saved.v[lane] = now.x[lane], now.v[lane]
+        now.x[lane], now.v[lane], clear[lane], sums = _four_steps(
             scheme,
             wall,
             load,
@@ -160,8 +193,8 @@ def _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c
             n,
             now.x[lane],
             now.v[lane],
-            now.e[lane],
             g,
+            forcing,
             h,
             d,
             seen,
@@ -202,10 +235,10 @@ def _counts(n, low, high):
 def _draw(group, first, stream, k0, k1, halved, g, fine):
     """The normals of four steps; with ``halved``, each combines two normals of a run with half the step."""
     if not halved:
-        draw(group, first, stream, k0, k1, g)
+        draw(group, first, stream, 0, k0, k1, g)
         return
     for half in range(2):
-        draw(2 * group + half, first, stream, k0, k1, fine)
+        draw(2 * group + half, first, stream, 0, k0, k1, fine)
         for i in range(2 * LANES):
             pair = i // LANES * 2 * LANES + i % LANES
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
@@ -216,7 +249,6 @@ class State(NamedTuple):
 
     x: Any
     v: Any
-    e: Any  # of the load
 
 
 class Seen(NamedTuple):
@@ -240,15 +272,16 @@ class Sums(NamedTuple):
 @cached
 @njit(nogil=True, **FAST)
 def block(
-    scheme, wall, load, memory, drive, start, stiffness,
+    scheme, wall, load, memory, drive, start, taps, stiffness,
     first, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` is the
-    deterministic force of each step (may be empty).  ``halved``: the noise is that of a run with half the step.
-    Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``, one row of
-    COLUMNS per lane.  The block ends early when ``stop[0]`` is not 0.
+    deterministic force of each step (may be empty).  ``taps`` are modes of the memory whose squares are summed, once in
+    every group.  ``halved``: the noise is that of a run with half the step.  Written: ``record``, x and v of the first
+    paths after every ``every`` steps (may be empty), and ``out``, one row per lane: COLUMNS, works of the named forces,
+    sums of the wall, sums of the taps.  The block ends early when ``stop[0]`` is not 0.
     """
     zero = memory.newest * f32(0)  # in the precision of the memory
     modes = memory.powers.size // 4
@@ -257,12 +290,14 @@ def block(
     d = _six(zero)  # the two increments before the group, then the group's four
     p = (zero, zero, zero, zero)
     g, fine = _four(f32(0)), _four(f32(0))
-    now, saved = State(_state(0.0), _state(0.0), _state(0.0)), State(_state(0.0), _state(0.0), _state(0.0))
+    now, saved = State(_state(0.0), _state(0.0)), State(_state(0.0), _state(0.0))
     clear = _state(0.0)
     seen = Seen(_four(0.0), _four(0.0))
     terms = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), observers)
+    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _extras(0.0), observers)
+    forcing = Forcing(_by_force(0.0), _by_force(0.0), _by_force_and_step(0.0), _states(0.0), _four(f32(0)))
+    works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):
         z[i] = zero
@@ -271,17 +306,26 @@ def block(
     for lane in range(LANES):
         accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
         accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-        now.x[lane], now.v[lane] = begin(scheme, wall, start, accumulators, lane, _counts(0, low, high))
-        now.e[lane] = 0.0
-        d[lane], d[LANES + lane] = zero, now.x[lane] - start.x
+        for k in range(extras(wall)):
+            accumulators.extras[k * LANES + lane] = 0.0
+        for k in range(slots(load)):
+            works[k * LANES + lane] = 0.0
+        for k in range(taps.size):
+            tapped[k * LANES + lane] = 0.0
+        path = lane % start.states.shape[0]
+        x, v, energy = start.states[path, 0], start.states[path, 1], start.states[path, 2]
+        now.x[lane], now.v[lane] = begin(scheme, wall, x, v, start.early, accumulators, lane, _counts(0, low, high))
+        d[lane], d[LANES + lane] = zero, now.x[lane] - x
         sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
         sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
-        energy_first[lane] = energy_last[lane] = start.energy
+        energy_first[lane] = energy_last[lane] = energy
         x_end[lane] = v_end[lane] = np.nan
+    wake(load, 0, first, stream, k0, k1, forcing)
     for n in range(0, steps, GROUP):
         if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
             return
         _draw(n // GROUP, first, stream, k0, k1, halved, g, fine)
+        supply(load, 0, n // GROUP, first, stream, k0, k1, forcing)
         if drive.size > 0:
             p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
         c = (
@@ -290,27 +334,72 @@ def block(
         )  # fmt: skip
         watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
         if watched:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, True)
+            _sweep(
+                scheme,
+                wall,
+                load,
+                memory,
+                p,
+                n,
+                now,
+                saved,
+                clear,
+                g,
+                forcing,
+                h,
+                d,
+                seen,
+                c,
+                accumulators,
+                terms,
+                True,
+            )
         else:
-            _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, h, d, seen, c, accumulators, terms, False)
+            _sweep(
+                scheme,
+                wall,
+                load,
+                memory,
+                p,
+                n,
+                now,
+                saved,
+                clear,
+                g,
+                forcing,
+                h,
+                d,
+                seen,
+                c,
+                accumulators,
+                terms,
+                False,
+            )
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])
         if least <= 0.0:
             for lane in range(LANES):
                 if clear[lane] <= 0.0:
-                    now.x[lane], now.v[lane], now.e[lane], _, again = _four_steps(
-                        scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane], saved.e[lane],
-                        g, h, d, seen, c, accumulators, lane, True, True,
+                    now.x[lane], now.v[lane], _, again = _four_steps(
+                        scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane],
+                        g, forcing, h, d, seen, c, accumulators, lane, True, True,
                     )  # fmt: skip
                     _put(terms, lane, again)
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
+        if low <= n + GROUP - 1 < high:
+            for k in range(taps.size):
+                for lane in range(LANES):
+                    mode = f64(z[taps[k] * LANES + lane])
+                    tapped[k * LANES + lane] += mode * mode
         for lane in range(LANES):
             d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
         if watched:
             for lane in range(LANES):
                 _add(sums, terms, lane)
+                for k in range(slots(load)):
+                    works[k * LANES + lane] += forcing.works[k * LANES + lane]
             if n + GROUP > low and n < high:
                 show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
         for j in range(GROUP):
@@ -332,3 +421,13 @@ def block(
         out[lane, 8] = accumulators.squares[lane]
         out[lane, 9], out[lane, 10], out[lane, 11] = accumulators.collapses[lane], energy_first[lane], energy_last[lane]
         out[lane, 12], out[lane, 13] = x_end[lane], v_end[lane]
+        column = 14
+        for k in range(slots(load)):
+            out[lane, column] = works[k * LANES + lane]
+            column += 1
+        for k in range(extras(wall)):
+            out[lane, column] = accumulators.extras[k * LANES + lane]
+            column += 1
+        for k in range(taps.size):
+            out[lane, column] = tapped[k * LANES + lane]
+            column += 1

@@ -84,6 +84,7 @@ class Accumulators(NamedTuple):
     speeds: Any
     squares: Any
     collapses: Any  # over the whole run
+    extras: Any  # sums of the wall's own, one after another
     observers: Observers
 
 

@@ -15,7 +15,7 @@ from springpot.memory import direct
 from springpot.simulation.compose import Floats
 from springpot.simulation.lanes import FAST, GROUP, f64
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
-from springpot.simulation.parts import begin, bounce, kick, push
+from springpot.simulation.parts import Forcing, begin, bounce, kick, push
 from springpot.simulation.random import normals
 from springpot.simulation.simulation import Simulation
 
@@ -67,9 +67,10 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
     g = normals(settings.seed, path + 1, settings.steps)[path]
     x, v = np.zeros((2, settings.steps + 1))  # `_walk` writes from t = h on
     impacts, speeds, squares, collapses = np.zeros((4, settings.steps))  # of each step
-    accumulators = Accumulators(impacts, speeds, squares, collapses, NO_OBSERVERS)
-    _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, accumulators)
-    x[0], v[0] = parts.start.x, parts.start.v
+    accumulators = Accumulators(impacts, speeds, squares, collapses, np.zeros(0), NO_OBSERVERS)
+    forcing = Forcing(*(np.zeros(0) for _ in Forcing._fields))  # white noise needs none
+    _walk(parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start, g, x, v, forcing, accumulators)
+    x[0], v[0] = parts.start.states[0, :2]
     x_unit, v_unit = parts.units.state
     return DirectPath(x_unit * x, v_unit * v, impacts)
 
@@ -85,18 +86,18 @@ def oracle_weights(simulation: Simulation) -> Floats:
 
 
 @njit(**FAST)
-def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, accumulators):
-    x, v = begin(scheme, wall, start, accumulators, 0, 1.0)
-    e = 0.0
+def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, forcing, accumulators):
+    x0, v0 = start.states[0, 0], start.states[0, 1]
+    x, v = begin(scheme, wall, x0, v0, start.early, accumulators, 0, 1.0)
     steps = g.size
     increments = np.empty(steps + 1)
-    increments[0] = x - start.x
+    increments[0] = x - x0
     for n in range(steps):
         memory_force = f64(drive[n]) if drive.size > 0 else 0.0
         for j in range(n + 1):
             memory_force += weights[j] * increments[n - j]
-        pushed, e = push(load, n, x, v, e, f64(g[n]))
-        v, _ = kick(scheme, x, v, memory_force, pushed)
+        noise, force = push(load, 0, n, x, v, f64(g[n]), forcing, 0, 0, 1.0)
+        v, _ = kick(scheme, x, v, memory_force, noise + force)
         xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, accumulators, n, 1.0, 1.0)
         increments[n + 1] = x_next - x
         x = x_next

@@ -1,19 +1,33 @@
-"""The parts of a kernel: schemes, walls and loads, and the functions that the kernel calls for them.
+"""The questions that the kernel asks its parts, and the schemes that answer how a step is taken.
 
 A part is a ``NamedTuple`` of numbers.  Its *type* chooses the code at compile time; its values stay arguments, so one
-kernel serves every oscillator.  A new part needs no change of the kernel: its module registers the part's functions
-with :func:`answers` and passes the part to `springpot.simulation.kernel.block`.  The functions:
+kernel serves every problem of one structure.  A new part needs no change of the kernel: its module registers the part's
+functions with :func:`answers`.  Forces are in `springpot.simulation.forces`, walls in `springpot.simulation.walls`.
 
-``push(load, n, x, v, e, g)``
-    The impulse of step ``n`` other than those of the linear spring and the springpot (noise, a nonlinear spring, a
-    harmonic or recorded force), and the next value of ``e``, one state variable of the load (of a filter, say).
-``begin(scheme, wall, start, accumulators, lane, weight)``
+Of a force (``slot``: its number among the named forces of the sum; ``forcing``: the arrays they share, see `Forcing`):
+
+``slots(force)``
+    How many named forces it is: those whose work is summed.  0 for white noise.
+``wake(force, slot, first, stream, k0, k1, forcing)``
+    Its own state at time 0, for all lanes.
+``supply(force, slot, group, first, stream, k0, k1, forcing)``
+    Once for every group of four steps, for all lanes: the impulses that do not depend on the motion.
+``push(force, slot, n, x, v, g, forcing, at, lane, weight)``
+    The impulses of step ``n``, of the noise with independent increments and of everything else; ``g`` is a normal.
+``damp(force, slot, x, v, forcing, lane, weight, after)``
+    The velocity after half a step of a nonlinear damper alone; called before and ``after`` each kick.
+
+Of a scheme and a wall:
+
+``begin(scheme, wall, x, v, early, accumulators, lane, weight)``
     From the state at time 0 to the first kick.
 ``kick(scheme, x, v, memory_force, push)``
-    The velocity after the whole impulse of a step (memory, load, and the spring if the scheme puts it here), and the
-    springpot's force during it.
+    The velocity after the whole impulse of a step (memory, forces, and the spring if the scheme puts it here), and the
+    force of springpots and dashpots during it.
 ``drift(scheme, x, v)``
     From one kick to the next as if there were no wall: state at the observation, state at the end.
+``extras(wall)``
+    How many sums of its own the wall keeps, beside the impacts of all walls.
 ``clearance(scheme, wall, x0, xm, x)``
     Distance between such a drift and the wall; negative if it may have reached the wall.  Called for every lane.
 ``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
@@ -23,9 +37,9 @@ with :func:`answers` and passes the part to `springpot.simulation.kernel.block`.
 Two schemes:
 
 ``Splitting`` (the default).  Between kicks the bare oscillator moves exactly, impacts included; each kick applies the
-impulse of memory and load over a whole step.  The springpot's reaction to this impulse is averaged over the step, which
-makes the kick implicit but scalar.  No impact between two kicks is missed, and at order 1 with an elastic wall the
-stationary distribution is exact for every step.
+impulse of memory and forces over a whole step.  The reaction of springpots and dashpots to this impulse is averaged
+over the step, which makes the kick implicit but scalar.  No impact between two kicks is missed, and at order 1 with an
+elastic wall the stationary distribution is exact for every step.
 
 ``Euler``, the paper's scheme.  v += h (force at x_n) + noise, x += h v, and the velocity is reversed when x is within
 ``contact`` of the wall or beyond it and moves towards it.
@@ -38,21 +52,17 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+import numpy.typing as npt
 from numba.extending import overload
 from scipy import special
 
-from springpot.simulation.lanes import FAST, INLINE
-from springpot.simulation.observers import add_impacts
+from springpot.simulation.lanes import INLINE
 
 __all__ = [
-    "Euler", "NoWall", "Rigid", "Splitting", "Start", "White",
-    "answers", "begin", "bounce", "clearance", "drift", "euler", "fly", "kick", "push", "splitting",
+    "Euler", "Forcing", "Splitting", "Start",
+    "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "kick", "push", "slots",
+    "splitting", "supply", "wake",
 ]  # fmt: skip
-
-# Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
-SHORTEST_HOP = 1e-4
-SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
 
 
 class Splitting(NamedTuple):
@@ -84,32 +94,21 @@ class Euler(NamedTuple):
         return 1.0
 
 
-class White(NamedTuple):
-    """White noise and nothing else."""
-
-    strength: float  # sqrt(q h)
-
-
 class Start(NamedTuple):
-    """State of every path at time 0."""
+    """State of the paths at time 0."""
 
-    x: float
-    v: float
-    energy: float
+    states: npt.NDArray[np.float64]  # (1 or paths, 3): x, v and the energy of mass and linear spring
     early: float  # displacement at the first kick due to the Riemann-Liouville force before it
 
 
-class NoWall(NamedTuple):
-    """No wall (with an unused field, because Numba cannot type an empty tuple)."""
+class Forcing(NamedTuple):
+    """Lane arrays that the forces share; those of force ``slot`` begin at ``slot * LANES``."""
 
-    unused: float
-
-
-class Rigid(NamedTuple):
-    """A rigid wall under x >= position."""
-
-    position: float
-    restitution: float
+    impulses: Any  # of the present step, by force
+    works: Any  # in the present group and window, by force
+    given: Any  # (slot, step of the group, lane): impulses that do not depend on the motion
+    state: Any  # of the forces that have one
+    normals: Any  # four steps of normals, for the moment
 
 
 def splitting(frequency: float, order: float, coefficient: float, step: float) -> Splitting:
@@ -191,12 +190,32 @@ def euler(frequency: float, step: float, contact: float) -> Euler:
     return Euler(step, frequency * frequency, contact)
 
 
-def push(load: Any, n: Any, x: Any, v: Any, e: Any, g: Any) -> Any:
+def slots(force: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
 
-def begin(scheme: Any, wall: Any, start: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
+def wake(force: Any, slot: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def supply(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def push(force: Any, slot: Any, n: Any, x: Any, v: Any, g: Any, forcing: Any, at: Any, lane: Any, weight: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def damp(force: Any, slot: Any, x: Any, v: Any, forcing: Any, lane: Any, weight: Any, after: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def begin(scheme: Any, wall: Any, x: Any, v: Any, early: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -207,6 +226,11 @@ def kick(scheme: Any, x: Any, v: Any, memory_force: Any, push: Any) -> Any:
 
 
 def drift(scheme: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def extras(wall: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -230,7 +254,7 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     Parameters
     ----------
     question : callable
-        `push`, `begin`, `kick`, `drift`, `clearance` or `bounce`.
+        One of the functions in the module's text.
     *kinds : type
         Types of the parts, ``NamedTuple`` classes.
 
@@ -246,14 +270,13 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
 
     Examples
     --------
-    Noise, and a constant force:
+    A constant force that is not named:
 
     >>> class Pushed(NamedTuple):
-    ...     strength: float
     ...     impulse: float
     >>> @answers(push, Pushed)
-    ... def push_on(load, n, x, v, e, g):
-    ...     return load.strength * g + load.impulse, e
+    ... def push_on(force, slot, n, x, v, g, forcing, at, lane, weight):
+    ...     return 0.0, force.impulse
     """
     alike = (question, *((kind.__name__, getattr(kind, "_fields", ())) for kind in kinds))
     if alike in _ANSWERED:
@@ -276,11 +299,6 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     return register
 
 
-@answers(push, White)
-def _push_white(load, n, x, v, e, g):
-    return load.strength * g, e
-
-
 @answers(kick, Splitting)
 def _kick_splitting(scheme, x, v, memory_force, push):
     force = memory_force + scheme.damping * v
@@ -297,113 +315,6 @@ def _drift_splitting(scheme, x, v):
     return xm, vm, xn, vn
 
 
-@answers(clearance, Euler, NoWall)
-@answers(clearance, Splitting, NoWall)
-def _clear_of_nothing(scheme, wall, x0, xm, x):
-    return 1.0
-
-
-@answers(bounce, Euler, NoWall)
-@answers(bounce, Splitting, NoWall)
-def _bounce_never(scheme, wall, x, v, accumulators, lane, before, after):
-    return drift(scheme, x, v)
-
-
-@answers(begin, Splitting, NoWall)
-def _begin_free(scheme, wall, start, accumulators, lane, weight):
-    x, v, _, _ = drift(scheme, start.x, start.v)
-    return x + start.early, v
-
-
-@answers(begin, Splitting, Rigid)
-def _begin_splitting(scheme, wall, start, accumulators, lane, weight):
-    phase = 0.5 * scheme.frequency * scheme.step
-    x, v = fly(wall.position, wall.restitution, scheme.frequency, start.x, start.v, phase, accumulators, lane, weight)
-    return max(x + start.early, wall.position), v
-
-
-@answers(begin, Euler, NoWall)
-@answers(begin, Euler, Rigid)
-def _begin_euler(scheme, wall, start, accumulators, lane, weight):
-    return start.x, start.v
-
-
-@answers(clearance, Splitting, Rigid)
-def _clearance_splitting(scheme, wall, x0, xm, x):
-    return min(x0, min(xm, x)) - _reach(scheme, wall)
-
-
-@njit(**INLINE)
-def _reach(scheme, wall):
-    """Position above which both ends of a half step must lie so that it has no impact.
-
-    With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
-    most (acceleration at the wall) (half step)^2 / 8.
-    """
-    dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return wall.position + dip
-
-
-@njit(**INLINE)
-def _half_step(scheme, wall, x, v, accumulators, lane, weight):
-    """Half a step with the wall; trigonometric functions are called only near the wall."""
-    xh = scheme.cosine * x + scheme.sine_over_frequency * v
-    vh = scheme.cosine * v - scheme.sine_times_frequency * x
-    if min(x, xh) > _reach(scheme, wall):
-        return xh, vh
-    phase = 0.5 * scheme.frequency * scheme.step
-    return fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, accumulators, lane, weight)
-
-
-@answers(bounce, Splitting, Rigid)
-def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
-    xm, vm = _half_step(scheme, wall, x, v, accumulators, lane, before)
-    xn, vn = _half_step(scheme, wall, xm, vm, accumulators, lane, after)
-    return xm, vm, xn, vn
-
-
-@njit(**FAST)
-def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weight):
-    """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
-
-    Returns x and v; impacts are added to the accumulators.  When the flights of a chattering sequence are shorter than
-    ``SHORTEST_HOP`` of ``phase``, the mass rests on the wall until the end.
-    """
-    u = v / frequency
-    left = phase
-    arriving = -u if x <= position and u < 0.0 else 0.0  # already there and moving in: an impact at once
-    struck = False
-    x = max(x, position)
-    while True:
-        if arriving > 0.0:
-            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
-            struck = True
-            x = position
-            u = restitution * arriving
-        if position > 0.0 and x == position and u >= 0.0:  # a preload brings the mass back to the wall
-            hop = 2.0 * math.atan2(u, position)
-            if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
-                whole = np.floor(left / hop)
-                if whole > 0.0:
-                    add_impacts(accumulators, lane, weight, whole, frequency * u)
-                left -= whole * hop
-            elif hop < SHORTEST_HOP * phase and hop < left:
-                accumulators.collapses[lane] += 1.0 if struck else 0.0
-                return position, 0.0
-        square = u * u + (x - position) * (x + position)
-        if not square > 0.0:  # the gap is never closed (or the state is NaN)
-            break
-        height = math.sqrt(square)  # u at the wall
-        until = math.atan2(height, position) - math.atan2(-u, x)
-        if not until < left:
-            break
-        left -= until
-        arriving = height
-    c = math.cos(left)
-    s = math.sin(left)
-    return max(c * x + s * u, position), frequency * (c * u - s * x)
-
-
 @answers(kick, Euler)
 def _kick_euler(scheme, x, v, memory_force, push):
     return v + (push - scheme.step * (scheme.stiffness * x + memory_force)), memory_force
@@ -415,16 +326,3 @@ def _drift_euler(scheme, x, v):
     return xn, v, xn, v
 
 
-@answers(clearance, Euler, Rigid)
-def _clearance_euler(scheme, wall, x0, xm, x):
-    # `bounce` is called also for a path behind the wall that moves away; it changes nothing then
-    return x - (wall.position + scheme.contact)
-
-
-@answers(bounce, Euler, Rigid)
-def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
-    xm, _, xn, vn = drift(scheme, x, v)
-    if clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0:
-        add_impacts(accumulators, lane, before, 1.0, -vn)
-        vn = -wall.restitution * vn
-    return xn, vn, xn, vn

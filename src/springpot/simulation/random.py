@@ -102,10 +102,13 @@ def box_muller(radius_word, angle_word):
 
 
 @njit(**INLINE)
-def draw(group, first, stream, k0, k1, g):
-    """Fill ``g[step * LANES + lane]`` with the normals of four steps on the paths ``first + lane``."""
+def draw(group, first, stream, word, k0, k1, g):
+    """Fill ``g[step * LANES + lane]`` with the normals of four steps on the paths ``first + lane``.
+
+    ``word`` is 0 for white noise; other noise has numbers of its own.
+    """
     for lane in range(LANES):
-        c0, c1, c2, c3 = philox(u32(group), u32(first + lane), u32(stream), u32(0), k0, k1)
+        c0, c1, c2, c3 = philox(u32(group), u32(first + lane), u32(stream), u32(word), k0, k1)
         a, b = box_muller(c0, c1)
         c, d = box_muller(c2, c3)
         g[lane] = a
@@ -119,7 +122,7 @@ def _fill(first, stream, k0, k1, out):
     g = _four_lanes(f32(0))
     paths, steps = out.shape
     for group in range((steps + GROUP - 1) // GROUP):
-        draw(group, first, stream, k0, k1, g)
+        draw(group, first, stream, 0, k0, k1, g)
         for lane in range(min(LANES, paths)):
             for j in range(min(GROUP, steps - GROUP * group)):
                 out[lane, GROUP * group + j] = g[j * LANES + lane]

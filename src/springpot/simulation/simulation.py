@@ -28,6 +28,7 @@ from springpot.units import UNITS
 __all__ = ["Adapted", "Ensemble", "Progress", "Simulation", "simulation_of"]
 
 Progress = Callable[[float], None]
+NO_TAPS = np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,8 @@ class Simulation:
                     array[len(HEADER) :] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 block(
-                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive, parts.start, parts.frequency**2,
+                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive, parts.start, NO_TAPS,
+                    parts.frequency**2,
                     skipped + first, settings.steps, low, high, k0, k1, stream, halved, addresses,
                     record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
                 )  # fmt: skip
@@ -158,7 +160,7 @@ class Simulation:
             stop[0] = 1
 
         work_together(work, min(settings.threads, blocks), stop=halt)
-        record[:, 0] = parts.start.x, parts.start.v  # the kernel writes from t = h on
+        record[:, 0] = parts.start.states[:, :2]  # the kernel writes from t = h on
         record *= units.state
         rows *= units.columns
         kept = tuple(
