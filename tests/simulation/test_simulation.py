@@ -10,7 +10,8 @@ from springpot.simulation.compose import compose
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Adapted, simulation_of
+from springpot.simulation.adapted_start import Adapted
+from springpot.simulation.simulation import simulation_of
 
 PROBLEM = sp.Oscillator(
     natural_frequency=3.0,

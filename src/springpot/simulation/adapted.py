@@ -10,14 +10,17 @@ runs with the same normals; a last pilot run with independent normals measures t
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.simulation.scales import scales_of
+from springpot.parts import Circuit, Contact, Maxwell, Series, Springpot, ThermalNoise
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.schemes import Splitting
 from springpot.simulation.settings import Settings
-from springpot.simulation.simulation import Adapted, Progress, simulation_of
+from springpot.simulation.simulation import Progress, simulation_of
 from springpot.simulation.statistics import controlled, standard_error
+from springpot.simulation.system_scales import scales_of_problem, system_scales
+from springpot.system import System
 from springpot.theory import averaging
 
 __all__ = ["adapt"]
@@ -31,13 +34,13 @@ MOST_PILOTS = 8  # before the one that measures the residual
 
 
 def adapt(
-    oscillator: Oscillator, settings: Settings, *, paths: int | None = None, progress: Progress | None = None
+    problem: Oscillator | System, settings: Settings, *, paths: int | None = None, progress: Progress | None = None
 ) -> Adapted:
     """Find x(0) = E[x] for a stationary start.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    problem : Oscillator or System
     settings : Settings
         Of the run to come; its seed and threads are used.
     paths : int
@@ -48,24 +51,26 @@ def adapt(
     Returns
     -------
     Adapted
-        Without a wall x(0) = 0 by symmetry, and no pilot is run.
+        No pilot is run where x(0) = 0 by symmetry, where nothing remembers x(0), or where x(0) is drawn from
+        Boltzmann's law.
     """
-    if oscillator.barrier is None:
-        return Adapted(0.0, 0.0, 0.0, 0.0, 0)
+    guess = _guess(problem)
+    if not guess.searched:
+        return Adapted(guess.position, 0.0, 0.0, 0.0, 0)
     most = min(max(settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
-    pilot = _pilot_settings(oscillator, settings, most)
+    pilot = _pilot_settings(problem, settings, most)
     alive = None if progress is None else (lambda _: progress(0.0))
-    sign = oscillator.direction
-    wall = sign * oscillator.barrier.position
-    now = max(wall, abs(averaging(replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))).x_mean))
-    if pilot.window[0] < SETTLED * scales_of(oscillator).energy_time:
+    sign, now = guess.sign, guess.position
+    if pilot.window[0] < SETTLED * scales_of_problem(problem).energy_time:
         return Adapted(sign * now, None, None, None, 0)
 
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
-        simulation = simulation_of(oscillator, replace(pilot, initial_position=sign * position))
+        simulation = simulation_of(problem, replace(pilot, initial_position=sign * position))
         estimates = simulation.samples(simulation.advance(stream=stream, progress=alive).rows)
-        means = controlled(estimates["x_mean"][1], estimates["energy_residual"][1][:, None])
+        means = estimates["x_mean"][1]
+        if "energy_residual" in estimates:
+            means = controlled(means, estimates["energy_residual"][1][:, None])
         return sign * float(means.mean()), standard_error(means), estimates["x_mean_square"][0] ** 0.5
 
     tried: list[tuple[float, float]] = []  # starts and the means they reached
@@ -75,17 +80,58 @@ def adapt(
         # impacts separate paths with the same normals, so that two pilots differ at least by their standard errors
         if abs(reached - now) <= max(WANTED * spread, error) or len(tried) == MOST_PILOTS:
             break
-        now = max(wall, now + (reached - now) / (1.0 - _slope(tried)))
+        now = guess.inside(now + (reached - now) / (1.0 - _slope(tried)))
     check, its_error, spread = mean(now, 2)
     # the fixed point from the last two pilots, which have independent normals
     settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
     return Adapted(
-        position=sign * max(wall, settled),
+        position=sign * guess.inside(settled),
         residual=abs(check - now) / spread,
         residual_se=its_error / spread,
         error=0.5 * math.hypot(error, its_error) / (1.0 - _slope(tried)) / spread,
         pilots=len(tried) + 1,
     )
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """A first x(0), seen from a wall below; its sign in the user's coordinate; the walls; whether pilots are needed."""
+
+    position: float
+    sign: float = 1.0
+    low: float = -math.inf
+    high: float = math.inf
+    searched: bool = True
+
+    def inside(self, position: float) -> float:
+        """The nearest place between the walls."""
+        return min(max(self.low, position), self.high)
+
+
+def _guess(problem: Oscillator | System) -> _Guess:
+    if isinstance(problem, System):
+        law, low, high = system_scales(problem).law, problem.potential.low, problem.potential.high
+        return _Guess(law.mean, 1.0, low, high, _remembers(problem) and not problem.of(ThermalNoise))
+    if problem.barrier is None:
+        return _Guess(0.0, searched=False)
+    sign = problem.direction
+    wall = sign * problem.barrier.position
+    mean = abs(averaging(replace(problem, barrier=Barrier(0.0, problem.restitution))).x_mean)
+    return _Guess(max(wall, mean), sign, wall)
+
+
+def _remembers(system: System) -> bool:
+    """Whether the past acts, and E[x] is not 0 by symmetry."""
+    memory = system.of(Series, Maxwell, Circuit) or [pot for pot in system.of(Springpot) if pot.remembers]
+    if not memory:
+        return False
+    potential, mirror = system.potential, replace(system.potential, low=0.0, high=0.0, contacts=())
+    odd = not any(mirror.coefficients[::2]) and potential.low == -potential.high
+    walls = sorted(wall.restitution for wall in system.of(Barrier))
+    below = [replace(contact, position=-contact.position, side="below") for contact in system.of(Contact)
+             if contact.side == "above"]  # fmt: skip
+    above = [contact for contact in system.of(Contact) if contact.side == "below"]
+    return not (odd and len({*walls}) <= 1 and below == above)
 
 
 def _slope(tried: list[tuple[float, float]]) -> float:
@@ -99,11 +145,12 @@ def _slope(tried: list[tuple[float, float]]) -> float:
     return min(max((later_reached - reached) / (later_start - start), 0.0), 0.9)
 
 
-def _pilot_settings(oscillator: Oscillator, settings: Settings, most: int) -> Settings:
+def _pilot_settings(problem: Oscillator | System, settings: Settings, most: int) -> Settings:
     """Ten relaxation times at a coarse step of the default scheme; the average is over the last six."""
-    scales = scales_of(oscillator)
+    scales = scales_of_problem(problem)
     step = 8.0 * (Splitting.default_step / scales.fastest_rate)
-    cycle = 5.0 / oscillator.natural_frequency
+    frequency = problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
+    cycle = 5.0 / frequency
     duration = 10.0 * max(scales.energy_time, min(scales.creep_time, 20.0 * cycle), cycle)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))

@@ -1,13 +1,18 @@
-"""From an oscillator and settings to the kernel's parts, and from its sums back: units and side are converted here.
+"""From a problem and settings to the kernel's parts, and from its sums back: units and side are converted here.
 
-In the kernel the wall is always below the motion; a wall above is mirrored, x -> -x.  The kernel's units are powers of
-two near the problem's scales, so that its numbers are near 1 and a change of scale by a power of two changes no bit.
+In the kernel a single wall of an oscillator is always below the motion; a wall above is mirrored, x -> -x.  The
+kernel's units are powers of two near the problem's scales, so that its numbers are near 1 and a change of scale by a
+power of two changes no bit.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import add
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,83 +22,52 @@ from springpot.oscillator import Oscillator
 from springpot.simulation import parts
 from springpot.simulation.forces import White
 from springpot.simulation.kernel import COLUMNS, Memory
-from springpot.simulation.lanes import GROUP, MOST_MODES
-from springpot.simulation.parts import Start
+from springpot.simulation.lanes import GROUP, MOST_FORCES, MOST_MODES
+from springpot.simulation.lowering import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
+from springpot.simulation.parts import Start, answer_of_springpot
 from springpot.simulation.scales import Scales
 from springpot.simulation.schemes import NumericalScheme
 from springpot.simulation.settings import Settings
-from springpot.simulation.walls import NoWall, Rigid
+from springpot.simulation.system_scales import BoltzmannLaw, SystemScales, boltzmann_law
+from springpot.simulation.units import Units
+from springpot.simulation.walls import NoWall, Pair, Rigid, Soft
+from springpot.system import System
 
-__all__ = ["Floats", "Parts", "Units", "compose"]
+__all__ = ["Floats", "Parts", "compose"]
 
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Units:
-    """The kernel's units, and whether the motion is mirrored.
-
-    Attributes
-    ----------
-    length, time : float
-        In m and s.
-    sign : float
-        -1 if the motion is mirrored, otherwise 1.
-    """
-
-    length: float
-    time: float
-    sign: float
-
-    @property
-    def speed(self) -> float:
-        """In m/s."""
-        return self.length / self.time
-
-    def into(self, x: float, v: float) -> tuple[float, float]:
-        """A state in the kernel's units, from one in m and m/s."""
-        return self.sign * x / self.length, self.sign * v / self.length * self.time
-
-    @property
-    def state(self) -> tuple[float, float]:
-        """Factors for x and v of the kernel."""
-        return self.sign * self.length, self.sign * self.speed
-
-    @property
-    def columns(self) -> list[float]:
-        """Factors for the COLUMNS of the kernel."""
-        (x, v), square = self.state, self.speed**2
-        force, power = v / self.time, square / self.time
-        units = {
-            "x": x, "x_square": self.length**2, "v_square": square, "force": force, "power": power, "virial": square,
-            "impacts": 1.0, "impact_speeds": self.speed, "impact_speed_squares": square, "collapses": 1.0,
-            "energy_first": square, "energy_last": square, "x_end": x, "v_end": v,
-        }  # fmt: skip
-        return [units[name] for name in COLUMNS]
-
-
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """The arguments of the kernel for one oscillator and one step.
+    """The arguments of the kernel for one problem and one step.
 
     Attributes
     ----------
     scheme, wall, load, memory, start
-        Parts of the kernel, in its units.
+        Parts of the kernel, in its units; ``load`` is the sum of all forces.
     drive : ndarray
         Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
     frequency : float
-        Omega in the kernel's units.
+        Of the spring that is followed exactly (Omega of an oscillator), in the kernel's units.
     expected_power : float
         Mean input power of the noise in this scheme, q/2 plus terms of the order of the step; in m^2/s^3.
     units : Units
     history : ExponentialSum
         The memory without units.
+    named : tuple of Named
+        The forces with names, in the order of their works.
+    taps : tuple of Arm
+        Circuits whose voltage is observed.
+    tapped : ndarray of int
+        Their modes in the memory.
+    law : BoltzmannLaw or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     """
 
     scheme: parts.Splitting | parts.Euler
-    wall: NoWall | Rigid
-    load: White
+    wall: NoWall | Rigid | Pair | Soft
+    load: Any
     memory: Memory
     start: Start
     drive: npt.NDArray[np.floating]
@@ -101,24 +75,53 @@ class Parts:
     expected_power: float
     units: Units
     history: ExponentialSum
+    named: tuple[Named, ...] = ()
+    taps: tuple[Arm, ...] = ()
+    tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    law: BoltzmannLaw | None = None
 
     @property
     def wall_position(self) -> float:
-        """Place of the wall in the kernel's units; 0 without one."""
+        """Place of a single rigid wall in the kernel's units; 0 without one."""
         return self.wall.position if isinstance(self.wall, Rigid) else 0.0
 
+    @property
+    def columns(self) -> dict[str, float]:
+        """The numbers of a row by name, each with the factor from the kernel's units."""
+        units = self.units
+        square = units.speed**2
+        upper = {"upper_impacts": 1.0, "upper_speeds": units.speed, "upper_squares": square}
+        extra = {f"work of {named.name}": square for named in self.named}
+        if isinstance(self.wall, Soft):
+            extra |= {"contact_work": square, "contact_loss": square, "contact_time": units.time,
+                      "contact_depth": units.length}  # fmt: skip
+        if isinstance(self.wall, Pair | Soft):
+            extra |= upper
+        extra |= {f"voltage of {tap.name}": tap.volts**2 for tap in self.taps}
+        return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
-def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts:
+
+def compose(problem: Oscillator | System, settings: Settings, scales: Scales) -> Parts:
     """The arguments of the kernel.
 
     Raises
     ------
     ValueError
         If x(0) is not known yet, or the memory has too many terms for the kernel.
+    NotCovered
+        If parts of a system cannot be simulated together.
     """
     position = settings.initial_position
     if position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
+    if isinstance(problem, Oscillator):
+        return _compose_oscillator(problem, settings, scales, position)
+    if not isinstance(scales, SystemScales):
+        raise TypeError("scales must be those of a system.")
+    return _compose_system(problem, settings, scales, position)
+
+
+def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scales, position: float) -> Parts:
     units = _units(oscillator, position, settings.initial_velocity, scales)
     length, time, order = units.length, units.time, oscillator.springpot.order
     coefficient = oscillator.springpot.coefficient * time ** (2.0 - order)
@@ -127,24 +130,105 @@ def compose(oscillator: Oscillator, settings: Settings, scales: Scales) -> Parts
     x0, v0 = units.into(position, settings.initial_velocity)
     scale = coefficient * step**-order
     scheme = settings.numerical_scheme
-    history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
-    at_this_step = scheme.at(frequency, order, coefficient, step, length)
+    at_this_step = scheme.at(frequency, answer_of_springpot(order, coefficient, step), step, length)
     drive = _drive(order, scale, x0, settings)
     early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
     barrier = oscillator.barrier
     wall = NoWall(0.0) if barrier is None else Rigid(units.into(barrier.position, 0.0)[0], barrier.restitution)
+    memory, history = _memory([(order, coefficient)], [], scheme, step, settings)
     return Parts(
         scheme=at_this_step,
         wall=wall,
         load=White(math.sqrt(intensity * step)),
-        memory=_memory(history, scale, scheme, order, settings.precision),
-        start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), early),
+        memory=memory,
+        start=_start(x0, v0, frequency, early),
         drive=drive,
         frequency=frequency,
         expected_power=0.5 * oscillator.excitation.intensity * at_this_step.share,
         units=units,
         history=history,
     )
+
+
+def _compose_system(system: System, settings: Settings, scales: SystemScales, position: float) -> Parts:
+    walls = [abs(end) for end in (system.potential.low, system.potential.high) if math.isfinite(end)]
+    velocity = settings.initial_velocity
+    longest = max(scales.length, abs(position), abs(velocity) * (1.0 / scales.flight_frequency), *walls, 0.0)
+    units = Units(2.0 ** round(math.log2(longest)), 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0)
+    unit, step = system.per_unit_mass, settings.step / units.time
+    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    frequency = scales.flight_frequency * units.time
+    # kicks have what the exact flight has not; rounding of k - k is nothing
+    remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
+    beside = total + Lowered(springs=remainder)
+    linear = sum(abs(k) for k in (total.springs[1:2] or (0.0,))) + frequency**2
+    springs = [0.0 if n == 1 and abs(k) < 1e-12 * linear else k for n, k in enumerate(beside.springs)]
+    if total.temperature > 0.0:
+        name = unit.name_of(next(part for part in unit.parts if type(part).__name__ == "ThermalNoise"))
+        beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps),))
+    scheme = settings.numerical_scheme
+    answer = sum(answer_of_springpot(order, c, step) for order, c in total.springpots)
+    answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
+    at_this_step = scheme.at(frequency, answer, step, units.length)
+    memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
+    load, named = forces_of(_with_springs(beside, springs), at_this_step.share, step)
+    x0, v0 = units.into(position, velocity)
+    taps = tuple(arm for arm in total.arms if arm.name)
+    if len(taps) > MOST_FORCES:
+        raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
+    modes = history.rates.size - len(total.arms)
+    return Parts(
+        scheme=at_this_step,
+        wall=wall_of(total, frequency, math.sqrt(scales.law.temperature) / units.speed, step),
+        load=load,
+        memory=memory,
+        start=_start(x0, v0, frequency, 0.0),
+        drive=np.zeros(0, settings.precision),
+        frequency=frequency,
+        expected_power=0.5 * (total.white + total.poisson) * at_this_step.share * units.speed**2 / units.time,
+        units=units,
+        history=history,
+        named=named,
+        taps=tuple(_tap(arm, step) for arm in taps),
+        tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
+        law=boltzmann_law(unit.potential, scales.law.temperature) if total.temperature > 0.0 else None,
+    )
+
+
+def _with_springs(total: Lowered, springs: Sequence[float]) -> Lowered:
+    from dataclasses import replace
+
+    return replace(total, springs=tuple(springs))
+
+
+def _start(x0: float, v0: float, frequency: float, early: float) -> Start:
+    return Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), early)
+
+
+def _answer_of_arm(arm: Arm, step: float) -> float:
+    """As that of a springpot: the third integral of the kernel exp(-rate t) over the step, over its square."""
+    y = arm.rate * step
+    if y < 1e-2:
+        return arm.strength * step * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0 - y / 720.0)))
+    return arm.strength * step * (0.5 * y * y - y - math.expm1(-y)) / y**3
+
+
+def _moment_of_arm(arm: Arm, step: float) -> float:
+    """First moments of its kernel over all earlier steps, summed: (coth(y / 2) / 2 - 1 / y) / rate, y = rate step."""
+    y = arm.rate * step
+    if y < 1e-2:
+        return arm.strength * step * (1.0 / 12.0 - y * y / 720.0)
+    return arm.strength * step * (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y
+
+
+def _mean_in_step(rate: float) -> float:
+    """The mean of exp(-rate t) over a step, ``rate`` per step."""
+    return -math.expm1(-rate) / rate if rate > 1e-12 else 1.0
+
+
+def _tap(arm: Arm, step: float) -> Arm:
+    """The same with the voltage per unit of the mode as the memory keeps it: it holds increments, not their decay."""
+    return Arm(arm.strength, arm.rate, arm.name, arm.volts * _mean_in_step(arm.rate * step))
 
 
 def _units(oscillator: Oscillator, position: float, velocity: float, scales: Scales) -> Units:
@@ -163,26 +247,47 @@ def _units(oscillator: Oscillator, position: float, velocity: float, scales: Sca
 
 
 def _memory(
-    history: ExponentialSum, scale: float, scheme: NumericalScheme, order: float, precision: str
-) -> Memory:
-    if history.rates.size > MOST_MODES:
+    springpots: Sequence[tuple[float, float]],
+    arms: Sequence[Arm],
+    scheme: NumericalScheme,
+    step: float,
+    settings: Settings,
+) -> tuple[Memory, ExponentialSum]:
+    """The memory of springpots, by order and coefficient, and of arms; and all its modes, those of arms last."""
+    rates, strengths, error = np.zeros(0), np.zeros(0), 0.0
+    recent, extra = np.zeros(GROUP), 0.0
+    for order, coefficient in springpots:
+        scale = coefficient * step**-order
+        history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
+        rates, strengths = np.append(rates, history.rates), np.append(strengths, scale * history.weights)
+        recent, extra = recent + scale * scheme.recent_weights(order), extra + scale * scheme.extra_weight(order)
+        error = max(error, history.relative_error)
+    for arm in arms:
+        rate = arm.rate * step
+        weight = arm.strength * _mean_in_step(rate)
+        rates, strengths = np.append(rates, rate), np.append(strengths, weight)
+        answer = _answer_of_arm(arm, step)
+        last = (_moment_of_arm(arm, step) - answer) / step
+        recent = recent + weight * np.exp(-rate * np.arange(GROUP)) + [last - 2.0 * answer / step, -last, 0.0, 0.0]
+        extra -= last
+    if rates.size > MOST_MODES:
         raise ValueError(
-            f"memory_tolerance needs {history.rates.size} memory modes, but the kernel holds at most "
+            f"memory_tolerance needs {rates.size} memory modes, but the kernel holds at most "
             f"{MOST_MODES}: use a larger one."
         )
     # an even number of modes, because the kernel takes two at a time; an added one has weight 0
-    size = history.rates.size + history.rates.size % 2
-    rates, strengths = np.zeros(size), np.zeros(size)
-    rates[: history.rates.size], strengths[: history.rates.size] = history.rates, scale * history.weights
-    recent = scheme.recent_weights(order)
-    powers = np.exp(-np.outer(rates, np.arange(1, GROUP + 1)))
-    weights_of_modes = strengths[:, None] * powers
-    powers[:, -1] = np.expm1(-GROUP * rates)
+    size = rates.size + rates.size % 2
+    padded, weighted = np.zeros(size), np.zeros(size)
+    padded[: rates.size], weighted[: rates.size] = rates, strengths
+    powers = np.exp(-np.outer(padded, np.arange(1, GROUP + 1)))
+    weights_of_modes = weighted[:, None] * powers
+    powers[:, -1] = np.expm1(-GROUP * padded)
+    precision = settings.precision
     return Memory(
         powers.ravel().astype(precision),
         weights_of_modes.ravel().astype(precision),
-        *(np.dtype(precision).type(scale * w) for w in (recent[0], scheme.extra_weight(order), *recent[1:])),
-    )
+        *(np.dtype(precision).type(w) for w in (recent[0], extra, *recent[1:])),
+    ), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
 
 
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:

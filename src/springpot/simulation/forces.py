@@ -6,11 +6,13 @@ units; impulses are those of a whole step.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
+from springpot.simulation.lanes import LANES
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 
-__all__ = ["Sum", "White", "only_pushes"]
+__all__ = ["Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "only_pushes"]
 
 
 class White(NamedTuple):
@@ -102,3 +104,116 @@ only_pushes(White)
 @answers(push, White)
 def _push_white(force, slot, n, x, v, g, forcing, at, lane, weight):
     return force.strength * g, 0.0
+
+
+class Parametric(NamedTuple):
+    """White noise of which one part multiplies x: one normal for both, since their sum has the sum of their variances.
+
+    Named for its compensator: the mean work of the part that multiplies x, given x at the kick, is summed as its work.
+    """
+
+    square: float  # q h
+    square_of_x: float  # q2 h
+    feed: float  # q2 h / 2, less what dashpots and springpots take of it within the step
+
+
+only_pushes(Parametric, named=True)
+
+
+@answers(push, Parametric)
+def _push_parametric(force, slot, n, x, v, g, forcing, at, lane, weight):
+    forcing.impulses[slot * LANES + lane] = 0.0
+    forcing.works[slot * LANES + lane] += weight * force.feed * x * x
+    return math.sqrt(force.square + force.square_of_x * x * x) * g, 0.0
+
+
+class Cubic(NamedTuple):
+    """A force -(k0 + k1 x + k2 x^2 + k3 x^3), times the step."""
+
+    k0: float
+    k1: float
+    k2: float
+    k3: float
+
+
+only_pushes(Cubic, named=True)
+
+
+@answers(push, Cubic)
+def _push_cubic(force, slot, n, x, v, g, forcing, at, lane, weight):
+    impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * force.k3)))
+    forcing.impulses[slot * LANES + lane] = impulse
+    return 0.0, impulse
+
+
+class Nonic(NamedTuple):
+    """As `Cubic`, up to the ninth power."""
+
+    k0: float
+    k1: float
+    k2: float
+    k3: float
+    k4: float
+    k5: float
+    k6: float
+    k7: float
+    k8: float
+    k9: float
+
+
+only_pushes(Nonic, named=True)
+
+
+@answers(push, Nonic)
+def _push_nonic(force, slot, n, x, v, g, forcing, at, lane, weight):
+    high = force.k5 + x * (force.k6 + x * (force.k7 + x * (force.k8 + x * force.k9)))
+    impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * (force.k3 + x * (force.k4 + x * high)))))
+    forcing.impulses[slot * LANES + lane] = impulse
+    return 0.0, impulse
+
+
+class PowerDamper(NamedTuple):
+    """The dampers c2 v abs(v) and c3 v^3, each followed exactly for half a step."""
+
+    quadratic: float  # c2 h / 2
+    cubic: float  # c3 h
+
+
+@answers(damp, PowerDamper)
+def _damp_powers(force, slot, x, v, forcing, lane, weight, after):
+    left = v
+    if after:
+        left = left / math.sqrt(1.0 + force.cubic * left * left)
+    left = left / (1.0 + force.quadratic * abs(left))
+    if not after:
+        left = left / math.sqrt(1.0 + force.cubic * left * left)
+    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
+    return left
+
+
+class VanDerPolDamper(NamedTuple):
+    """The damper mu (x^2 - l^2) v, for half a step at the x of the kick; exact to the second order, never of a new sign."""
+
+    rate: float  # mu h / 2
+    square: float  # l^2
+
+
+@answers(damp, VanDerPolDamper)
+def _damp_van_der_pol(force, slot, x, v, forcing, lane, weight, after):
+    a = force.rate * (x * x - force.square)
+    size = 1.0 + abs(a) * (1.0 + 0.5 * abs(a))
+    left = v / size if a > 0.0 else v * size
+    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
+    return left
+
+
+def _push_nothing(force, slot, n, x, v, g, forcing, at, lane, weight):
+    forcing.impulses[slot * LANES + lane] = 0.0
+    return 0.0, 0.0
+
+
+for _damper in (PowerDamper, VanDerPolDamper):
+    answers(slots, _damper)(_one_named)
+    answers(wake, _damper)(_wake_nothing)
+    answers(supply, _damper)(_supply_nothing)
+    answers(push, _damper)(_push_nothing)

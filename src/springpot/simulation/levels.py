@@ -10,6 +10,7 @@ import numpy as np
 
 from springpot.options import DEFAULTS
 from springpot.oscillator import Oscillator
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.completed_rate import are_crowded, counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.compose import Floats
 from springpot.simulation.forgetting import shares_missing
@@ -17,7 +18,7 @@ from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import LANES
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, derivative_at
-from springpot.simulation.simulation import Adapted, Progress, Simulation, simulation_of
+from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import extrapolation_step
 from springpot.theory import exact
 
@@ -140,7 +141,7 @@ def level_settings(
         window=(begin, begin + length),
         seed=seed,
         threads=threads,
-        derivative=derivative_at(oscillator.springpot.order, "caputo"),
+        derivative=derivative_at(oscillator, "caputo"),
         memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
     )
 

@@ -59,7 +59,7 @@ from scipy import special
 from springpot.simulation.lanes import INLINE
 
 __all__ = [
-    "Euler", "Forcing", "Splitting", "Start",
+    "Euler", "Forcing", "Splitting", "Start", "answer_of_springpot",
     "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "kick", "push", "slots",
     "splitting", "supply", "wake",
 ]  # fmt: skip
@@ -111,13 +111,24 @@ class Forcing(NamedTuple):
     normals: Any  # four steps of normals, for the moment
 
 
-def splitting(frequency: float, order: float, coefficient: float, step: float) -> Splitting:
+def answer_of_springpot(order: float, coefficient: float, step: float) -> float:
+    """Mean over a step of a springpot's force due to a unit impulse that is spread evenly over the same step.
+
+    Examples
+    --------
+    >>> answer_of_springpot(1.0, 3.0, 0.1)  # of a dashpot: half of its coefficient
+    1.5
+    """
+    return coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
+
+
+def splitting(frequency: float, answer: float, step: float) -> Splitting:
     """The default scheme's numbers for one step size.
 
     Parameters
     ----------
-    frequency, order, coefficient, step : float
-        Omega, alpha, C and h, in the kernel's units.
+    frequency, answer, step : float
+        Omega, the sum of the answers of springpots and dashpots, and h, in the kernel's units.
 
     Returns
     -------
@@ -125,12 +136,10 @@ def splitting(frequency: float, order: float, coefficient: float, step: float) -
 
     Examples
     --------
-    >>> round(splitting(1.0, 0.5, 0.0, 0.1).whole_cosine, 4)  # without a springpot it turns by Omega h
+    >>> round(splitting(1.0, 0.0, 0.1).whole_cosine, 4)  # without a springpot it turns by Omega h
     0.995
     """
     phase = 0.5 * frequency * step
-    # mean over a step of the springpot's force due to a unit impulse spread evenly over the same step
-    answer = coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
     return Splitting(
         step=step,
         frequency=frequency,

@@ -28,9 +28,10 @@ from springpot.simulation.lanes import (
     u64,
 )
 
-__all__ = ["box_muller", "draw", "normals", "philox"]
+__all__ = ["box_muller", "draw", "normals", "philox", "start_normals"]
 
 _WORD = u64(0xFFFFFFFF)
+_START = 0x40000000  # counter word of the normals of the start
 _four_lanes = stack_array(GROUP * LANES)
 
 
@@ -118,11 +119,11 @@ def draw(group, first, stream, word, k0, k1, g):
 
 
 @njit(nogil=True, **FAST)
-def _fill(first, stream, k0, k1, out):
+def _fill(first, stream, word, k0, k1, out):
     g = _four_lanes(f32(0))
     paths, steps = out.shape
     for group in range((steps + GROUP - 1) // GROUP):
-        draw(group, first, stream, 0, k0, k1, g)
+        draw(group, first, stream, word, k0, k1, g)
         for lane in range(min(LANES, paths)):
             for j in range(min(GROUP, steps - GROUP * group)):
                 out[lane, GROUP * group + j] = g[j * LANES + lane]
@@ -151,7 +152,31 @@ def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArra
     out = np.empty((paths, steps), np.float32)
     k0, k1 = key_words(seed)
     for first in range(0, paths, LANES):
-        _fill(first, stream, k0, k1, out[first : first + LANES])
+        _fill(first, stream, 0, k0, k1, out[first : first + LANES])
+    return out
+
+
+def start_normals(seed: int, first: int, paths: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
+    """Four normals for the start of each of the paths ``first`` ..., independent of those of the run.
+
+    Parameters
+    ----------
+    seed, first, paths, stream : int
+        ``first`` is a multiple of LANES.
+
+    Returns
+    -------
+    ndarray of float32, shape (paths, 4)
+
+    Examples
+    --------
+    >>> bool((start_normals(1, 64, 64) == start_normals(1, 0, 128)[64:]).all())
+    True
+    """
+    out = np.empty((paths, GROUP), np.float32)
+    k0, k1 = key_words(seed)
+    for begin in range(0, paths, LANES):
+        _fill(first + begin, stream, _START, k0, k1, out[begin : begin + LANES])
     return out
 
 

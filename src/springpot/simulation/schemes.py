@@ -40,10 +40,11 @@ class NumericalScheme(Protocol):
     coarsest_step: ClassVar[float]
     family: ClassVar[Family]
 
-    def at(
-        self, frequency: float, order: float, coefficient: float, step: float, length: float
-    ) -> parts.Splitting | parts.Euler:
-        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m."""
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
+        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
+
+        ``answer`` is the sum of those of springpots and dashpots (`springpot.simulation.parts.answer_of_springpot`).
+        """
 
     def recent_weights(self, order: float) -> Floats:
         """Weights of the four newest increments, in units of h^-alpha."""
@@ -64,8 +65,8 @@ class Splitting(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
 
-    def at(self, frequency: float, order: float, coefficient: float, step: float, length: float) -> parts.Splitting:
-        return parts.splitting(frequency, order, coefficient, step)
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
+        return parts.splitting(frequency, answer, step)
 
     def recent_weights(self, order: float) -> Floats:
         weights = direct(self.family, order, GROUP)
@@ -96,7 +97,7 @@ class Grunwald(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.005
     family: ClassVar[Family] = "grunwald"
 
-    def at(self, frequency: float, order: float, coefficient: float, step: float, length: float) -> parts.Euler:
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
         return parts.euler(frequency, step, self.contact_tolerance / length)
 
     def recent_weights(self, order: float) -> Floats:

@@ -14,9 +14,20 @@ import numpy.typing as npt
 from springpot.arguments import LARGEST, finite_number
 from springpot.options import DEFAULTS, Derivative, Options, Scheme, StartKind
 from springpot.oscillator import Oscillator
+from springpot.parts import (
+    ColouredNoise,
+    FilteredNoise,
+    Harmonic,
+    PoissonImpulses,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
 from springpot.simulation.schemes import NumericalScheme, scheme_of
+from springpot.simulation.system_scales import scales_of_problem, system_scales
+from springpot.system import System
 from springpot.theory.result import NoStationaryState
 
 __all__ = ["Settings", "check_stationary", "checked_seed", "checked_threads", "default_start", "resolve"]
@@ -27,6 +38,7 @@ MOST_PATHS = 50_000_000  # 5.6 GB of sums
 MOST_RECORDED = 50_000_000
 LONGEST_SINGLE = 5_000_000  # steps; in longer runs the rounding of single-precision memory would be visible
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
+_WHOSE = ("an oscillator whose fastest rate (the larger of Omega and C^(1/(2-alpha)))", "a system whose fastest rate")
 COARSEST = 0.5  # largest step * fastest rate that is accepted
 
 
@@ -111,18 +123,18 @@ class Settings:
         return {**asdict(self), "window": list(self.window)}
 
 
-def default_duration(oscillator: Oscillator, scales: Scales, step: float) -> float:
+def default_duration(problem: Oscillator | System, scales: Scales, step: float) -> float:
     """100 / Omega (as in the paper), or 20 relaxation times if that is longer; at most 1e4 / Omega and 2 million steps.
 
     A slower oscillator needs an explicit ``duration``.
     """
-    frequency = oscillator.natural_frequency
+    frequency = problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
     long_enough = 20.0 * scales.relaxation_time
     wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
-def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
+def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
     """Check the given arguments and complete them with defaults.
 
     Raises
@@ -130,22 +142,25 @@ def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
     TypeError, ValueError
         One sentence that names the argument, what is wrong with it and what would be right.
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    if not isinstance(problem, Oscillator | System):
+        raise TypeError(f"oscillator must be an Oscillator, not {problem!r}.")
     options = cast(Options, {**DEFAULTS, **given})
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
+    if isinstance(problem, System) and (options["scheme"], options["derivative"]) != ("default", "caputo"):
+        name = "scheme" if options["scheme"] != "default" else "derivative"
+        raise ValueError(f"{name} must be {DEFAULTS[name]!r} for a system that is no Oscillator.")
     start = options["start"]
     if start is None:
-        start, _ = default_start(oscillator, options)
+        start, _ = default_start(problem, options)
     _one_of(start, "start", get_args(StartKind))
     paths = _whole(options["paths"], "paths", 1, MOST_PATHS)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
-    duration, step, steps = _grid(oscillator, options["duration"], options["step"], options["scheme"])
+    duration, step, steps = _grid(problem, options["duration"], options["step"], options["scheme"])
     window = _window(options["window"], duration, step)
     record, record_every = _record(options["record"], options["record_every"], paths, steps)
-    position = _initial_position(oscillator, options["initial_position"], start, options["derivative"])
+    position = _initial_position(problem, options["initial_position"], start, options["derivative"])
     return Settings(
         paths=paths,
         duration=duration,
@@ -157,7 +172,7 @@ def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
         start=start,
         initial_position=position,
         initial_velocity=_initial_velocity(options["initial_velocity"]),
-        derivative=derivative_at(oscillator.springpot.order, options["derivative"]),
+        derivative=derivative_at(problem, options["derivative"]),
         memory_tolerance=finite_number(options["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
         contact_tolerance=finite_number(options["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
@@ -165,7 +180,7 @@ def resolve(oscillator: Oscillator, **given: Unpack[Options]) -> Settings:
     )
 
 
-def default_start(oscillator: Oscillator, given: Options = DEFAULTS) -> tuple[StartKind, str]:
+def default_start(problem: Oscillator | System, given: Options = DEFAULTS) -> tuple[StartKind, str]:
     """The start of a run without the argument ``start``, and the reason if there is no stationary state.
 
     The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
@@ -188,13 +203,16 @@ def default_start(oscillator: Oscillator, given: Options = DEFAULTS) -> tuple[St
     options = {**DEFAULTS, **given}
     if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
-    if reason := _not_stationary(oscillator):
+    if reason := _not_stationary(problem):
         return "rest", reason
     return "stationary", ""
 
 
-def _not_stationary(oscillator: Oscillator) -> str:
+def _not_stationary(problem: Oscillator | System) -> str:
     """Why there is no stationary state; empty if there is one."""
+    if isinstance(problem, System):
+        return _system_not_stationary(problem)
+    oscillator = problem
     if oscillator.excitation.intensity == 0.0:
         return "without noise the motion dies out"
     if math.isinf(scales_of(oscillator).energy_time):
@@ -202,7 +220,17 @@ def _not_stationary(oscillator: Oscillator) -> str:
     return ""
 
 
-def check_stationary(oscillator: Oscillator, who: str) -> None:
+def _system_not_stationary(system: System) -> str:
+    kinds = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
+    feeding = [part for part in system.of(*kinds) if getattr(part, "intensity", 1.0) and getattr(part, "amplitude", 1.0)]
+    if not feeding:
+        return "without excitation the motion dies out"
+    if math.isinf(system_scales(system).energy_time):
+        return "nothing takes energy from the motion"
+    return ""
+
+
+def check_stationary(problem: Oscillator | System, who: str) -> None:
     """Raise an error if there is no stationary state; ``who`` is the argument or command that needs one.
 
     Raises
@@ -216,8 +244,8 @@ def check_stationary(oscillator: Oscillator, who: str) -> None:
     --------
     >>> check_stationary(Oscillator(), "rtol")
     """
-    reason = _not_stationary(oscillator)
-    if reason and oscillator.excitation.intensity == 0.0:
+    reason = _not_stationary(problem)
+    if reason and isinstance(problem, Oscillator) and problem.excitation.intensity == 0.0:
         raise ValueError(f"intensity must be positive with {who}: {reason}.")
     if reason:
         raise NoStationaryState(f"{who} needs a stationary state, and there is none: {reason}.")
@@ -228,24 +256,23 @@ def _initial_velocity(given: float | None) -> float:
 
 
 def _grid(
-    oscillator: Oscillator, duration: float | None, step: float | None, scheme: Scheme
+    problem: Oscillator | System, duration: float | None, step: float | None, scheme: Scheme
 ) -> tuple[float, float, int]:
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
-    scales = scales_of(oscillator)
+    scales = scales_of_problem(problem)
     if step is None:
         step = min(scheme_of(scheme).default_step / scales.fastest_rate, math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:
-        duration = default_duration(oscillator, scales, step)
+        duration = default_duration(problem, scales, step)
     if step > duration:
         raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
     fastest = scales.fastest_rate
     if step * fastest > COARSEST:
         raise ValueError(
-            f"step is {step:g} s, too coarse for an oscillator whose fastest rate (the larger of Omega and "
-            f"C^(1/(2-alpha))) is {fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
+            f"step is {step:g} s, too coarse for {_WHOSE[isinstance(problem, System)]} is {fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
             f"{0.01 / fastest:.3g} s for errors well below 1 %."
         )
     ratio = duration / step
@@ -299,9 +326,8 @@ def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int
 
 
 def _initial_position(
-    oscillator: Oscillator, given: float | None, start: StartKind, derivative: Derivative
+    problem: Oscillator | System, given: float | None, start: StartKind, derivative: Derivative
 ) -> float | None:
-    barrier = oscillator.barrier
     if start == "stationary":
         if given is not None:
             raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
@@ -309,8 +335,11 @@ def _initial_position(
             raise ValueError(
                 "derivative must be 'caputo' with start='stationary': the memory of this start is adapted to x(0)."
             )
-        check_stationary(oscillator, "start='stationary'")
+        check_stationary(problem, "start='stationary'")
         return None
+    if isinstance(problem, System):
+        return _position_between(problem, given)
+    oscillator, barrier = problem, problem.barrier
     if barrier is None:
         return 0.0 if given is None else finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
     sign = oscillator.direction
@@ -326,9 +355,21 @@ def _initial_position(
     return given
 
 
-def derivative_at(order: float, derivative: Derivative) -> Derivative:
+def _position_between(system: System, given: float | None) -> float:
+    """x(0) of a system: 0 or the wall beyond which 0 lies, if it is not given."""
+    low, high = system.potential.low, system.potential.high
+    if given is None:
+        return min(max(0.0, low), high)
+    position = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
+    if not low <= position <= high:
+        raise ValueError(f"initial_position is {position:g}, behind a wall: it must lie between {low:g} and {high:g}.")
+    return position
+
+
+def derivative_at(problem: Oscillator | System, derivative: Derivative) -> Derivative:
     """The derivative used: at order 0 both are x, which is Riemann-Liouville's D^0 x."""
-    return "riemann-liouville" if order == 0.0 else derivative
+    spring = isinstance(problem, Oscillator) and problem.springpot.order == 0.0
+    return "riemann-liouville" if spring else derivative
 
 
 def checked_seed(seed: int) -> int:

@@ -11,48 +11,29 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import special
 
 from springpot.crew import work_together
 from springpot.oscillator import Oscillator
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import Floats, Parts, compose
 from springpot.simulation.kernel import COLUMNS, block
 from springpot.simulation.lanes import LANES
 from springpot.simulation.observers import BATCHES, HEADER, Observer, Observers
-from springpot.simulation.random import key_words
-from springpot.simulation.scales import Scales, scales_of
+from springpot.simulation.parts import Start
+from springpot.simulation.random import key_words, start_normals
+from springpot.simulation.scales import Scales
 from springpot.simulation.settings import Settings
 from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.simulation.statistics import ratio, residual, standard_error
+from springpot.simulation.system_results import errors_of_the_start_of_system, samples_of_system
+from springpot.simulation.system_scales import scales_of_problem
+from springpot.system import System
 from springpot.units import UNITS
 
-__all__ = ["Adapted", "Ensemble", "Progress", "Simulation", "simulation_of"]
+__all__ = ["Ensemble", "Progress", "Simulation", "simulation_of"]
 
 Progress = Callable[[float], None]
-NO_TAPS = np.zeros(0, np.int64)
-
-
-@dataclass(frozen=True)
-class Adapted:
-    """A stationary start: x(0) and its error.  Made by `springpot.simulation.adapted.adapt`.
-
-    Attributes
-    ----------
-    position : float
-        x(0), in m.
-    residual, residual_se : float or None
-        |E[x] - x(0)| over the root mean square displacement, and its standard error, measured by an independent pilot
-        run before the last correction of x(0).  None if pilot runs would take too long; x(0) is then that of averaging.
-    error : float or None
-        Standard error of x(0), over the root mean square displacement; None without pilot runs.
-    pilots : int
-        Number of pilot runs.
-    """
-
-    position: float
-    residual: float | None
-    residual_se: float | None
-    error: float | None
-    pilots: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +57,11 @@ class Ensemble:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """One oscillator with settings, prepared for the kernel.  Made by `simulation_of`.
+    """One problem with settings, prepared for the kernel.  Made by `simulation_of`.
 
     Attributes
     ----------
-    oscillator : Oscillator
+    problem : Oscillator or System
     settings : Settings
         Complete: x(0) is known.
     scales : Scales
@@ -89,11 +70,24 @@ class Simulation:
         x(0) of a stationary start.
     """
 
-    oscillator: Oscillator
+    problem: Oscillator | System
     settings: Settings
     scales: Scales
     parts: Parts
     adapted: Adapted | None = None
+
+    @property
+    def oscillator(self) -> Oscillator:
+        """The problem, where it is an oscillator.
+
+        Raises
+        ------
+        TypeError
+            If it is another system.
+        """
+        if not isinstance(self.problem, Oscillator):
+            raise TypeError("this simulation is of a system that is no oscillator.")
+        return self.problem
 
     def but(self, **changes: Any) -> Simulation:
         """The same with other settings; step, start and memory cannot be changed, the parts depend on them."""
@@ -120,7 +114,8 @@ class Simulation:
         """
         settings = self.settings
         blocks = -(-settings.paths // LANES)
-        rows = np.empty((blocks * LANES, len(COLUMNS)))
+        columns = self.parts.columns
+        rows = np.empty((blocks * LANES, len(columns)))
         record = np.empty((settings.record, settings.recorded_points, 2))
         stop = np.zeros(1, np.uint8)
         k0, k1 = key_words(settings.seed)
@@ -129,6 +124,7 @@ class Simulation:
         done = itertools.count(1)
         parts, units = self.parts, self.parts.units
         header = [*units.state, units.time, parts.frequency, parts.wall_position, LANES]
+        states = self._states(skipped, blocks * LANES, stream)
         observed = [_room(observer, blocks) for observer in observers]
         adding = threading.Lock()
 
@@ -141,8 +137,8 @@ class Simulation:
                     array[len(HEADER) :] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 block(
-                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive, parts.start, NO_TAPS,
-                    parts.frequency**2,
+                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive,
+                    _part_of(parts.start, states, first), parts.tapped, parts.frequency**2,
                     skipped + first, settings.steps, low, high, k0, k1, stream, halved, addresses,
                     record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
                 )  # fmt: skip
@@ -160,14 +156,24 @@ class Simulation:
             stop[0] = 1
 
         work_together(work, min(settings.threads, blocks), stop=halt)
-        record[:, 0] = parts.start.states[:, :2]  # the kernel writes from t = h on
+        record[:, 0] = states[: settings.record if len(states) > 1 else 1, :2]  # the kernel writes from t = h on
         record *= units.state
-        rows *= units.columns
+        rows *= list(columns.values())
         kept = tuple(
             room[: settings.paths] if observer.per_path else room
             for observer, room in zip(observers, observed, strict=True)
         )
         return Ensemble(rows[: settings.paths], record, kept)
+
+    def _states(self, skipped: int, paths: int, stream: int) -> Floats:
+        """x, v and energy at time 0: of every path if they are drawn, otherwise once for all."""
+        law, units = self.parts.law, self.parts.units
+        if law is None or self.settings.start != "stationary":
+            return self.parts.start.states
+        normals = start_normals(self.settings.seed, skipped, paths, stream=stream).astype(float)
+        x = law.drawn(special.ndtr(normals[:, 0])) / units.length
+        v = math.sqrt(law.temperature) / units.speed * normals[:, 1]
+        return np.stack([x, v, 0.5 * (v * v + self.parts.frequency**2 * x * x)], axis=1)
 
     def samples(self, rows: Floats) -> dict[str, tuple[float, Floats]]:
         """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearised).
@@ -179,6 +185,8 @@ class Simulation:
         rows : ndarray, shape (paths, len(COLUMNS))
             Of `advance`.
         """
+        if isinstance(self.problem, System):
+            return samples_of_system(self.problem, self.parts, self.settings, rows)
         oscillator, (low, high) = self.oscillator, self.settings.window_steps
         steps, time = high - low, (high - low) * self.settings.step
         column = dict(zip(COLUMNS, rows.T, strict=True))
@@ -220,9 +228,10 @@ class Simulation:
             rate and speeds at a restitution that makes infinitely many impacts.
         """
         samples = self.samples(rows)
-        values = {name: samples[name][0] for name in UNITS}
+        names = tuple(UNITS) if isinstance(self.problem, Oscillator) else tuple(samples)
+        values = {name: samples[name][0] for name in names}
         start = self.errors_of_the_start(values)
-        return values, {name: math.hypot(standard_error(samples[name][1]), start[name]) for name in UNITS}
+        return values, {name: math.hypot(standard_error(samples[name][1]), start[name]) for name in names}
 
     def errors_of_the_start(self, values: dict[str, float]) -> dict[str, float]:
         """Standard error of each value due to the sampling error of an adapted x(0), which is the same for all paths.
@@ -232,6 +241,8 @@ class Simulation:
         square displacement, and energies by less than half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2
         for <v^2>).
         """
+        if isinstance(self.problem, System):
+            return errors_of_the_start_of_system(self.problem, self.scales, self.settings, self.adapted, values)
         order, frequency = self.oscillator.springpot.order, self.oscillator.natural_frequency
         error = None if self.adapted is None else self.adapted.error
         if error is None or order == 1.0 or not error > 0.0:
@@ -247,12 +258,19 @@ class Simulation:
         return errors
 
 
-def simulation_of(oscillator: Oscillator, settings: Settings, adapted: Adapted | None = None) -> Simulation:
+def simulation_of(
+    problem: Oscillator | System, settings: Settings, adapted: Adapted | None = None
+) -> Simulation:
     """Prepare a simulation; ``adapted`` gives x(0) of a stationary start."""
     if adapted is not None:
         settings = replace(settings, initial_position=adapted.position)
-    scales = scales_of(oscillator)
-    return Simulation(oscillator, settings, scales, compose(oscillator, settings, scales), adapted)
+    scales = scales_of_problem(problem)
+    return Simulation(problem, settings, scales, compose(problem, settings, scales), adapted)
+
+
+def _part_of(start: Start, states: Floats, first: int) -> Start:
+    """The start of one block."""
+    return start._replace(states=states[first : first + LANES] if len(states) > 1 else states)
 
 
 def _room(observer: Observer, blocks: int) -> Floats:

@@ -1,4 +1,4 @@
-"""Walls in the kernel: none, a rigid one below the motion.
+"""Walls in the kernel: none, a rigid one below the motion, one on either side, soft contacts.
 
 The module's text of `springpot.simulation.parts` says what the kernel asks a wall.
 """
@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from springpot.simulation.lanes import FAST, INLINE
+from springpot.simulation.lanes import FAST, INLINE, LANES
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Euler, Splitting, answers, begin, bounce, clearance, drift, extras
 
-__all__ = ["NoWall", "Rigid", "fly"]
+__all__ = ["NoWall", "Pair", "Rigid", "Soft", "fly", "fly_between"]
 
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
@@ -33,6 +33,33 @@ class Rigid(NamedTuple):
 
     position: float
     restitution: float
+
+
+class Pair(NamedTuple):
+    """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one."""
+
+    low: float
+    high: float
+    low_restitution: float
+    high_restitution: float
+
+
+class Soft(NamedTuple):
+    """Soft contacts below ``low`` and above ``high``, advanced in short steps of their own.
+
+    The sums kept are: work done on the mass, dissipated energy, time in contact, largest penetration, and impacts,
+    speeds and squares at the upper contact.  Without one of the contacts its stiffness is 0 and its place infinite.
+    """
+
+    low: float
+    high: float
+    low_stiffness: float
+    high_stiffness: float
+    low_exponent: float
+    high_exponent: float
+    low_dissipation: float
+    high_dissipation: float
+    substeps: int  # of half a step
 
 
 @answers(extras, NoWall)
@@ -161,3 +188,187 @@ def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
         add_impacts(accumulators, lane, before, 1.0, -vn)
         vn = -wall.restitution * vn
     return xn, vn, xn, vn
+
+
+@answers(extras, Pair)
+def _extras_of_pair(wall):
+    return 3
+
+
+@answers(clearance, Splitting, Pair)
+def _clearance_pair(scheme, wall, x0, xm, x):
+    low, high = _reaches(scheme, wall.low, wall.high)
+    return min(min(x0, min(xm, x)) - low, high - max(x0, max(xm, x)))
+
+
+@njit(**INLINE)
+def _reaches(scheme, low, high):
+    """As `_reach`, of both walls."""
+    dip = (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
+    return low + max(0.0, -low) * dip, high - max(0.0, high) * dip
+
+
+@answers(begin, Splitting, Pair)
+def _begin_pair(scheme, wall, x, v, early, accumulators, lane, weight):
+    x, v = _half_step_between(scheme, wall, x, v, accumulators, lane, weight)
+    return min(max(x + early, wall.low), wall.high), v
+
+
+@answers(bounce, Splitting, Pair)
+def _bounce_pair(scheme, wall, x, v, accumulators, lane, before, after):
+    xm, vm = _half_step_between(scheme, wall, x, v, accumulators, lane, before)
+    xn, vn = _half_step_between(scheme, wall, xm, vm, accumulators, lane, after)
+    return xm, vm, xn, vn
+
+
+@njit(**INLINE)
+def _half_step_between(scheme, wall, x, v, accumulators, lane, weight):
+    xh = scheme.cosine * x + scheme.sine_over_frequency * v
+    vh = scheme.cosine * v - scheme.sine_times_frequency * x
+    low, high = _reaches(scheme, wall.low, wall.high)
+    if min(x, xh) > low and max(x, xh) < high:
+        return xh, vh
+    return fly_between(wall, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step, accumulators, lane, weight)
+
+
+@njit(**INLINE)
+def _add_to_upper(accumulators, first, lane, weight, count, speed):
+    """Add impacts at the upper wall, whose sums are the three from number ``first`` on."""
+    accumulators.extras[first * LANES + lane] += weight * count
+    accumulators.extras[(first + 1) * LANES + lane] += weight * count * speed
+    accumulators.extras[(first + 2) * LANES + lane] += weight * count * speed * speed
+
+
+@njit(**FAST)
+def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
+    """As `fly`, between two walls.
+
+    The phase angle of the state, atan2(-u, x), grows by the phase: the lower wall is reached at an angle above 0, moving
+    down, the upper one below 0.  Against the wall that the linear spring presses on, impacts end as in `fly`.
+    """
+    u = v / frequency
+    left = phase
+    struck, arriving = 0, 0.0  # -1: at the lower wall, 1: at the upper one
+    if x <= wall.low and u < 0.0:
+        struck, arriving = -1, -u
+    elif x >= wall.high and u > 0.0:
+        struck, arriving = 1, u
+    x = min(max(x, wall.low), wall.high)
+    while True:
+        if struck != 0:
+            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
+            if struck > 0:
+                _add_to_upper(accumulators, 0, lane, weight, 1.0, frequency * arriving)
+            x = wall.low if struck < 0 else wall.high
+            u = -struck * (wall.low_restitution if struck < 0 else wall.high_restitution) * arriving
+        pressed_down = wall.low > 0.0 and x == wall.low and u >= 0.0
+        if pressed_down or (wall.high < 0.0 and x == wall.high and u <= 0.0):
+            restitution = wall.low_restitution if pressed_down else wall.high_restitution
+            hop = 2.0 * math.atan2(abs(u), abs(x))
+            if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
+                # hops that stay clear of the other wall are counted in one go
+                whole = np.floor(left / hop) if u * u + x * x < (wall.high if pressed_down else wall.low) ** 2 else 0.0
+                if whole > 0.0:
+                    add_impacts(accumulators, lane, weight, whole, frequency * abs(u))
+                    if not pressed_down:
+                        _add_to_upper(accumulators, 0, lane, weight, whole, frequency * abs(u))
+                left -= whole * hop
+            elif hop < SHORTEST_HOP * phase and hop < left:
+                accumulators.collapses[lane] += 1.0 if struck != 0 else 0.0
+                return x, 0.0
+        struck = 0
+        angle = math.atan2(-u, x)
+        square = u * u + (x - wall.low) * (x + wall.low)
+        if square > 0.0:
+            height = math.sqrt(square)
+            until = math.atan2(height, wall.low) - angle
+            if until < left:
+                struck, arriving, soonest = -1, height, until
+        square = u * u + (x - wall.high) * (x + wall.high)
+        if square > 0.0:
+            height = math.sqrt(square)
+            until = math.atan2(-height, wall.high) - angle
+            if until < 0.0:  # past it on the way down: a cycle later
+                until += 2.0 * math.pi
+            if until < left and (struck == 0 or until < soonest):
+                struck, arriving, soonest = 1, height, until
+        if struck == 0:
+            break
+        left -= soonest
+    c = math.cos(left)
+    s = math.sin(left)
+    return min(max(c * x + s * u, wall.low), wall.high), frequency * (c * u - s * x)
+
+
+@answers(extras, Soft)
+def _extras_of_soft(wall):
+    return 7
+
+
+@answers(clearance, Splitting, Soft)
+def _clearance_soft(scheme, wall, x0, xm, x):
+    low, high = _reaches(scheme, wall.low, wall.high)
+    return min(min(x0, min(xm, x)) - low, high - max(x0, max(xm, x)))
+
+
+@answers(begin, Splitting, Soft)
+def _begin_soft(scheme, wall, x, v, early, accumulators, lane, weight):
+    x, v = _half_step_soft(scheme, wall, x, v, accumulators, lane, weight)
+    return x + early, v
+
+
+@answers(bounce, Splitting, Soft)
+def _bounce_soft(scheme, wall, x, v, accumulators, lane, before, after):
+    xm, vm = _half_step_soft(scheme, wall, x, v, accumulators, lane, before)
+    xn, vn = _half_step_soft(scheme, wall, xm, vm, accumulators, lane, after)
+    return xm, vm, xn, vn
+
+
+@njit(**INLINE)
+def _half_step_soft(scheme, wall, x, v, accumulators, lane, weight):
+    xh = scheme.cosine * x + scheme.sine_over_frequency * v
+    vh = scheme.cosine * v - scheme.sine_times_frequency * x
+    low, high = _reaches(scheme, wall.low, wall.high)
+    if min(x, xh) > low and max(x, xh) < high:
+        return xh, vh
+    return _push_through(wall, scheme.frequency, x, v, 0.5 * scheme.step, accumulators, lane, weight)
+
+
+@njit(**FAST)
+def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
+    """Half a step in ``substeps`` of exact flight, contact, exact flight.  An impact is the first touch."""
+    square = frequency * frequency
+    energy = v * v + square * x * x
+    short = time / wall.substeps
+    c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
+    for _ in range(wall.substeps):
+        before, speed = x, v
+        x, v = c * x + s / frequency * v, c * v - s * frequency * x
+        below, above = wall.low - x, x - wall.high
+        if below > 0.0 or above > 0.0:
+            stiffness = wall.low_stiffness if below > 0.0 else wall.high_stiffness
+            exponent = wall.low_exponent if below > 0.0 else wall.high_exponent
+            dissipation = wall.low_dissipation if below > 0.0 else wall.high_dissipation
+            depth = max(below, above)
+            force = depth if exponent == 1.0 else depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
+            force *= short * stiffness
+            away = 1.0 if below > 0.0 else -1.0
+            damping = 0.5 * force * dissipation
+            later = (v * (1.0 - damping) + away * force) / (1.0 + damping)
+            middle = 0.5 * (v + later)
+            v = later
+            accumulators.extras[LANES + lane] += weight * 2.0 * damping * middle * middle
+            accumulators.extras[2 * LANES + lane] += weight * short
+            if weight > 0.0:
+                accumulators.extras[3 * LANES + lane] = max(accumulators.extras[3 * LANES + lane], depth)
+        x, v = c * x + s / frequency * v, c * v - s * frequency * x
+        touched = -1 if x < wall.low <= before else 1 if x > wall.high >= before else 0
+        if touched != 0:
+            # the speed at the place of the contact, by the energy of the flight towards it
+            place = wall.low if touched < 0 else wall.high
+            at_touch = math.sqrt(max(speed * speed + square * (before - place) * (before + place), 0.0))
+            add_impacts(accumulators, lane, weight, 1.0, at_touch)
+            if touched > 0:
+                _add_to_upper(accumulators, 4, lane, weight, 1.0, at_touch)
+    accumulators.extras[lane] += weight * 0.5 * (v * v + square * x * x - energy)
+    return x, v

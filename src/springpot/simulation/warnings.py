@@ -11,12 +11,13 @@ import numpy.typing as npt
 
 from springpot.options import Options
 from springpot.oscillator import Oscillator
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.cost import per_cent
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import SINGLE_PRECISION, default_start
-from springpot.simulation.simulation import Adapted, Simulation
+from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import (
     impacts_are_countable,
     missed_impacts,

@@ -1,0 +1,416 @@
+"""From the parts of a system to those of the kernel: each kind of part has one function here, and units are changed here.
+
+A part per unit mass is lowered to what it adds to the kernel's forces, memory and walls, in the kernel's units.  The
+sum of all is composed in `springpot.simulation.compose`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from springpot.faults import NotCovered
+from springpot.memory import power_law_sum
+from springpot.parts import (
+    Barrier,
+    Circuit,
+    ColouredNoise,
+    Constant,
+    Contact,
+    Dashpot,
+    FilteredNoise,
+    Harmonic,
+    Maxwell,
+    ParametricNoise,
+    PoissonImpulses,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Series,
+    Spring,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.simulation import forces, sources, walls
+from springpot.simulation.lanes import MOST_FORCES, MOST_STATES
+from springpot.simulation.units import Units
+
+__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "wall_of"]
+
+FloatArray = NDArray[np.float64]
+
+_FAR = 1e30  # place of a contact that is not there
+_SUBSTEPS = 24  # of the shortest contact
+_MOST_SUBSTEPS = 2000
+_FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
+_MOST_IMPULSES = 50.0  # in a step
+_THERMAL_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One decaying mode of memory: the force of a jump in displacement is ``strength`` exp(-rate t).
+
+    Attributes
+    ----------
+    strength, rate : float
+        In the kernel's units.
+    name : str
+        Of the circuit whose voltage it is; empty otherwise.
+    volts : float
+        V per unit of the mode's state (volt over the root of the mass).
+    """
+
+    strength: float
+    rate: float
+    name: str = ""
+    volts: float = 0.0
+
+
+@dataclass(frozen=True)
+class Named:
+    """A force with a name, whose work is summed.
+
+    Attributes
+    ----------
+    name : str
+    make : callable
+        (first counter word, place among the states) -> part of the kernel.
+    states : int
+        Numbers that it keeps for each path.
+    does : {"springs", "feeds", "dissipates", "expected", "nothing"}
+        How its work is reported: as what is fed in, taken out, expected of noise that multiplies x, or not at all.
+    """
+
+    name: str
+    make: Callable[[int, int], Any]
+    states: int
+    does: str
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """What parts add to the kernel's problem; a sum of two is that of all their parts.
+
+    Attributes
+    ----------
+    springs : tuple of float
+        Coefficients of the force k0 + k1 x + k2 x^2 + ..., beside the spring that is followed exactly.
+    springpots : tuple of (float, float)
+        Orders and coefficients; a dashpot has the order 1.
+    arms : tuple of Arm
+    white, parametric, poisson : float
+        Intensities of white noise, of that which multiplies x, and of Poisson impulses.
+    temperature : float
+        kT of matched noise; 0 without.
+    forces : tuple of Named
+    barriers : tuple of Barrier
+    contacts : tuple of Contact
+        Both in the kernel's units.
+    """
+
+    springs: tuple[float, ...] = ()
+    springpots: tuple[tuple[float, float], ...] = ()
+    arms: tuple[Arm, ...] = ()
+    white: float = 0.0
+    parametric: float = 0.0
+    poisson: float = 0.0
+    temperature: float = 0.0
+    forces: tuple[Named, ...] = ()
+    barriers: tuple[Barrier, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+
+    def __add__(self, other: Lowered) -> Lowered:
+        size = max(len(self.springs), len(other.springs))
+        padded = ((*one.springs, *(0.0,) * (size - len(one.springs))) for one in (self, other))
+        both = {f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self) if f.name != "springs"}
+        return Lowered(springs=tuple(a + b for a, b in zip(*padded, strict=True)), **both)
+
+
+@singledispatch
+def lower(part: object, name: str, units: Units, step: float) -> Lowered:
+    """What a part per unit mass adds.
+
+    Parameters
+    ----------
+    part
+        Of `springpot.parts`.
+    name : str
+        Its name in the system.
+    units : Units
+        Not mirrored.
+    step : float
+        In the kernel's units.
+    """
+    raise NotCovered(f"{name} cannot be simulated: there is no law for {type(part).__name__} in the kernel.")
+
+
+@lower.register
+def _(part: Spring, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springs=(0.0, part.stiffness * units.time**2))
+
+
+@lower.register
+def _(part: PolynomialSpring, name: str, units: Units, step: float) -> Lowered:
+    powers = enumerate(part.coefficients, start=1)
+    return Lowered(springs=(0.0, *(k * units.length ** (n - 1) * units.time**2 for n, k in powers)))
+
+
+@lower.register
+def _(part: Constant, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springs=(-part.force / units.length * units.time**2,))
+
+
+@lower.register
+def _(part: Dashpot, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springpots=((1.0, part.coefficient * units.time),))
+
+
+@lower.register
+def _(part: PolynomialDashpot, name: str, units: Units, step: float) -> Lowered:
+    c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+    linear = ((1.0, c1 * units.time),) if c1 else ()
+    if part.is_linear:
+        return Lowered(springpots=linear)
+    law = forces.PowerDamper(0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time)
+    return Lowered(springpots=linear, forces=(Named(name, lambda word, place: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
+    rate = part.coefficient * units.length**2 * units.time
+    law = forces.VanDerPolDamper(0.5 * step * rate, (part.length / units.length) ** 2)
+    return Lowered(forces=(Named(name, lambda word, place: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Springpot, name: str, units: Units, step: float) -> Lowered:
+    if part.order == 0.0:
+        return Lowered(springs=(0.0, part.coefficient * units.time**2))
+    if part.coefficient == 0.0:
+        return Lowered()
+    return Lowered(springpots=((part.order, part.coefficient * units.time ** (2.0 - part.order)),))
+
+
+@lower.register
+def _(part: Maxwell, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(arms=(Arm(part.stiffness * units.time**2, part.stiffness / part.coefficient * units.time),))
+
+
+@lower.register
+def _(part: Circuit, name: str, units: Units, step: float) -> Lowered:
+    slope = part.coupling / part.capacitance
+    return Lowered(
+        arms=(Arm(part.coupling * slope * units.time**2, units.time / part.time, name, slope * units.length),)
+    )
+
+
+@lower.register
+def _(part: Series, name: str, units: Units, step: float) -> Lowered:
+    """Its kernel has a positive spectrum over the rates, integrated by the trapezoidal rule in their logarithm."""
+    order, stiffness = part.springpot.order, part.spring.stiffness * units.time**2
+    pot = part.springpot.coefficient * units.time ** (2.0 - order)
+    if order == 1.0:
+        return Lowered(arms=(Arm(stiffness, stiffness / pot),))
+    turn, lam = math.pi * order, stiffness / pot
+    centre = math.log(lam) / order  # of the spectrum
+    width = math.pi * min(1.0, (1.0 - order) / order)
+    spacing = min(0.6, 2.0 * width * math.pi / math.log(1e5))
+    reach = math.log(1e8) / order
+    low, high = max(centre - reach, math.log(1e-9 / step)), min(centre + reach, math.log(1e4 / step))
+    u = np.arange(math.floor(low / spacing), math.ceil(high / spacing) + 1) * spacing
+    power = np.exp(order * (u - centre))  # s^a / lam
+    spectrum = math.sin(turn) / math.pi / (power + 2.0 * math.cos(turn) + 1.0 / power)
+    strengths, rates = stiffness * spectrum * spacing, np.exp(u)
+    # modes so slow that they are springs for this run are kept as one; what is left of the total is slower still
+    slowest = rates < 1e-7 / step
+    modes = [Arm(float(k), float(s)) for k, s in zip(strengths[~slowest], rates[~slowest], strict=True)]
+    rest = stiffness - sum(arm.strength for arm in modes)
+    if low > centre - reach + spacing and rest > 1e-6 * stiffness:
+        modes.append(Arm(rest, 0.0))
+    return Lowered(arms=tuple(modes))
+
+
+@lower.register
+def _(part: WhiteNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(white=part.intensity / units.length**2 * units.time**3)
+
+
+@lower.register
+def _(part: ParametricNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(parametric=part.intensity * units.time**3)
+
+
+@lower.register
+def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
+    rate, size = part.rate * units.time * step, math.sqrt(part.mean_square) / units.speed
+    if rate > _MOST_IMPULSES:
+        raise ValueError(
+            f"{name} has {rate:.3g} impulses in a step, which are white noise: use WhiteNoise({part.intensity:g})."
+        )
+    return Lowered(
+        poisson=rate / step * size**2,
+        forces=(Named(name, lambda word, place: sources.Poisson(word, rate, size), 0, "nothing"),),
+    )
+
+
+@lower.register
+def _(part: ColouredNoise, name: str, units: Units, step: float) -> Lowered:
+    variance = part.variance / units.length**2 * units.time**4
+    rate = step * units.time / part.correlation_time
+    law = sources.Filter(np.array([[-rate]]), np.array([[2.0 * rate * variance]]), np.ones(1))
+    return Lowered(forces=(_filtered(name, [law], step),))
+
+
+@lower.register
+def _(part: FilteredNoise, name: str, units: Units, step: float) -> Lowered:
+    w, twice = part.frequency * units.time * step, 2.0 * part.damping
+    # of the states w u and u', both in units of the white noise over a step
+    intensity = part.intensity / units.length**2 * units.time**3 / step
+    law = sources.Filter(
+        w * np.array([[0.0, 1.0], [-1.0, -twice]]), np.diag([0.0, intensity * w * w]), np.array([1.0, twice])
+    )
+    return Lowered(forces=(_filtered(name, [law], step),))
+
+
+@lower.register
+def _(part: Harmonic, name: str, units: Units, step: float) -> Lowered:
+    turn = part.frequency * units.time * step
+    impulse = step * part.amplitude / units.length * units.time**2 * float(np.sinc(0.5 * turn / math.pi))
+    make = lambda word, place: sources.Harmonic(word, place, impulse, turn)  # noqa: E731
+    return Lowered(forces=(Named(name, make, 2, "feeds"),))
+
+
+@lower.register
+def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(temperature=part.temperature / units.speed**2)
+
+
+@lower.register
+def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(barriers=(Barrier(part.position / units.length, part.restitution, part.side),))
+
+
+@lower.register
+def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
+    stiffness = part.stiffness * units.length ** (part.exponent - 1.0) * units.time**2
+    dissipation = part.dissipation * units.speed
+    return Lowered(contacts=(Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.side),))
+
+
+def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
+    states = 2 * (len(filters) + sum(filter.output.size == 2 for filter in filters) + 1)
+    return Named(name, lambda word, place: sources.filtered(filters, word, place, step, white), states, "feeds")
+
+
+def thermal_noise(name: str, total: Lowered, step: float, steps: int) -> Named:
+    """The noise that belongs to every dissipator: forces with the correlation kT times the kernel of their memory.
+
+    A springpot's kernel is a sum of exponentials from a fraction of a step on; what that leaves of its integral near
+    time 0 is white.
+    """
+    theta, white, modes = total.temperature, 0.0, [(arm.strength, arm.rate * step) for arm in total.arms]
+    for order, coefficient in total.springpots:
+        if order == 1.0:
+            white += coefficient
+            continue
+        law = power_law_sum(order, 1.0 / 16.0, float(max(steps, 2)), _THERMAL_TOLERANCE)
+        weights = coefficient * step**-order * law.weights / math.gamma(1.0 - order)
+        modes += zip(weights, law.rates, strict=True)
+        near = 0.25  # in steps: within the sum's range
+        whole = coefficient * step**-order * near ** (1.0 - order) / math.gamma(2.0 - order)
+        kept = sum(w * near * float(special.exprel(-s * near)) for w, s in zip(weights, law.rates, strict=True))
+        white += step * max(whole - kept, 0.0)
+    one = np.ones((1, 1))
+    filters = [
+        sources.Filter(-rate * one, 2.0 * rate * theta * strength * one, np.ones(1))
+        for strength, rate in modes
+        if rate > 0.0
+    ]
+    return _filtered(name, filters, step, 2.0 * theta * white * step)
+
+
+def forces_of(total: Lowered, share: float, step: float) -> tuple[Any, tuple[Named, ...]]:
+    """The sum of all forces in the kernel, and those of them that have a name, in the order of their work."""
+    named: list[Named] = []
+    if total.parametric > 0.0:
+        law = forces.Parametric(total.white * step, total.parametric * step, 0.5 * share * total.parametric * step)
+        parts: list[Any] = [law]
+        named.append(Named("parametric", lambda word, place: law, 0, "expected"))
+    else:
+        parts = [forces.White(math.sqrt(total.white * step))]
+    coefficients = [step * k for k in total.springs]
+    if any(coefficients):
+        degree = max(n for n, k in enumerate(coefficients) if k != 0.0)
+        kind: Any = forces.Cubic if degree <= 3 else forces.Nonic
+        size = len(kind._fields)
+        spring = kind(*[*coefficients, *(0.0,) * size][:size])
+        parts.append(spring)
+        named.append(Named("springs", lambda word, place: spring, 0, "springs"))
+    word, place = 1, 0
+    for force in total.forces:
+        parts.append(force.make(word, place))
+        named.append(force)
+        word, place = word + sources.WORDS, place + force.states
+    if len(named) > MOST_FORCES or place > MOST_STATES:
+        raise ValueError(
+            f"the system has {len(named)} forces with {place} states of their own, but the kernel holds at most "
+            f"{MOST_FORCES} with {MOST_STATES}: leave some out."
+        )
+    whole = parts[-1]
+    for part in reversed(parts[:-1]):
+        whole = forces.Sum(part, whole)
+    return whole, tuple(named)
+
+
+def wall_of(total: Lowered, frequency: float, speed: float, step: float) -> Any:
+    """The wall of the kernel; ``speed`` is the root mean square one, by guess."""
+    if total.contacts and total.barriers:
+        raise NotCovered("rigid walls and soft contacts cannot be simulated together: make both rigid or both soft.")
+    if total.contacts:
+        return _soft(total.contacts, speed, step)
+    low = [wall for wall in total.barriers if wall.side == "above"]
+    high = [wall for wall in total.barriers if wall.side == "below"]
+    if not high:
+        return walls.Rigid(low[0].position, low[0].restitution) if low else walls.NoWall(0.0)
+    below = low[0] if low else Barrier(-_FAR, 1.0)
+    return walls.Pair(below.position, high[0].position, below.restitution, high[0].restitution)
+
+
+def _soft(contacts: Sequence[Contact], speed: float, step: float) -> walls.Soft:
+    low = [contact for contact in contacts if contact.side == "above"]
+    high = [contact for contact in contacts if contact.side == "below"]
+    if len(low) > 1 or len(high) > 1:
+        raise NotCovered("two soft contacts on one side cannot be simulated: combine them in one.")
+    substeps = max(math.ceil(0.5 * step / (contact_time(c, _FASTEST_FLIGHT * speed) / _SUBSTEPS)) for c in contacts)
+    if substeps > _MOST_SUBSTEPS:
+        raise ValueError(
+            f"the contact is so stiff that half a step would need {substeps} parts: use a Barrier, which is the limit."
+        )
+    below = low[0] if low else Contact(-_FAR, 1.0)
+    above = high[0] if high else Contact(_FAR, 1.0, side="below")
+    return walls.Soft(
+        below.position, above.position, below.stiffness, above.stiffness, below.exponent, above.exponent,
+        below.dissipation, above.dissipation, substeps,
+    )  # fmt: skip
+
+
+def contact_time(contact: Contact, speed: float) -> float:
+    """Duration of a free contact without loss that begins with this speed.
+
+    Examples
+    --------
+    >>> round(contact_time(Contact(0.0, 100.0), 1.0), 6)
+    0.510029
+    """
+    power = contact.exponent + 1.0
+    depth = (power * speed**2 / (2.0 * contact.stiffness)) ** (1.0 / power)
+    return 2.0 * math.sqrt(math.pi) * math.gamma(1.0 + 1.0 / power) / math.gamma(0.5 + 1.0 / power) * depth / speed

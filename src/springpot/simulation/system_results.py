@@ -1,0 +1,204 @@
+"""From the kernel's sums to the results of a system: moments, impacts of every wall, and powers of every part."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.parts import Barrier, Circuit, Contact, Mass, Maxwell, Series, Springpot
+from springpot.simulation.adapted_start import Adapted
+from springpot.simulation.compose import Parts
+from springpot.simulation.lanes import GROUP
+from springpot.simulation.scales import Scales
+from springpot.simulation.settings import Settings
+from springpot.simulation.statistics import ratio
+from springpot.simulation.walls import Soft
+from springpot.system import System
+
+__all__ = ["errors_of_the_start_of_system", "samples_of_system", "units_of_system"]
+
+Floats = npt.NDArray[np.float64]
+Samples = dict[str, tuple[float, Floats]]
+
+_UNITS = {
+    "x_mean": "m", "x_mean_square": "m2", "v_mean_square": "m2 s-2", "amplitude_mean_square": "m2",
+    "impact_rate": "s-1", "impact_speed_mean": "m s-1", "impact_speed_mean_square": "m2 s-2",
+    "contact_share": "1", "contact_penetration": "m", "energy_residual": "1", "voltage_mean_square": "V2",
+    "x_mean_end": "m", "x_mean_square_end": "m2", "v_mean_square_end": "m2 s-2",
+}  # fmt: skip
+
+
+def units_of_system(system: System, name: str) -> str:
+    """The unit of a result, by its name: powers and forces are those of the mass, or per unit mass without one.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> units_of_system(System(Mass(2.0), Spring(1.0)), "damping_power"), units_of_system(System(Spring(1.0)), "x_mean")
+    ('W', 'm')
+    """
+    if name in _UNITS:
+        return _UNITS[name]
+    heavy = bool(system.of(Mass))
+    for end, units in (("_power", ("m2 s-3", "W")), ("force_mean", ("m s-2", "N")), ("virial", ("m2 s-2", "J"))):
+        if name.endswith(end):
+            return units[heavy]
+    return next(unit for end, unit in _UNITS.items() if name.endswith(end))
+
+
+def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Floats) -> Samples:
+    """Each estimate with its samples, one per path, as `springpot.simulation.simulation.Simulation.samples`.
+
+    Parameters
+    ----------
+    system : System
+    parts : Parts
+    settings : Settings
+    rows : ndarray, shape (paths, columns of the parts)
+    """
+    low, high = settings.window_steps
+    steps, time, mass = high - low, (high - low) * settings.step, system.mass
+    column = dict(zip(parts.columns, rows.T, strict=True))
+    lost = _lost_at_walls(system, parts, column)
+    found = {
+        "x_mean": column["x"] / steps,
+        "x_mean_square": column["x_square"] / steps,
+        "v_mean_square": column["v_square"] / steps,
+    }
+    if system.stiffness > 0.0:
+        square = system.natural_frequency**2
+        found["amplitude_mean_square"] = (column["x_square"] + column["v_square"] / square) / steps
+    if system.of(Barrier, Contact):
+        found["impact_rate"] = column["impacts"] / time
+    if _has_damping(system):
+        found["damping_force_mean"] = mass * column["force"] / steps
+        found["damping_power"] = mass * column["power"] / steps
+        found["damping_virial"] = mass * column["virial"] / steps
+    works = {named: column[f"work of {named.name}"] / time for named in parts.named}
+    gained = (column["energy_last"] - column["energy_first"]) / time
+    # the rest of the balance: the work of noise whose increments are independent
+    fed = gained + column["power"] / steps + sum(lost.values(), np.zeros(len(rows))) / time
+    fed = fed - sum((w for named, w in works.items() if named.does != "expected"), np.zeros(len(rows)))
+    if isinstance(parts.wall, Soft):
+        fed = fed - (column["contact_work"] + column["contact_loss"]) / time
+    expected = parts.expected_power + sum(float(w.mean()) for named, w in works.items() if named.does == "expected")
+    supplied, total = expected, fed
+    for named, work in works.items():
+        if named.does == "feeds":
+            found[f"{named.name}_power"] = mass * work
+            supplied, total = supplied + abs(float(work.mean())), total + work
+        elif named.does == "dissipates":
+            found[f"{named.name}_power"] = -mass * work
+    found["input_power"] = mass * total
+    found |= {f"{name}_power": mass * lost[name] / time for name in lost}
+    if supplied > 0.0:
+        balance = parts.expected_power + sum(w for named, w in works.items() if named.does == "expected") - fed
+        found["energy_residual"] = balance / supplied
+    found |= _of_circuits(system, parts, column, settings)
+    found |= _of_contacts(parts, column, time)
+    found |= {
+        "x_mean_end": column["x_end"],
+        "x_mean_square_end": column["x_end"] ** 2,
+        "v_mean_square_end": column["v_end"] ** 2,
+    }
+    samples = {name: (float(values.mean()), values) for name, values in found.items()}
+    return samples | _of_impacts(system, column, time)
+
+
+def _has_damping(system: System) -> bool:
+    """Whether the sums of springpots, dashpots, arms and circuits are of anything."""
+    pots = [pot for pot in system.of(Springpot) if pot.dissipates]
+    return bool(pots or system.damping or system.of(Series, Maxwell, Circuit))
+
+
+def _sides(system: System) -> dict[str, str]:
+    """The side of each wall and contact by its name."""
+    return {name: part.side for name, part in system.named() if isinstance(part, Barrier | Contact)}
+
+
+def _at_wall(column: dict[str, Floats], side: str, sides: dict[str, str]) -> tuple[Floats, Floats, Floats]:
+    """Impacts, speeds and squares of one wall."""
+    whole = column["impacts"], column["impact_speeds"], column["impact_speed_squares"]
+    if "upper_impacts" not in column:
+        return whole
+    upper = column["upper_impacts"], column["upper_speeds"], column["upper_squares"]
+    if side == "below":
+        return upper
+    if "below" not in sides.values():
+        return whole
+    return whole[0] - upper[0], whole[1] - upper[1], whole[2] - upper[2]
+
+
+def _lost_at_walls(system: System, parts: Parts, column: dict[str, Floats]) -> dict[str, Floats]:
+    """Energy that each rigid wall took, by its name; of soft contacts together."""
+    if isinstance(parts.wall, Soft):
+        return {"contact": column["contact_loss"]}
+    sides = _sides(system)
+    return {
+        name: 0.5 * (1.0 - part.restitution**2) * _at_wall(column, part.side, sides)[2]
+        for name, part in system.named()
+        if isinstance(part, Barrier)
+    }
+
+
+def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:
+    """Impact speeds, and rate and speed of every wall where there are several."""
+    sides = _sides(system)
+    if not sides:
+        return {}
+    found = {
+        "impact_speed_mean": ratio(column["impact_speeds"], column["impacts"]),
+        "impact_speed_mean_square": ratio(column["impact_speed_squares"], column["impacts"]),
+    }
+    if len(sides) > 1:
+        for name, side in sides.items():
+            impacts, speeds, _ = _at_wall(column, side, sides)
+            found[f"{name}_impact_rate"] = (float(impacts.mean()) / time, impacts / time)
+            found[f"{name}_impact_speed_mean"] = ratio(speeds, impacts)
+    return found
+
+
+def _of_circuits(system: System, parts: Parts, column: dict[str, Floats], settings: Settings) -> dict[str, Floats]:
+    """Mean square voltage of each circuit, and the power that all deliver."""
+    low, high = settings.window_steps
+    instants = sum(1 for n in range(GROUP - 1, settings.steps + GROUP, GROUP) if low <= n < high)
+    found, harvested = {}, np.zeros(column["x"].size)
+    for name, part in system.named():
+        if isinstance(part, Circuit):
+            square = column[f"voltage of {name}"] / max(instants, 1) * system.mass
+            found[f"{name}_voltage_mean_square"] = square
+            harvested = harvested + square / part.resistance
+    return {**found, "harvested_power": harvested} if found else {}
+
+
+def _of_contacts(parts: Parts, column: dict[str, Floats], time: float) -> dict[str, Floats]:
+    if not isinstance(parts.wall, Soft):
+        return {}
+    return {"contact_share": column["contact_time"] / time, "contact_penetration": column["contact_depth"]}
+
+
+def errors_of_the_start_of_system(
+    system: System, scales: Scales, settings: Settings, adapted: Adapted | None, values: dict[str, float]
+) -> dict[str, float]:
+    """As for an oscillator: standard error of each value due to that of x(0), summed over the springpots."""
+    errors = dict.fromkeys(values, 0.0)
+    if adapted is None or adapted.error is None or not adapted.error > 0.0:
+        return errors
+    unit, share = system.per_unit_mass, 0.0
+    rate = 1.0 / scales.forgetting_time
+    frequency = max(scales.fastest_rate, 2.0 * rate)
+    for pot in unit.of(Springpot):
+        if pot.remembers:
+            fading = max(settings.window[0], 1.0 / frequency) ** -pot.order / math.gamma(1.0 - pot.order)
+            share += adapted.error * pot.coefficient * fading / frequency**2
+    for name, value in values.items():
+        errors[name] = share * abs(value)
+    size = math.sqrt(max(values["x_mean_square"], 0.0))
+    errors |= {name: share * size for name in ("x_mean", "x_mean_end") if name in errors}
+    if "damping_force_mean" in errors:
+        errors["damping_force_mean"] = share * size * system.mass * frequency**2
+    if "energy_residual" in errors:
+        errors["energy_residual"] = 0.0
+    return errors

@@ -1,0 +1,295 @@
+"""The rates, times and sizes of a system: a rough guess of its stationary state, which sets step, duration and units.
+
+The energy is guessed by a balance: what the excitation feeds in at the system's own frequency, against what dampers,
+memory and walls take out, both for a Maxwell-Boltzmann law at an unknown temperature.  The step is set from the
+fastest motion of that law, the duration from its slowest; nothing else depends on the guess.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from springpot.oscillator import Oscillator
+from springpot.parts import (
+    Barrier,
+    Circuit,
+    ColouredNoise,
+    Dashpot,
+    FilteredNoise,
+    Harmonic,
+    Maxwell,
+    ParametricNoise,
+    PoissonImpulses,
+    PolynomialDashpot,
+    Series,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.potential import Potential
+from springpot.simulation.scales import Scales, scales_of
+from springpot.system import System
+
+__all__ = ["BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "scales_of_problem", "system_scales"]
+
+FloatArray = NDArray[np.float64]
+
+_FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
+_POINTS = 4001
+
+
+@dataclass(frozen=True, eq=False)
+class BoltzmannLaw:
+    """exp(-U(x) / kT), on a grid of places between the walls.
+
+    Attributes
+    ----------
+    temperature : float
+        kT per unit mass.
+    places, shares : ndarray
+        The grid and the probability of each place.
+    """
+
+    temperature: float
+    places: FloatArray
+    shares: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """E[x]."""
+        return float(self.shares @ self.places)
+
+    @property
+    def variance(self) -> float:
+        """Of x."""
+        return float(self.shares @ (self.places - self.mean) ** 2)
+
+    @property
+    def frequency(self) -> float:
+        """That of the linear spring with the same variance."""
+        return math.sqrt(self.temperature / self.variance)
+
+    def density_at(self, place: float) -> float:
+        """p(x) at a place on the grid or at its end."""
+        spacing = self.places[1] - self.places[0]
+        return float(np.interp(place, self.places, self.shares) / spacing)
+
+    def drawn(self, chance: FloatArray) -> FloatArray:
+        """Places below which x lies with these probabilities."""
+        edges = np.concatenate([[0.0], np.cumsum(0.5 * (self.shares[1:] + self.shares[:-1]))])
+        return np.interp(chance, edges / edges[-1], self.places)
+
+
+@dataclass(frozen=True, eq=False)
+class SystemScales(Scales):
+    """Rates, times and sizes of a system.
+
+    Attributes
+    ----------
+    flight_frequency : float
+        Of the linear spring that is followed exactly between kicks, in rad/s.
+    length : float
+        Root mean square displacement, by the guess, in m.
+    law : BoltzmannLaw
+        The guess.
+    """
+
+    flight_frequency: float
+    length: float
+    law: BoltzmannLaw
+
+
+def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
+    """The law of x at a temperature (per unit mass)."""
+    low, high = _bottom(potential)
+    least = float(potential.energy(np.linspace(low, high, 2001)).min())
+    edges = [_edge(potential, end, sign, least + _FARTHEST * temperature) for end, sign in ((low, -1.0), (high, 1.0))]
+    places = np.linspace(*edges, _POINTS)
+    weights = np.exp(-np.minimum((potential.energy(places) - least) / temperature, 700.0))
+    weights[[0, -1]] *= 0.5
+    return BoltzmannLaw(temperature, places, weights / weights.sum())
+
+
+def _bottom(potential: Potential) -> tuple[float, float]:
+    """An interval around all places where the potential is least, between the walls."""
+    roots = np.roots(potential.coefficients[::-1]) if len(potential.coefficients) > 1 else np.zeros(0)
+    real = roots[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))].real
+    touches = [contact.position for contact in potential.contacts]
+    low, high = max(potential.low, -1e300), min(potential.high, 1e300)
+    inside = [min(max(float(place), low), high) for place in (*real, *touches, 0.0)]
+    return min(inside), max(inside)
+
+
+def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
+    """The farthest place on one side with less than this energy, or the wall."""
+    end = potential.low if sign < 0.0 else potential.high
+    reach = max(abs(start), 1.0) * 1e-12
+    while not potential.energy(start + sign * reach) > energy:
+        if sign * (start + sign * reach - end) >= 0.0:
+            return end
+        reach *= 2.0
+    inside = start + 0.5 * sign * reach if float(potential.energy(start + 0.5 * sign * reach)) <= energy else start
+    place = optimize.brentq(lambda x: float(potential.energy(x)) - energy, inside, start + sign * reach, rtol=1e-12)
+    return float(min(place, end) if sign > 0.0 else max(place, end))
+
+
+def dissipated(unit: System, law: BoltzmannLaw) -> float:
+    """Power taken out by dampers, memory and walls at this law, per unit mass."""
+    theta, w = law.temperature, law.frequency
+    rate, power = 0.0, 0.0
+    for part in unit.parts:
+        match part:
+            case Dashpot():
+                rate += part.coefficient
+            case PolynomialDashpot():
+                c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+                rate += c1
+                power += c2 * math.sqrt(8.0 / math.pi) * theta**1.5 + 3.0 * c3 * theta**2
+            case VanDerPol():
+                rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
+            case Springpot() | Series() | Maxwell():
+                rate += part.modulus(1j * w).imag / w
+            case Circuit():
+                rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
+            case Barrier():
+                flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
+                power += flux * (1.0 - part.restitution**2) * theta
+    return rate * theta + power
+
+
+def _fed(unit: System, law: BoltzmannLaw) -> float:
+    """Power fed in by the excitation at this law, per unit mass."""
+    power, w = 0.0, law.frequency
+    for part in unit.parts:
+        match part:
+            case WhiteNoise() | PoissonImpulses():
+                power += 0.5 * part.intensity
+            case ColouredNoise() | FilteredNoise():
+                power += math.pi * part.density(w)
+            case ParametricNoise():
+                power += 0.5 * part.intensity * (law.variance + law.mean**2)
+            case Harmonic():
+                rate = max(dissipated(unit, law) / law.temperature, 1e-9 * w)
+                away = (w * w - part.frequency**2) ** 2 + (rate * part.frequency) ** 2
+                power += 0.5 * part.amplitude**2 * rate * part.frequency**2 / away
+    return power
+
+
+@lru_cache(maxsize=16)
+def system_scales(system: System) -> SystemScales:
+    """The rates, times and sizes of a system.
+
+    Examples
+    --------
+    >>> from springpot.parts import PolynomialSpring, Spring
+    >>> scales = system_scales(System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0)))
+    >>> round(scales.law.temperature, 6), round(scales.length, 3), round(scales.energy_time, 6)
+    (1.0, 0.684, 2.0)
+    """
+    unit = system.per_unit_mass
+    potential = unit.potential
+    theta = _temperature(unit, potential)
+    law = boltzmann_law(potential, theta)
+    linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
+    frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
+    smooth = replace(potential, contacts=())
+    curved = float(np.abs(smooth.curvature(law.places) - frequency**2).max())
+    near = law.places[law.shares > 0.01 * law.shares.max()]
+    rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
+    for part in unit.parts:
+        match part:
+            case Springpot() if part.coefficient > 0.0:
+                rates.append(part.coefficient ** (1.0 / (2.0 - part.order)))
+            case Dashpot():
+                rates.append(part.coefficient)
+            case PolynomialDashpot() | VanDerPol():
+                rates.append(abs(dissipated(System(part), law)) / theta)
+            case Series():
+                rates.append(math.sqrt(part.spring.stiffness))
+            case Maxwell():
+                rates.append(math.sqrt(part.stiffness))
+            case Circuit():
+                rates.append(math.sqrt(part.coupling**2 / part.capacitance))
+            case FilteredNoise():
+                rates.append(0.5 * part.frequency)
+            case Harmonic():
+                rates.append(0.5 * part.frequency)
+    taken = dissipated(unit, law)
+    energy_time = theta / taken if taken > 0.0 else math.inf
+    return SystemScales(
+        fastest_rate=max(rates),
+        energy_time=max(energy_time, _hopping_time(law, potential)),
+        creep_time=max((_creep_time(part, law.frequency) for part in unit.of(Springpot)), default=0.0),
+        forgetting_time=max(energy_time, 2.0 / law.frequency),
+        flight_frequency=frequency,
+        length=math.sqrt(law.variance + law.mean**2),
+        law=law,
+    )
+
+
+def _temperature(unit: System, potential: Potential) -> float:
+    """kT at which as much is fed in as is taken out; that of the thermal noise where there is one."""
+    if thermal := unit.of(ThermalNoise):
+        return thermal[0].temperature
+    size = _natural_energy(potential)
+    sizes = size * np.logspace(-12.0, 12.0, 97)
+    last = math.nan
+    for theta in sizes[::-1]:
+        law = boltzmann_law(potential, float(theta))
+        surplus = _fed(unit, law) - dissipated(unit, law)
+        if surplus > 0.0 and not math.isnan(last):
+            root = optimize.brentq(
+                lambda t: _surplus(unit, potential, math.exp(t)), math.log(theta), math.log(last), xtol=1e-10
+            )
+            return math.exp(root)
+        if surplus > 0.0:
+            break
+        last = float(theta)
+    return size
+
+
+def _surplus(unit: System, potential: Potential, theta: float) -> float:
+    law = boltzmann_law(potential, theta)
+    return _fed(unit, law) - dissipated(unit, law)
+
+
+def _natural_energy(potential: Potential) -> float:
+    """An energy of the potential itself: of its unit of length, or of the room between the walls."""
+    if math.isfinite(potential.high - potential.low):
+        return max(float(np.ptp(potential.energy(np.linspace(potential.low, potential.high, 101)))), 1e-30)
+    linear = abs(potential.coefficients[1]) if len(potential.coefficients) > 1 else 0.0
+    places = [abs(end) for end in (potential.low, potential.high) if math.isfinite(end) and end != 0.0]
+    return max(linear, 1e-30) * (max(places) ** 2 if places else 1.0)
+
+
+def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
+    """Mean time to cross the highest barrier between two wells, by Kramers' rate; 0 for a single well."""
+    depth = potential.energy(law.places) / law.temperature
+    rising = np.sign(np.diff(depth))
+    tops = [i for i in range(1, depth.size - 1) if rising[i - 1] > 0.0 > rising[i]]
+    times = [0.0]
+    for top in tops:
+        climb = depth[top] - max(depth[:top].min(), depth[top:].min())
+        if climb > 1.0:
+            times.append(2.0 * math.pi / law.frequency * math.exp(min(float(climb), 700.0)))
+    return max(times)
+
+
+def _creep_time(pot: Springpot, frequency: float) -> float:
+    """As that of an oscillator of this frequency."""
+    if not pot.remembers or pot.coefficient <= frequency ** (2.0 - pot.order):
+        return 0.0
+    logarithm = math.log(pot.coefficient / frequency**2) / pot.order
+    return math.exp(logarithm) if logarithm < 700.0 else math.inf
+
+
+def scales_of_problem(problem: Oscillator | System) -> Scales:
+    """The rates and times of an oscillator or a system."""
+    return scales_of(problem) if isinstance(problem, Oscillator) else system_scales(problem)
