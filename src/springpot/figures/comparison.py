@@ -56,7 +56,7 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     handles: dict[str, Any] = {}
     for panel in panels[:5]:
         handles |= dict(zip(*reversed(panel.get_legend_handles_labels()), strict=True))
-    title = _title(observed.oscillator)
+    title = _title(observed.oscillator) if isinstance(observed.oscillator, Oscillator) else ""
     panels[5].legend(handles.values(), handles.keys(), loc="center left", frameon=False, title=title)
     return figure
 

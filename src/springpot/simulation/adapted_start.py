@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 __all__ = ["Adapted"]
 
+
 @dataclass(frozen=True)
 class Adapted:
     """A stationary start: x(0) and its error.  Made by `springpot.simulation.adapted.adapt`.
@@ -28,4 +29,3 @@ class Adapted:
     residual_se: float | None
     error: float | None
     pilots: int
-

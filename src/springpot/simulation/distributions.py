@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import cfunc, njit
 
+from springpot.oscillator import Oscillator
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.simulation import Simulation
@@ -190,8 +191,11 @@ class Distribution:
 
 def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
     """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
-    units, wall = simulation.parts.units, simulation.oscillator.barrier
-    place = 0.0 if wall is None else wall.position
+    units, problem = simulation.parts.units, simulation.problem
+    if isinstance(problem, Oscillator):
+        place = 0.0 if problem.barrier is None else problem.barrier.position
+    else:
+        place = simulation.parts.wall_position * units.length
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
@@ -199,6 +203,8 @@ def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distri
     scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
     distributions = {}
     for name, names in SKETCHED.items():
+        if name == "amplitude" and not problem.natural_frequency > 0.0:
+            continue
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
         if name in ("x", "v"):
             negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]

@@ -31,12 +31,14 @@ from numba.core.errors import NumbaError
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.oscillator import Oscillator
+from springpot.parts import WhiteNoise
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observables import cause_of, taken_names
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Simulation
+from springpot.system import System
 
 __all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
 
@@ -82,7 +84,7 @@ def from_the_start(settings: Settings, wanted: Wanted | None, window: object) ->
     return replace(settings, window=(0.0, settings.duration))
 
 
-def checked(oscillator: Oscillator, settings: Settings, wanted: Wanted | None) -> tuple[Passage, ...]:
+def checked(problem: Oscillator | System, settings: Settings, wanted: Wanted | None) -> tuple[Passage, ...]:
     """Check and compile the requested first passages.
 
     Parameters
@@ -100,10 +102,10 @@ def checked(oscillator: Oscillator, settings: Settings, wanted: Wanted | None) -
         return ()
     if not isinstance(wanted, Mapping):
         raise TypeError(f"first_passage must be a dict of names and levels, such as {{'x': 0.01}}, not {wanted!r}.")
-    return tuple(_passage(oscillator, settings, name, given) for name, given in wanted.items())
+    return tuple(_passage(problem, settings, name, given) for name, given in wanted.items())
 
 
-def _passage(oscillator: Oscillator, settings: Settings, name: str, given: Any) -> Passage:
+def _passage(problem: Oscillator | System, settings: Settings, name: str, given: Any) -> Passage:
     title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
     if name not in QUANTITIES:
         function, given = _observable(name, given)
@@ -116,24 +118,37 @@ def _passage(oscillator: Oscillator, settings: Settings, name: str, given: Any) 
         low = -LARGEST if signed else 0.0
         level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
         if signed:
-            sign = _direction(oscillator, settings, name, level)
+            sign = _direction(problem, settings, name, level)
         parts = _parts(name)
-    squared = 0.5 * (oscillator.natural_frequency * level) ** 2 if name == "amplitude" else level
+    frequency = problem.natural_frequency
+    if name in ("amplitude", "energy") and not frequency > 0.0:
+        raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
+    squared = 0.5 * (frequency * level) ** 2 if name == "amplitude" else level
     initial = np.zeros((10, LANES))
     initial[0] = -1.0
     if settings.window_steps[0] == 0 and settings.initial_position is not None:
         initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
-    root = SHIFT * math.sqrt(oscillator.excitation.intensity * settings.step)
-    initial[5:] = np.array([[squared], [sign], [reference], [root], [oscillator.natural_frequency]])
+    root = SHIFT * math.sqrt(_intensity(problem) * settings.step)
+    initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency]])
     observer = Observer(*parts, initial.ravel(), per_path=True)
     return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
 
 
-def _direction(oscillator: Oscillator, settings: Settings, name: str, level: float) -> float:
+def _intensity(problem: Oscillator | System) -> float:
+    """Of the white noise, per unit mass."""
+    if isinstance(problem, Oscillator):
+        return problem.excitation.intensity
+    return sum(noise.intensity for noise in problem.per_unit_mass.of(WhiteNoise))
+
+
+def _direction(problem: Oscillator | System, settings: Settings, name: str, level: float) -> float:
     """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest)."""
     if name == "v":
         begins = settings.initial_velocity
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
+    if isinstance(problem, System):
+        return _direction_between(problem, settings, level)
+    oscillator = problem
     wall, side = oscillator.barrier, oscillator.direction or 1.0
     begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)
     if settings.initial_position is not None:
@@ -143,6 +158,16 @@ def _direction(oscillator: Oscillator, settings: Settings, name: str, level: flo
     if level == begins:
         return -side if wall is not None and wall.position == level else side
     return 1.0 if level > begins else -1.0
+
+
+def _direction_between(system: System, settings: Settings, level: float) -> float:
+    low, high = system.potential.low, system.potential.high
+    if not low <= level <= high:
+        raise ValueError(
+            f"first_passage level of x is {level:g} m, behind a wall: x lies between {low:g} and {high:g}."
+        )
+    begins = min(max(0.0, low), high) if settings.initial_position is None else settings.initial_position
+    return 1.0 if level > begins or (level == begins and level != low) else -1.0
 
 
 def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:

@@ -192,7 +192,7 @@ def _damp_powers(force, slot, x, v, forcing, lane, weight, after):
 
 
 class VanDerPolDamper(NamedTuple):
-    """The damper mu (x^2 - l^2) v, for half a step at the x of the kick; exact to the second order, never of a new sign."""
+    """The damper mu (x^2 - l^2) v for half a step at the x of the kick: of second order, and it never turns v round."""
 
     rate: float  # mu h / 2
     square: float  # l^2

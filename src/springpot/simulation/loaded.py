@@ -19,6 +19,8 @@ import numpy.typing as npt
 
 from springpot.simulation.results import Run
 from springpot.simulation.saved import FORMAT, GROUP, RECORD, SUFFIXES, WORDS, Arrays, checksum_of
+from springpot.system import System
+from springpot.system_file import read_system
 
 __all__ = ["load_run"]
 
@@ -87,7 +89,7 @@ def _classes() -> dict[str, type]:
     classes: dict[str, type] = {}
 
     def look(kind: Any) -> None:
-        if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+        if dataclasses.is_dataclass(kind) and isinstance(kind, type) and kind is not System:
             if kind.__name__ not in classes:
                 classes[kind.__name__] = kind
                 for part in typing.get_type_hints(kind).values():
@@ -123,6 +125,11 @@ def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
             return tuple(_put_together(part, arrays) for part in parts)
         case {"list": list() as parts}:
             return [_put_together(part, arrays) for part in parts]
+        case {"system": dict() as parts}:
+            try:
+                return read_system(parts)
+            except (TypeError, ValueError):
+                raise _Foreign("it is from another version of springpot") from None
         case {"class": str() as name, "fields": dict() as parts} if name in _classes():
             given = {key: _put_together(part, arrays) for key, part in parts.items()}
             try:

@@ -1,4 +1,4 @@
-"""From the parts of a system to those of the kernel: each kind of part has one function here, and units are changed here.
+"""From the parts of a system to those of the kernel: one function for each kind of part, and the change of units.
 
 A part per unit mass is lowered to what it adds to the kernel's forces, memory and walls, in the kernel's units.  The
 sum of all is composed in `springpot.simulation.compose`.
@@ -413,4 +413,5 @@ def contact_time(contact: Contact, speed: float) -> float:
     """
     power = contact.exponent + 1.0
     depth = (power * speed**2 / (2.0 * contact.stiffness)) ** (1.0 / power)
-    return 2.0 * math.sqrt(math.pi) * math.gamma(1.0 + 1.0 / power) / math.gamma(0.5 + 1.0 / power) * depth / speed
+    shape = math.gamma(1.0 + 1.0 / power) / math.gamma(0.5 + 1.0 / power)
+    return 2.0 * math.sqrt(math.pi) * shape * float(depth) / speed

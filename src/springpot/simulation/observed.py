@@ -16,10 +16,11 @@ from springpot.simulation.lanes import GROUP
 from springpot.simulation.observables import EXTREMES, extremes, mean_of
 from springpot.simulation.observers import Observer
 from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Ensemble, Simulation
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
+from springpot.simulation.system_scales import scales_of_problem
+from springpot.system import System
 
 __all__ = ["Observable", "Observed", "Requested", "requested"]
 
@@ -103,7 +104,7 @@ class Observed:
 
 
 def requested(
-    oscillator: Oscillator,
+    problem: Oscillator | System,
     settings: Settings,
     *,
     observables: Mapping[str, Observable] | None,
@@ -127,7 +128,7 @@ def requested(
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {distributions!r}.")
-    fastest = scales_of(oscillator).fastest_rate
+    fastest = scales_of_problem(problem).fastest_rate
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
     return Requested(
         observables={name: mean_of(name, function, "state") for name, function in state.items()},
@@ -135,5 +136,5 @@ def requested(
         distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),
         frequencies=frequencies,
         spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
-        passages=checked(oscillator, settings, first_passage),
+        passages=checked(problem, settings, first_passage),
     )

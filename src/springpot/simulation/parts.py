@@ -119,7 +119,7 @@ def answer_of_springpot(order: float, coefficient: float, step: float) -> float:
     >>> answer_of_springpot(1.0, 3.0, 0.1)  # of a dashpot: half of its coefficient
     1.5
     """
-    return coefficient * step ** (1.0 - order) / math.gamma(4.0 - order)
+    return float(coefficient * step ** (1.0 - order) / math.gamma(4.0 - order))
 
 
 def splitting(frequency: float, answer: float, step: float) -> Splitting:

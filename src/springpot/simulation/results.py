@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, Contact
 from springpot.simulation.budget import Budget
 from springpot.simulation.distributions import Distribution, sample_quantiles
 from springpot.simulation.observables import EXTREMES
@@ -18,6 +19,9 @@ from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.spectral import Spectrum
 from springpot.simulation.step_biases import step_biases
+from springpot.simulation.system_results import units_of_system
+from springpot.simulation.system_warnings import step_biases_of_system
+from springpot.system import System
 from springpot.units import UNITS
 
 if TYPE_CHECKING:
@@ -34,7 +38,7 @@ class Run:
 
     Attributes
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
@@ -61,7 +65,7 @@ class Run:
         `springpot.simulation.PassageTimes` of each level requested, by quantity.
     """
 
-    oscillator: Oscillator
+    oscillator: Oscillator | System
     settings: Settings
     values: dict[str, float]
     errors: dict[str, float]
@@ -111,6 +115,8 @@ class Run:
         """Bounds on the step bias by name, for runs without budgets."""
         if self.budgets:
             return {}
+        if isinstance(self.oscillator, System):
+            return dict(step_biases_of_system(self.oscillator, self.settings.step, self.values))
         return step_biases(
             self.oscillator, self.settings.step, self.values, self.distributions, self.extremes, PROBABILITIES
         )
@@ -119,7 +125,7 @@ class Run:
         """Every number by its public name: value, unit and description."""
         numbers, biases = {}, self._step_biases()
         for name, value in self.values.items():
-            unit = UNITS.get(name, "")  # only the user knows the unit of an observable
+            unit = self._unit(name)
             numbers[name] = value, unit, name.replace("_", " ")
             numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
             if name in self.budgets:
@@ -133,6 +139,10 @@ class Run:
         for passage in self.first_passages.values():
             numbers |= passage.numbers()
         return numbers
+
+    def _unit(self, name: str) -> str:
+        """The unit of an estimate; only the user knows that of an observable."""
+        return units_of_system(self.oscillator, name) if isinstance(self.oscillator, System) else UNITS.get(name, "")
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""
@@ -180,6 +190,8 @@ class Run:
             for name, (value, unit, text) in self._numbers().items()
         }
         coordinates: dict[str, Any] = {}
+        if isinstance(self.oscillator, System) and (walls := self._by_wall(data)):
+            coordinates["barrier"] = ("barrier", walls)
         biases = self._step_biases()
         if self.settings.record:
             coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
@@ -218,6 +230,22 @@ class Run:
             "Conventions": "CF-1.11",
         }
         return xarray.Dataset(data, coordinates, attributes)
+
+    def _by_wall(self, data: dict[str, Any]) -> list[str]:
+        """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
+        system = self.oscillator
+        walls = [] if isinstance(system, Oscillator) else [
+            name for name, part in system.named() if isinstance(part, Barrier | Contact)
+        ]  # fmt: skip
+        for quantity in ("impact_rate", "impact_speed_mean", "power"):
+            for ending in ("", "_se"):
+                names = [f"{wall}_{quantity}{ending}" for wall in walls]
+                if names and all(name in data for name in names):
+                    parts = [data.pop(name) for name in names]
+                    text = f"{'standard error of ' if ending else ''}{quantity.replace('_', ' ')} of each wall"
+                    attributes = {"units": parts[0][2]["units"], "long_name": text}
+                    data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
+        return walls
 
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the run to a file: see `springpot.simulation.saved.save_run`, whose arguments are the same.

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import meant
+from springpot.faults import NotCovered, meant
 from springpot.options import Options
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
+from springpot.simulation.distributions import Distribution
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observed import Observable, requested
@@ -23,6 +24,7 @@ from springpot.simulation.results import PROBABILITIES, Run
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.statistics import standard_error
+from springpot.simulation.system_warnings import doubts_of_system
 from springpot.simulation.warnings import (
     about_default_start,
     about_observables,
@@ -78,8 +80,7 @@ def run(
     >>> result.values["x_mean"] > 0.0
     True
     """
-    if isinstance(oscillator, System):
-        oscillator = oscillator.canonical()
+    problem = _as_oscillator(oscillator)
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
@@ -97,14 +98,16 @@ def run(
         }
         if unusable := [name for name, value in more.items() if value]:
             raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
-        return _run_to(oscillator, rtol, quantities, max_time, progress, given)
+        if isinstance(problem, System):
+            raise NotCovered(_NO_RTOL)
+        return _run_to(problem, rtol, quantities, max_time, progress, given)
     if max_time is not None:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if tuple(quantities) != _DEFAULT_QUANTITIES:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    settings = from_the_start(resolve(oscillator, **given), first_passage, given.get("window"))
+    settings = from_the_start(resolve(problem, **given), first_passage, given.get("window"))
     wanted = requested(
-        oscillator,
+        problem,
         settings,
         observables=observables,
         impact_observables=impact_observables,
@@ -113,8 +116,8 @@ def run(
         first_passage=first_passage,
     )
     begun = time.perf_counter()
-    adapted = adapt(oscillator, settings, progress=progress) if settings.start == "stationary" else None
-    simulation = simulation_of(oscillator, settings, adapted)
+    adapted = adapt(problem, settings, progress=progress) if settings.start == "stationary" else None
+    simulation = simulation_of(problem, settings, adapted)
     ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     values, errors = simulation.estimates(ensemble.rows)
     observed = wanted.read(simulation, ensemble)
@@ -122,15 +125,13 @@ def run(
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
     speeds = observed.distributions.get("impact_speed")
     warnings = (
-        *about_default_start(oscillator, given),
-        *without_effect(oscillator, given),
-        *doubts(simulation, values, errors, ensemble.rows),
-        *([] if speeds is None else about_quantiles(oscillator, settings.step, speeds, PROBABILITIES)),
+        *about_default_start(problem, given),
+        *_doubts(simulation, values, errors, ensemble.rows, given, speeds),
         *about_observables(observed.means, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
     return Run(
-        oscillator=oscillator,
+        oscillator=problem,
         settings=simulation.settings,
         values=values,
         errors=errors,
@@ -144,6 +145,38 @@ def run(
         spectrum=observed.spectrum,
         first_passages=observed.first_passages,
     )
+
+
+_NO_RTOL = (
+    "rtol cannot be given for a system that is no Oscillator: give paths, duration and step, and compare with half of "
+    "the step."
+)
+
+
+def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
+    """A system as an oscillator, if it is one."""
+    if not isinstance(problem, System):
+        return problem
+    try:
+        return problem.canonical()
+    except NotCovered:
+        return problem
+
+
+def _doubts(
+    simulation: Simulation,
+    values: dict[str, float],
+    errors: dict[str, float],
+    rows: npt.NDArray[np.float64],
+    given: Options,
+    speeds: Distribution | None,
+) -> tuple[str, ...]:
+    """Reasons to doubt a number, and arguments without effect."""
+    problem, step = simulation.problem, simulation.settings.step
+    if isinstance(problem, System):
+        return doubts_of_system(simulation, values, errors, rows)
+    quantiles = [] if speeds is None else about_quantiles(problem, step, speeds, PROBABILITIES)
+    return (*without_effect(problem, given), *doubts(simulation, values, errors, rows), *quantiles)
 
 
 def _run_to(
@@ -212,11 +245,12 @@ def simulate(
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
+        A system that is an oscillator is simulated as one.
     rtol : float
-        Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then chosen so that the total
-        error (95 % of the sampling error, plus bounds on what step, memory and start leave) of each of ``quantities``
-        is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
+        For an oscillator only.  Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then
+        chosen so that the total error (95 % of the sampling error, plus bounds on what step, memory and start leave) of
+        each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out.
     max_time : float

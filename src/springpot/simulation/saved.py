@@ -37,6 +37,7 @@ from springpot.places import place_for, replacing
 
 if TYPE_CHECKING:
     from springpot.simulation.results import Run
+from springpot.system import System
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
@@ -135,6 +136,8 @@ def _taken_apart(value: object, name: str, arrays: Arrays) -> Any:
             return {"empty": list(value.shape), "kind": value.dtype.str}
         arrays[name] = value
         return {"array": name}
+    if isinstance(value, System):
+        return {"system": value.to_dict()}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         parts = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
         return {"class": type(value).__name__, "fields": _taken_apart(parts, name, arrays)["dict"]}

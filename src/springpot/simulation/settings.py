@@ -148,8 +148,8 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
     if isinstance(problem, System) and (options["scheme"], options["derivative"]) != ("default", "caputo"):
-        name = "scheme" if options["scheme"] != "default" else "derivative"
-        raise ValueError(f"{name} must be {DEFAULTS[name]!r} for a system that is no Oscillator.")
+        name, word = ("derivative", "caputo") if options["scheme"] == "default" else ("scheme", "default")
+        raise ValueError(f"{name} must be {word!r} for a system that is no Oscillator.")
     start = options["start"]
     if start is None:
         start, _ = default_start(problem, options)
@@ -222,8 +222,8 @@ def _not_stationary(problem: Oscillator | System) -> str:
 
 def _system_not_stationary(system: System) -> str:
     kinds = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
-    feeding = [part for part in system.of(*kinds) if getattr(part, "intensity", 1.0) and getattr(part, "amplitude", 1.0)]
-    if not feeding:
+    sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in system.of(*kinds)]
+    if not any(sizes):
         return "without excitation the motion dies out"
     if math.isinf(system_scales(system).energy_time):
         return "nothing takes energy from the motion"
@@ -272,7 +272,8 @@ def _grid(
     fastest = scales.fastest_rate
     if step * fastest > COARSEST:
         raise ValueError(
-            f"step is {step:g} s, too coarse for {_WHOSE[isinstance(problem, System)]} is {fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
+            f"step is {step:g} s, too coarse for {_WHOSE[isinstance(problem, System)]} is "
+            f"{fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
             f"{0.01 / fastest:.3g} s for errors well below 1 %."
         )
     ratio = duration / step

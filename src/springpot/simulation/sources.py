@@ -104,7 +104,8 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
     True
     """
     blocks = _in_pairs(filters)
-    rows, rest = [], white * np.eye(GROUP)
+    rows: list[list[float]] = []
+    rest: Floats = white * np.eye(GROUP)
     for block in blocks:
         moved, spread = _over_a_group(block)
         start = _root(linalg.solve_continuous_lyapunov(block.matrix, -block.noise))
@@ -115,7 +116,7 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
         rows.append([*moved[:2].ravel(), state[0, 0], state[1, 0], state[1, 1],
                      *(step * moved[2:]).ravel(), *(step * share).ravel(),
                      start[0, 0], start[1, 0], start[1, 1]])  # fmt: skip
-    return Filtered(word, place, np.array(rows), _root(rest))
+    return Filtered(word, place, np.array(rows).reshape(-1, 26), _root(np.asarray(rest, float)))
 
 
 def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from springpot.parts import Barrier, Circuit, Contact, Mass, Maxwell, Series, Springpot
+from springpot.parts import Barrier, Circuit, Contact, Mass, Maxwell, Series, Springpot, ThermalNoise, WhiteNoise
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import Parts
 from springpot.simulation.lanes import GROUP
@@ -16,8 +16,9 @@ from springpot.simulation.settings import Settings
 from springpot.simulation.statistics import ratio
 from springpot.simulation.walls import Soft
 from springpot.system import System
+from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["errors_of_the_start_of_system", "samples_of_system", "units_of_system"]
+__all__ = ["errors_of_the_start_of_system", "samples_of_system", "uncountable", "units_of_system"]
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
@@ -45,7 +46,34 @@ def units_of_system(system: System, name: str) -> str:
     for end, units in (("_power", ("m2 s-3", "W")), ("force_mean", ("m s-2", "N")), ("virial", ("m2 s-2", "J"))):
         if name.endswith(end):
             return units[heavy]
-    return next(unit for end, unit in _UNITS.items() if name.endswith(end))
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
+
+
+def uncountable(system: System) -> str:
+    """Why the impacts of a system cannot be counted; empty if they can.
+
+    Examples
+    --------
+    >>> from springpot.parts import ColouredNoise, Springpot, Spring
+    >>> uncountable(System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColouredNoise(1.0, 0.5)))[:42]
+    'barrier is lossy, and no white noise acts '
+    """
+    white = any(noise.intensity > 0.0 for noise in system.of(WhiteNoise))
+    thermal = bool(system.of(ThermalNoise)) and system.damping > 0.0
+    for name, wall in system.named():
+        if not isinstance(wall, Barrier) or wall.restitution == 1.0:
+            continue
+        if not (white or thermal):
+            return (
+                f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest on "
+                "the wall after infinitely many impacts"
+            )
+        if wall.restitution <= COLLAPSE_BELOW:
+            return (
+                f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+                "white noise causes infinitely many impacts in a finite time"
+            )
+    return ""
 
 
 def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Floats) -> Samples:
@@ -103,8 +131,13 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
         "x_mean_square_end": column["x_end"] ** 2,
         "v_mean_square_end": column["v_end"] ** 2,
     }
-    samples = {name: (float(values.mean()), values) for name, values in found.items()}
-    return samples | _of_impacts(system, column, time)
+    samples = {name: (float(values.mean()), values) for name, values in found.items()} | _of_impacts(
+        system, column, time
+    )
+    if uncountable(system):
+        undefined = math.nan, np.full(len(rows), np.nan)
+        samples |= {name: undefined for name in samples if "impact_" in name}
+    return samples
 
 
 def _has_damping(system: System) -> bool:
@@ -144,7 +177,7 @@ def _lost_at_walls(system: System, parts: Parts, column: dict[str, Floats]) -> d
 
 
 def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:
-    """Impact speeds, and rate and speed of every wall where there are several."""
+    """Impact speeds, and rate and speed of every wall."""
     sides = _sides(system)
     if not sides:
         return {}
@@ -152,16 +185,17 @@ def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Sampl
         "impact_speed_mean": ratio(column["impact_speeds"], column["impacts"]),
         "impact_speed_mean_square": ratio(column["impact_speed_squares"], column["impacts"]),
     }
-    if len(sides) > 1:
-        for name, side in sides.items():
-            impacts, speeds, _ = _at_wall(column, side, sides)
-            found[f"{name}_impact_rate"] = (float(impacts.mean()) / time, impacts / time)
-            found[f"{name}_impact_speed_mean"] = ratio(speeds, impacts)
+    for name, side in sides.items():
+        impacts, speeds, _ = _at_wall(column, side, sides)
+        found[f"{name}_impact_rate"] = (float(impacts.mean()) / time, impacts / time)
+        found[f"{name}_impact_speed_mean"] = ratio(speeds, impacts)
     return found
 
 
 def _of_circuits(system: System, parts: Parts, column: dict[str, Floats], settings: Settings) -> dict[str, Floats]:
     """Mean square voltage of each circuit, and the power that all deliver."""
+    if system.of(ThermalNoise):  # the noise of its resistor is beside the mode, in the matched force
+        return {}
     low, high = settings.window_steps
     instants = sum(1 for n in range(GROUP - 1, settings.steps + GROUP, GROUP) if low <= n < high)
     found, harvested = {}, np.zeros(column["x"].size)

@@ -111,7 +111,7 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     low, high = _bottom(potential)
     least = float(potential.energy(np.linspace(low, high, 2001)).min())
     edges = [_edge(potential, end, sign, least + _FARTHEST * temperature) for end, sign in ((low, -1.0), (high, 1.0))]
-    places = np.linspace(*edges, _POINTS)
+    places = np.linspace(edges[0], edges[1], _POINTS)
     weights = np.exp(-np.minimum((potential.energy(places) - least) / temperature, 700.0))
     weights[[0, -1]] *= 0.5
     return BoltzmannLaw(temperature, places, weights / weights.sum())

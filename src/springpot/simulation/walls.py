@@ -243,8 +243,8 @@ def _add_to_upper(accumulators, first, lane, weight, count, speed):
 def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
     """As `fly`, between two walls.
 
-    The phase angle of the state, atan2(-u, x), grows by the phase: the lower wall is reached at an angle above 0, moving
-    down, the upper one below 0.  Against the wall that the linear spring presses on, impacts end as in `fly`.
+    The phase angle of the state, atan2(-u, x), grows by the phase: the lower wall is reached at an angle above 0,
+    moving down, the upper one below 0.  Against the wall that the linear spring presses on, impacts end as in `fly`.
     """
     u = v / frequency
     left = phase

@@ -27,6 +27,7 @@ from springpot.simulation.slow_impacts import (
 )
 from springpot.simulation.statistics import standard_error
 from springpot.simulation.step_biases import NORMAL
+from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 if TYPE_CHECKING:
@@ -46,11 +47,11 @@ MOST_MISSED = 0.01  # of the impacts, by estimate
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 
 
-def about_default_start(oscillator: Oscillator, given: Options) -> list[str]:
+def about_default_start(problem: Oscillator | System, given: Options) -> list[str]:
     """Warn of a start from rest that the user did not choose."""
     if given.get("start") is not None:
         return []
-    _, reason = default_start(oscillator, given)
+    _, reason = default_start(problem, given)
     return [f"the run starts from rest, because there is no stationary state: {reason}."] if reason else []
 
 

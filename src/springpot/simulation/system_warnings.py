@@ -1,0 +1,135 @@
+"""Warnings of a run of a system, and the bounds on what its step leaves: one sentence for each reason to doubt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, ThermalNoise, WhiteNoise
+from springpot.simulation.cost import per_cent
+from springpot.simulation.forgetting import MOST_TRANSIENT
+from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.settings import default_start
+from springpot.simulation.simulation import Simulation
+from springpot.simulation.slow_impacts import impact_step_biases
+from springpot.simulation.statistics import standard_error
+from springpot.simulation.system_results import uncountable
+from springpot.simulation.system_scales import system_scales
+from springpot.system import System
+
+__all__ = ["doubts_of_system", "step_biases_of_system"]
+
+Floats = npt.NDArray[np.float64]
+
+_FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
+_MOST_MISSED = 0.01
+_MOST_REMEMBERED = 0.03
+
+
+def step_biases_of_system(system: System, step: float, values: dict[str, float]) -> dict[str, float]:
+    """Bounds on the step bias of impact rate and speeds behind lossy walls, as for an oscillator with that wall."""
+    unit, biases = system.per_unit_mass, dict[str, float]()
+    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    if uncountable(system) or not intensity > 0.0 or "impact_rate" not in values:
+        return {}
+    for wall in unit.of(Barrier):
+        if wall.restitution < 1.0:
+            alone = Oscillator(barrier=Barrier(0.0, wall.restitution), excitation=WhiteNoise(intensity))
+            for name, bias in impact_step_biases(alone, step, values).items():
+                biases[name] = max(bias, biases.get(name, 0.0))
+    return biases
+
+
+def doubts_of_system(
+    simulation: Simulation, values: dict[str, float], errors: dict[str, float], rows: Floats
+) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number of a run of a system."""
+    system = simulation.problem
+    if not isinstance(system, System):
+        raise TypeError("the simulation must be of a system.")
+    if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
+        return ("the response is not a finite number: a much finer step may help.",)
+    return (
+        *_about_step(simulation, values),
+        *_about_window(simulation, system),
+        *_about_energy(simulation, rows, values, errors),
+        *_about_start(simulation, system, values, errors),
+    )
+
+
+def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[str]:
+    settings, fastest = simulation.settings, simulation.scales.fastest_rate
+    limit = settings.numerical_scheme.coarsest_step
+    if settings.step * fastest > limit * (1.0 + 1e-9):
+        yield (
+            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: expect errors of "
+            f"about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
+        )
+    system = simulation.problem
+    if isinstance(system, System):
+        if reason := uncountable(system):
+            yield f"impact rate and speeds are undefined, but energies are correct: {reason}."
+        missed = step_biases_of_system(system, settings.step, values).get("impact_rate", 0.0)
+        if missed > _MOST_MISSED * values.get("impact_rate", 0.0) > 0.0:
+            yield (
+                f"impact rate may be {per_cent(missed / values['impact_rate'])} too low at a step of "
+                f"{settings.step:g} s: the step misses slow impacts behind a lossy wall; energies are correct."
+            )
+
+
+def _about_window(simulation: Simulation, system: System) -> Iterator[str]:
+    settings, scales = simulation.settings, simulation.scales
+    if settings.start == "stationary" and system.of(ThermalNoise):
+        return
+    _, reason = default_start(system)
+    if reason:
+        yield f"there is no stationary state: {reason}."
+        return
+    left = math.exp(-settings.window[0] / scales.relaxation_time)
+    if left > MOST_TRANSIENT:
+        yield (
+            f"window starts at {settings.window[0]:g} s, when about {100.0 * left:.0f} % of the transient is left: "
+            f"start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
+        )
+
+
+def _about_energy(
+    simulation: Simulation, rows: Floats, values: dict[str, float], errors: dict[str, float]
+) -> Iterator[str]:
+    gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
+    error, energy = standard_error(gained), 0.5 * values["v_mean_square"]
+    settled = simulation.settings.window[0] > 3.0 * simulation.scales.relaxation_time
+    if settled and math.isfinite(error) and abs(gained.mean()) > max(_FAR_OFF * error, 0.04 * energy):
+        yield (
+            f"the mean energy still changed by {100.0 * gained.mean() / energy:.2g} % of the kinetic energy over the "
+            "window, so it is not stationary yet: use a longer run and a later window."
+        )
+    residual, its_error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
+    if math.isfinite(its_error) and abs(residual) > max(_FAR_OFF * its_error, 0.01):
+        yield (
+            f"the energy balance fails by {100.0 * residual:.2g} % of the input power (standard error "
+            f"{100.0 * its_error:.1g} %): repeat the run with a finer step before you trust it."
+        )
+
+
+def _about_start(
+    simulation: Simulation, system: System, values: dict[str, float], errors: dict[str, float]
+) -> Iterator[str]:
+    adapted = simulation.adapted
+    if adapted is not None and adapted.residual is None:
+        yield (
+            "the adapted start was taken from a rough theory and was not checked: long enough pilot runs would take "
+            "too much time."
+        )
+    force, error = abs(values.get("damping_force_mean", 0.0)), errors.get("damping_force_mean", math.nan)
+    size = system.mass * system_scales(system).law.frequency ** 2 * math.sqrt(values["x_mean_square"])
+    if math.isfinite(error) and force > max(_FAR_OFF * error, _MOST_REMEMBERED * size):
+        yield (
+            f"the memory still acts of the start: its mean force is {per_cent(force / size)} of what the springs need "
+            "for the root mean square displacement, so mean displacement and impact rate are not yet stationary. Use "
+            "start='stationary'."
+        )
