@@ -105,18 +105,18 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
     """
     blocks = _in_pairs(filters)
     rows: list[list[float]] = []
-    rest: Floats = white * np.eye(GROUP)
+    rests: list[Floats] = [white * np.eye(GROUP)]
     for block in blocks:
         moved, spread = _over_a_group(block)
         start = _root(linalg.solve_continuous_lyapunov(block.matrix, -block.noise))
         state = _root(spread[:2, :2])
         # impulses = known(start) + share(normals of the state) + what is left
         share = linalg.lstsq(state, spread[:2, 2:])[0].T
-        rest = rest + step**2 * (spread[2:, 2:] - share @ share.T)
+        rests.append(step**2 * (spread[2:, 2:] - share @ share.T))
         rows.append([*moved[:2].ravel(), state[0, 0], state[1, 0], state[1, 1],
                      *(step * moved[2:]).ravel(), *(step * share).ravel(),
                      start[0, 0], start[1, 0], start[1, 1]])  # fmt: skip
-    return Filtered(word, place, np.array(rows).reshape(-1, 26), _root(np.asarray(rest, float)))
+    return Filtered(word, place, np.array(rows).reshape(-1, 26), _root(np.sum(rests, axis=0)))
 
 
 def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
