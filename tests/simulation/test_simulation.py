@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import compose
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import resolve
-from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.simulation import simulation_of
 
 PROBLEM = sp.Oscillator(

@@ -108,7 +108,7 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
     rests: list[Floats] = [white * np.eye(GROUP)]
     for block in blocks:
         moved, spread = _over_a_group(block)
-        start = _root(linalg.solve_continuous_lyapunov(block.matrix, -block.noise))
+        start = _root(np.asarray(linalg.solve_continuous_lyapunov(block.matrix, -block.noise), np.float64))
         state = _root(spread[:2, :2])
         # impulses = known(start) + share(normals of the state) + what is left
         share = linalg.lstsq(state, spread[:2, 2:])[0].T
