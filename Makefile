@@ -6,7 +6,7 @@ export UV_PYTHON_DOWNLOADS := never
 # bytecode is kept: each of the many processes that the tests start would compile the package anew
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup figures lint style types test test-page test-rest validate bench atlas docs screenshots clean
+.PHONY: help setup figures lint style types kernels test test-page test-rest validate bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -34,9 +34,14 @@ style: setup
 types: setup
 	$(RUN)/mypy
 
-# the page's tests often wait for the browser, and mypy has one thread: they run beside the others
+# two at a time: mypy has one thread, and so has the compilation of kernels, which each of the processes that test would
+# compile for itself; the page's tests often wait for the browser
 test: style  ## style, types, spelling and the everyday tests
-	@$(MAKE) --no-print-directory --jobs=3 types test-page test-rest
+	@$(MAKE) --no-print-directory --jobs=2 types kernels
+	@$(MAKE) --no-print-directory --jobs=2 test-page test-rest
+
+kernels: setup
+	@$(RUN)/python -m tests.kernels
 
 test-page: setup
 	$(RUN)/pytest --quiet -m "not validation" tests/explorer
