@@ -287,21 +287,18 @@ def test_pause_step_and_play(tab: Tab) -> None:
 
 
 def test_reset_repeats_and_a_seed_does_not(tab: Tab) -> None:
+    """And from the reset on another path can be shown."""
     before = tab.number()
     tab.changed(lambda: tab.page.locator("#reset").click())
     assert tab.number() == before
+    tab.wait("document.querySelector('#clock').textContent.startsWith('path 0 ')")
+    tab.page.locator("#next").click()
+    tab.wait("document.querySelector('#clock').textContent.startsWith('path 64 ')")
     tab.changed(lambda: tab.page.locator("#seed").fill("123"))
     other = tab.number()
     assert other != before
     tab.changed(lambda: tab.page.locator("#new-seed").click())
     assert tab.number() not in (before, other)
-
-
-def test_another_path_is_shown(tab: Tab) -> None:
-    tab.changed(lambda: tab.page.locator("#reset").click())
-    tab.wait("document.querySelector('#clock').textContent.startsWith('path 0 ')")
-    tab.page.locator("#next").click()
-    tab.wait("document.querySelector('#clock').textContent.startsWith('path 64 ')")
 
 
 def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, tab: Tab) -> None:

@@ -11,6 +11,7 @@ from scipy import integrate, special
 
 import springpot as sp
 from springpot.theory import NoConvergence, NotCovered, exact, linear, linearisation, solve_all
+from tests.sizes import validation
 
 WHITE = sp.WhiteNoise(1.0)
 SPRING = sp.Spring(1.0)
@@ -228,7 +229,7 @@ def test_van_der_pol_under_a_constant_force_is_not_covered() -> None:
     assert exact(as_spring).x_mean_square == exact(sp.System(SPRING, *PUMPED)).x_mean_square
 
 
-@pytest.mark.parametrize("q", [1e-4, 1e-8, 1e-14])
+@pytest.mark.parametrize("q", [1e-4, 1e-8, validation(1e-14)])
 def test_a_limit_cycle_with_little_noise(q: float) -> None:
     parts = SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(q)
     found = exact(sp.System(*parts))  # H stays at 1 / 2: <x^2> = <v^2> = 1 / 2
@@ -354,8 +355,12 @@ def test_matched_noise_is_equipartition() -> None:
 
 
 @pytest.mark.parametrize(
-    "part", [sp.Springpot(0.3, 0.8), sp.Maxwell(1.0, 2.0), sp.Circuit(3.0, 2.0, 0.5), sp.Series(POT, sp.Spring(3.0))]
-)
+    "part",
+    [
+        sp.Springpot(0.3, 0.8), validation(sp.Maxwell(1.0, 2.0)),
+        sp.Circuit(3.0, 2.0, 0.5), validation(sp.Series(POT, sp.Spring(3.0))),
+    ],
+)  # fmt: skip
 def test_the_spectrum_of_matched_noise_is_that_of_equipartition(part) -> None:
     found = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), part, sp.ThermalNoise(0.7)))
     u = np.linspace(-75.0, 12.0, 60001)
