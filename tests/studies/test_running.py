@@ -20,6 +20,7 @@ from typing import Any
 import psutil
 import pytest
 
+from springpot import cli
 from springpot.studies import running, tasks
 from springpot.studies.estimate import status
 from springpot.studies.running import run_study
@@ -235,12 +236,6 @@ def wait_for_answers(process: subprocess.Popen[str], store: Path, count: int) ->
         time.sleep(0.02)
 
 
-def finish(words: Sequence[object], folder: Path) -> None:
-    process = start(words, folder)
-    _, errors = process.communicate(timeout=WAIT)
-    assert process.returncode == 0, errors
-
-
 def killed_and_resumed(how: Sequence[str], times: int, longer: Path, folder: Path, seed: int) -> int:
     """Kill a study so many times, beginning another store whenever one is whole; how many stores it took."""
     rng = random.Random(seed)
@@ -264,7 +259,7 @@ def killed_and_resumed(how: Sequence[str], times: int, longer: Path, folder: Pat
     if not stores[-1].exists():
         stores.pop()
     for store in stores:
-        finish([file, "--store", store, "--threads", "2"], folder)
+        run_study(given(LONGER), store, threads=2)
         assert orphans(store) == []
         assert content(store) == content(longer)
     return len(stores)
@@ -440,7 +435,7 @@ def test_sigterm_is_obeyed_as_before_afterwards(tmp_path: Path) -> None:
         signal.signal(signal.SIGTERM, before)
 
 
-def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
+def test_a_scheduler_that_goes_away(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The client tries to find it again for a while, then says what has happened."""
     script = (
         "import sys, distributed, time\n"
@@ -452,13 +447,18 @@ def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
     )
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as cluster:
         assert cluster.stdout is not None
-        address = cluster.stdout.readline().strip()
+        address, store = cluster.stdout.readline().strip(), tmp_path / "study.zarr"
+
+        def end() -> None:
+            until = time.monotonic() + WAIT
+            while len(chunks(store)) < 3 and time.monotonic() < until:
+                time.sleep(0.02)
+            cluster.kill()
+
+        ending = threading.Thread(target=end)
+        ending.start()
         file = write_toml(tmp_path / "longer.toml", LONGER)
-        store = tmp_path / "study.zarr"
-        process = start([file, "--store", store, "--scheduler", address], tmp_path)
-        wait_for_answers(process, store, 3)
-        cluster.kill()
-    _, errors = process.communicate(timeout=WAIT)
-    assert process.returncode == 1
-    assert "springpot: the Dask scheduler is gone: all results so far are kept, and running" in errors
+        assert cli.main(["study", "run", str(file), "--store", str(store), "--scheduler", address]) == 1
+        ending.join()
+    assert "springpot: the Dask scheduler is gone: all results so far are kept, and running" in capsys.readouterr().err
     assert status_of(store)["done"] >= 3
