@@ -21,12 +21,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from springpot.arguments import finite_number
 from springpot.faults import meant
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
-from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine
-from springpot.simulation.completed_rate import are_crowded
+from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
 from springpot.simulation.compose import Floats
 from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words, per_cent
 from springpot.simulation.decision import Known, Move, Standing, decide
@@ -39,11 +40,14 @@ from springpot.simulation.levels import (
     first_targets,
     level_settings,
     levels_of,
+    with_crowded_impacts,
 )
-from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import Settings, check_stationary, checked_seed, checked_threads
-from springpot.simulation.simulation import Progress, Simulation
+from springpot.simulation.settings import Settings, check_stationary, checked_seed, checked_threads, resolve
+from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import impacts_are_countable
+from springpot.simulation.system_results import uncountable
+from springpot.simulation.system_scales import is_symmetric, scales_of_problem, typical_frequency
+from springpot.system import System
 
 __all__ = ["Reached", "checked_quantities", "reach"]
 
@@ -94,7 +98,7 @@ class Reached:
 class _Request:
     """The arguments of `reach`, checked."""
 
-    oscillator: Oscillator
+    problem: Oscillator | System
     rtol: float
     wanted: tuple[str, ...]
     seed: int
@@ -103,7 +107,7 @@ class _Request:
 
     def settings(self, step: float) -> Settings:
         """Settings of the coarse level at this step."""
-        return level_settings(self.oscillator, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
+        return level_settings(self.problem, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +157,7 @@ class _Report:
 
 
 def reach(
-    oscillator: Oscillator,
+    problem: Oscillator | System,
     rtol: float,
     *,
     quantities: Sequence[str] = ("amplitude_mean_square",),
@@ -167,7 +171,7 @@ def reach(
 
     Parameters
     ----------
-    oscillator : Oscillator
+    problem : Oscillator or System
         With a stationary state.
     rtol : float
         In [1e-4, 0.5].
@@ -194,21 +198,21 @@ def reach(
         If ``max_time`` is too short for the smallest run that gives an error.
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
-    wanted = checked_quantities(oscillator, quantities)
+    wanted = checked_quantities(problem, quantities)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
-    check_stationary(oscillator, "rtol")
-    request = _Request(oscillator, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
+    check_stationary(problem, "rtol")
+    request = _Request(problem, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
     report = _Report(Clock(max_time), progress)
-    shortest = FINEST_STEP / scales_of(oscillator).fastest_rate
-    step = max(first_step(oscillator, rtol), shortest)
+    shortest = FINEST_STEP / scales_of_problem(problem).fastest_rate
+    step = max(first_step(problem, rtol), shortest)
     spent, reason = 0.0, ""
     halved, best = False, None
     try:
         report.block(0.0)
         settings = request.settings(step)
-        adapted = adapt(oscillator, settings, paths=_pilots(oscillator, rtol), progress=report.block)
-        levels = levels_of(oscillator, settings, adapted)
+        adapted = adapt(problem, settings, paths=_pilots(problem, rtol), progress=report.block)
+        levels = levels_of(problem, settings, adapted)
         _measure_speed(levels.coarse, report)
         targets = _affordable(levels, first_targets(levels.coarse.simulation, rtol), report.clock)
         reason = _length_reason(levels.coarse.simulation) or "the first round is small"
@@ -230,7 +234,7 @@ def reach(
             if move.kind == "more":
                 targets = move.paths, move.pairs
                 continue
-            finer = levels_of(oscillator, request.settings(0.5 * step), adapted)
+            finer = levels_of(problem, request.settings(0.5 * step), adapted)
             targets = first_targets(finer.coarse.simulation, rtol)
             if spent + finer.work(*targets) > most_path_steps:
                 outcome = replace(outcome, move=replace(move, kind="stop"))
@@ -256,15 +260,10 @@ def reach(
     )
 
 
-def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tuple[str, ...]:
-    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this oscillator."""
+def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) -> tuple[str, ...]:
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this problem."""
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    allowed = tuple(
-        name
-        for name in CONTROLLED
-        if (impacts_are_countable(oscillator) or not name.startswith("impact"))
-        and (oscillator.barrier is not None or name != "x_mean")
-    )
+    allowed = _allowed(problem)
     if not names or not set(names) <= set(allowed):
         given = ", ".join(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
@@ -273,10 +272,26 @@ def checked_quantities(oscillator: Oscillator, quantities: Sequence[str]) -> tup
     return names
 
 
-def _pilots(oscillator: Oscillator, rtol: float) -> int:
+def _allowed(problem: Oscillator | System) -> tuple[str, ...]:
+    """The quantities that can be controlled."""
+    if isinstance(problem, System):
+        few = simulation_of(problem, resolve(problem, paths=1, start="rest"))
+        names = controlled_names(problem, few.samples(np.zeros((1, len(few.parts.columns)))))
+        if uncountable(problem):
+            names = tuple(name for name in names if "impact_" not in name)
+        return tuple(name for name in names if name != "x_mean" or not is_symmetric(problem))
+    return tuple(
+        name
+        for name in CONTROLLED
+        if (impacts_are_countable(problem) or not name.startswith("impact"))
+        and (problem.barrier is not None or name != "x_mean")
+    )
+
+
+def _pilots(problem: Oscillator | System, rtol: float) -> int:
     """Paths of the pilot runs: more for a small tolerance, fewer if each is much longer than the energy time."""
-    (fewest, most), scales = PILOT_PATHS, scales_of(oscillator)
-    cycles = 5.0 / oscillator.natural_frequency
+    (fewest, most), scales = PILOT_PATHS, scales_of_problem(problem)
+    cycles = 5.0 * (1.0 / typical_frequency(problem))
     longest = max(scales.energy_time, cycles)
     length = max(longest, min(scales.creep_time, 20.0 * cycles))
     wanted = fewest * max(1.0, (PILOTS_DO / rtol) ** 2) * longest / length
@@ -357,7 +372,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
     """What takes the time."""
     simulation, move = outcome.simulation, outcome.move
     if halved or move.kind == "halve":
-        slow = are_crowded(simulation.oscillator) and move.worst.startswith("impact")
+        slow = with_crowded_impacts(simulation.problem) and move.worst.startswith("impact")
         what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
         return f"{what} a step below {simulation.settings.step:.2g} s"
     return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"

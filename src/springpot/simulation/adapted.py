@@ -13,13 +13,13 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.oscillator import Barrier, Oscillator
-from springpot.parts import Circuit, Contact, Maxwell, Series, Springpot, ThermalNoise
+from springpot.parts import Circuit, Maxwell, Series, Springpot, ThermalNoise
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.schemes import Splitting
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Progress, simulation_of
 from springpot.simulation.statistics import controlled, standard_error
-from springpot.simulation.system_scales import scales_of_problem, system_scales
+from springpot.simulation.system_scales import is_symmetric, scales_of_problem, system_scales, typical_frequency
 from springpot.system import System
 from springpot.theory import averaging
 
@@ -123,15 +123,7 @@ def _guess(problem: Oscillator | System) -> _Guess:
 def _remembers(system: System) -> bool:
     """Whether the past acts, and E[x] is not 0 by symmetry."""
     memory = system.of(Series, Maxwell, Circuit) or [pot for pot in system.of(Springpot) if pot.remembers]
-    if not memory:
-        return False
-    potential, mirror = system.potential, replace(system.potential, low=0.0, high=0.0, contacts=())
-    odd = not any(mirror.coefficients[::2]) and potential.low == -potential.high
-    walls = sorted(wall.restitution for wall in system.of(Barrier))
-    below = [replace(contact, position=-contact.position, side="below") for contact in system.of(Contact)
-             if contact.side == "above"]  # fmt: skip
-    above = [contact for contact in system.of(Contact) if contact.side == "below"]
-    return not (odd and len({*walls}) <= 1 and below == above)
+    return bool(memory) and not is_symmetric(system)
 
 
 def _slope(tried: list[tuple[float, float]]) -> float:
@@ -149,8 +141,7 @@ def _pilot_settings(problem: Oscillator | System, settings: Settings, most: int)
     """Ten relaxation times at a coarse step of the default scheme; the average is over the last six."""
     scales = scales_of_problem(problem)
     step = 8.0 * (Splitting.default_step / scales.fastest_rate)
-    frequency = problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
-    cycle = 5.0 / frequency
+    cycle = 5.0 / typical_frequency(problem)
     duration = 10.0 * max(scales.energy_time, min(scales.creep_time, 20.0 * cycle), cycle)
     steps = round(min(duration / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     paths = int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps)))

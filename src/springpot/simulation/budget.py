@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, Contact, ThermalNoise
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
 from springpot.simulation.decision import NORMAL, Known
-from springpot.simulation.forgetting import shares_missing
-from springpot.simulation.levels import Levels
+from springpot.simulation.forgetting import SLOW, shares_missing, system_shares_missing
+from springpot.simulation.levels import Levels, forgetting_time_of
 from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import slow_impact_order
 from springpot.simulation.statistics import controlled, standard_error
+from springpot.system import System
 from springpot.theory.result import MOMENTS
 
-__all__ = ["CONTROLLED", "Budget", "Estimates", "combine"]
+__all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names"]
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
@@ -84,7 +87,7 @@ class _Samples:
 def combine(levels: Levels) -> Estimates:
     """Values, standard errors and budgets of all quantities."""
     simulation, samples = levels.coarse.simulation, _samples(levels)
-    oscillator, settings = simulation.oscillator, simulation.settings
+    problem, settings = simulation.problem, simulation.settings
     values, errors, budgets, known = {}, {}, {}, {}
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
@@ -94,12 +97,12 @@ def combine(levels: Levels) -> Estimates:
     plain = values.pop("plain_rate", math.nan)
     errors.pop("plain_rate", None)
     restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
-    slow = shares_missing(oscillator, settings.window[0], values["x_mean_square"], values["amplitude_mean_square"])
+    slow = _slow_shares(problem, settings.window[0], values)
     start = simulation.errors_of_the_start(values)
-    for name in CONTROLLED:
+    for name in controlled_names(problem, samples):
         many, difference = samples[name].many, samples[name].difference
         size, its_error = abs(float(difference.mean())), standard_error(difference)
-        weight = _bias_weight(oscillator, name)
+        weight = _bias_weight(problem, name)
         other = RESTORED * abs(restored * values[name]) if name.startswith("impact") else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
@@ -126,6 +129,8 @@ def _samples(levels: Levels) -> dict[str, _Samples]:
     """The samples of every estimate, with the energy balance as control variate."""
     many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
     control = "energy_residual"
+    if control not in many:
+        return {name: _Samples(many[name], fine[name] - coarse[name]) for name in many}
     controls = np.stack([coarse[control], fine[control]], axis=1)
     samples = {
         name: _Samples(controlled(many[name], many[control][:, None]), controlled(fine[name] - coarse[name], controls))
@@ -134,12 +139,39 @@ def _samples(levels: Levels) -> dict[str, _Samples]:
     return samples | {control: _Samples(many[control], fine[control] - coarse[control])}
 
 
-def _bias_weight(oscillator: Oscillator, name: str) -> float:
+def controlled_names(problem: Oscillator | System, names: Iterable[str]) -> tuple[str, ...]:
+    """The quantities that have a budget: of a system every mean that is not that of a force or at the end.
+
+    Examples
+    --------
+    >>> controlled_names(Oscillator(), ())[:2]
+    ('amplitude_mean_square', 'x_mean')
+    """
+    if isinstance(problem, Oscillator):
+        return CONTROLLED
+    without = ("_end", "_force_mean", "_virial", "energy_residual", "contact_penetration")
+    return tuple(name for name in names if not name.endswith(without))
+
+
+def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, float]) -> Mapping[str, float]:
+    """Relative effect on each quantity of the slow displacements that are missing when the window begins."""
+    if isinstance(problem, Oscillator):
+        return shares_missing(problem, time, values["x_mean_square"], values["amplitude_mean_square"])
+    share = system_shares_missing(problem, time, values["x_mean_square"])
+    fast = {name for name in values if name == "v_mean_square" or name.endswith("_power")}
+    return {name: 0.0 if name in fast else SLOW.get(name, 1.0 if name.startswith("x_") else 0.5) * share
+            for name in values}  # fmt: skip
+
+
+def _bias_weight(problem: Oscillator | System, name: str) -> float:
     """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
 
     The order is 1 at alpha = 1 and without a wall.  With a wall and memory the observed bias is somewhat larger.  If
     slow impacts have been added, the order is that of the next term: about 0.5 more than that of the plain rate.
     """
+    if isinstance(problem, System):
+        return _system_bias_weight(problem, name)
+    oscillator = problem
     if name.startswith("impact") and are_crowded(oscillator):
         order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
         return float(1.0 / (2.0**order - 1.0))
@@ -148,7 +180,19 @@ def _bias_weight(oscillator: Oscillator, name: str) -> float:
     return 1.0
 
 
+def _system_bias_weight(system: System, name: str) -> float:
+    """As for an oscillator; slow impacts are not added, so the order of an impact rate is that of the lossiest wall."""
+    lossy = [wall.restitution for wall in system.of(Barrier) if wall.restitution < 1.0]
+    if lossy and "impact" in name:
+        return float(1.0 / (2.0 ** min(1.0, slow_impact_order(min(lossy))) - 1.0))
+    return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
+
+
 def _energy_transient(simulation: Simulation) -> float:
     """Relative effect of the energy's transient on the average over the window."""
     relaxation, (begin, end) = simulation.scales.energy_time, simulation.settings.window
+    if isinstance(simulation.problem, System):
+        if simulation.problem.of(ThermalNoise):
+            return 0.0
+        relaxation = max(relaxation, forgetting_time_of(simulation.problem))
     return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

@@ -101,8 +101,11 @@ class Parts:
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
 
-def compose(problem: Oscillator | System, settings: Settings, scales: Scales) -> Parts:
+def compose(problem: Oscillator | System, settings: Settings, scales: Scales, *, halved: bool = False) -> Parts:
     """The arguments of the kernel.
+
+    With ``halved`` the excitation of a system is that of a run with half the step, summed in pairs; its white noise
+    and that of an oscillator are chosen when the paths are advanced.
 
     Raises
     ------
@@ -118,7 +121,7 @@ def compose(problem: Oscillator | System, settings: Settings, scales: Scales) ->
         return _compose_oscillator(problem, settings, scales, position)
     if not isinstance(scales, SystemScales):
         raise TypeError("scales must be those of a system.")
-    return _compose_system(problem, settings, scales, position)
+    return _compose_system(problem, settings, scales, position, 2 if halved else 1)
 
 
 def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scales, position: float) -> Parts:
@@ -150,7 +153,9 @@ def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scal
     )
 
 
-def _compose_system(system: System, settings: Settings, scales: SystemScales, position: float) -> Parts:
+def _compose_system(
+    system: System, settings: Settings, scales: SystemScales, position: float, parts_of_step: int
+) -> Parts:
     walls = [abs(end) for end in (system.potential.low, system.potential.high) if math.isfinite(end)]
     velocity = settings.initial_velocity
     longest = max(scales.length, abs(position), abs(velocity) * (1.0 / scales.flight_frequency), *walls, 0.0)
@@ -165,13 +170,13 @@ def _compose_system(system: System, settings: Settings, scales: SystemScales, po
     springs = [0.0 if n == 1 and abs(k) < 1e-12 * linear else k for n, k in enumerate(beside.springs)]
     if total.temperature > 0.0:
         name = unit.name_of(next(part for part in unit.parts if type(part).__name__ == "ThermalNoise"))
-        beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps),))
+        beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
     scheme = settings.numerical_scheme
     answer = sum(answer_of_springpot(order, c, step) for order, c in total.springpots)
     answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
     at_this_step = scheme.at(frequency, answer, step, units.length)
     memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
-    load, named = forces_of(_with_springs(beside, springs), at_this_step.share, step)
+    load, named = forces_of(_with_springs(beside, springs), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
     taps = tuple(arm for arm in total.arms if arm.name)
     if len(taps) > MOST_FORCES:

@@ -18,10 +18,16 @@ import math
 import numpy as np
 
 from springpot.oscillator import Oscillator
+from springpot.parts import Springpot, ThermalNoise, WhiteNoise
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings
+from springpot.simulation.system_scales import dissipated, system_scales
+from springpot.system import System
 
-__all__ = ["is_stationary", "missing_variance", "shares_missing", "transient_left"]
+__all__ = [
+    "is_stationary", "missing_variance", "oscillators_alike", "shares_missing", "system_shares_missing",
+    "transient_left",
+]  # fmt: skip
 
 MOST_TRANSIENT = 0.01  # share left at the start of the window
 LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
@@ -101,6 +107,34 @@ def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, am
         name: min(1.0, (weight + rarer.get(name, 0.0)) * missing / x_mean_square) for name, weight in SLOW.items()
     }
     return shares | {"amplitude_mean_square": min(1.0, missing / amplitude), "v_mean_square": 0.0}
+
+
+def oscillators_alike(system: System) -> list[Oscillator]:
+    """For each springpot of a system, an oscillator with its slow displacements: of the frequency and power guessed.
+
+    A thermal system has none: it starts from its stationary law.
+
+    Examples
+    --------
+    >>> from springpot.parts import Dashpot, Spring
+    >>> [alike.springpot.order for alike in oscillators_alike(System(Spring(1.0), Springpot(0.5, 0.1), Dashpot(0.2)))]
+    [0.5]
+    """
+    if system.of(ThermalNoise):
+        return []
+    scales, unit = system_scales(system), system.per_unit_mass
+    taken = max(dissipated(unit, scales.law), 0.0)
+    return [
+        Oscillator(scales.law.frequency, pot, None, WhiteNoise(2.0 * taken))
+        for pot in unit.of(Springpot)
+        if pot.remembers
+    ]
+
+
+def system_shares_missing(system: System, time: float, x_mean_square: float) -> float:
+    """Bound on the missing share of the variance of x at a time, due to slow displacements."""
+    missing = sum(missing_variance(alike, time) for alike in oscillators_alike(system))
+    return min(1.0, WALL * missing / x_mean_square)
 
 
 def transient_left(oscillator: Oscillator, settings: Settings) -> float:

@@ -73,7 +73,7 @@ _four = stack_array(GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 _by_force = stack_array(MOST_FORCES * LANES)
-_by_force_and_step = stack_array(MOST_FORCES * GROUP * LANES)
+_by_force_and_step = stack_array((MOST_FORCES + 1) * GROUP * LANES)  # and room for two steps more
 _states = stack_array(MOST_STATES * LANES)
 _extras = stack_array(MOST_EXTRAS * LANES)
 

@@ -10,22 +10,27 @@ import numpy as np
 
 from springpot.options import DEFAULTS
 from springpot.oscillator import Oscillator
+from springpot.parts import ThermalNoise
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.completed_rate import are_crowded, counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.compose import Floats
-from springpot.simulation.forgetting import shares_missing
-from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.forgetting import oscillators_alike, shares_missing
 from springpot.simulation.lanes import LANES
-from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, derivative_at
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import extrapolation_step
+from springpot.simulation.system_scales import scales_of_problem
+from springpot.system import System
 from springpot.theory import exact
 
-__all__ = ["Level", "Levels", "first_step", "first_targets", "level_settings", "levels_of"]
+__all__ = [
+    "Level", "Levels", "first_step", "first_targets", "forgetting_time_of", "level_settings", "levels_of",
+    "with_crowded_impacts",
+]  # fmt: skip
 
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if the energy time is so long
+GUESSED = 1.5  # factor on the forgetting time of a system
 FORGET = 20.0  # least decay of the transient before the window begins
 SLOWLY = 0.2  # share of the tolerance that may be missing from slow displacements when the window begins
 RELAXATIONS = 10.0  # in the window, at least
@@ -66,7 +71,7 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
-        crowded = are_crowded(self.simulation.oscillator)
+        crowded = with_crowded_impacts(self.simulation.problem)
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
@@ -111,27 +116,35 @@ class Levels:
         )
 
 
-def levels_of(oscillator: Oscillator, settings: Settings, adapted: Adapted) -> Levels:
+def with_crowded_impacts(problem: Oscillator | System) -> bool:
+    """Whether slow impacts are frequent, and what the step misses of them is added: with an oscillator's wall only."""
+    return isinstance(problem, Oscillator) and are_crowded(problem)
+
+
+def levels_of(problem: Oscillator | System, settings: Settings, adapted: Adapted) -> Levels:
     """Levels without paths; ``settings`` are those of the coarse one."""
-    coarse = simulation_of(oscillator, settings, adapted)
-    fine = simulation_of(oscillator, replace(settings, step=0.5 * settings.step), adapted)
-    no_rows, no_counts = np.empty((0, len(COLUMNS))), np.empty((0, 3))
+    coarse = simulation_of(problem, settings, adapted)
+    fine = simulation_of(problem, replace(settings, step=0.5 * settings.step), adapted)
+    paired = coarse if isinstance(problem, Oscillator) else simulation_of(problem, settings, adapted, halved=True)
+    no_rows, no_counts = np.empty((0, len(coarse.parts.columns))), np.empty((0, 3))
     return Levels(
         Level(coarse, 0, False, no_rows, no_counts),
-        Level(coarse, 3, True, no_rows, no_counts),
+        Level(paired, 3, True, no_rows, no_counts),
         Level(fine, 3, False, no_rows, no_counts),
     )
 
 
 def level_settings(
-    oscillator: Oscillator, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
+    problem: Oscillator | System, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
 ) -> Settings:
     """Settings of the coarse level.
 
     The window begins after the transient; its length is ten relaxation times, or half the time before it if longer.
     """
-    relaxation = scales_of(oscillator).forgetting_time
-    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(oscillator, rtol, wanted))
+    relaxation = forgetting_time_of(problem)
+    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(problem, rtol, wanted))
+    if isinstance(problem, System) and problem.of(ThermalNoise):
+        begin = 0.0  # it starts from the stationary law
     length = max(RELAXATIONS * relaxation, 0.5 * begin)
     begin, length = (step * math.ceil(time / step) for time in (begin, length))
     return Settings(
@@ -141,24 +154,32 @@ def level_settings(
         window=(begin, begin + length),
         seed=seed,
         threads=threads,
-        derivative=derivative_at(oscillator, "caputo"),
+        derivative=derivative_at(problem, "caputo"),
         memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
     )
 
 
-def first_step(oscillator: Oscillator, rtol: float) -> float:
+def forgetting_time_of(problem: Oscillator | System) -> float:
+    """As in the scales; of a system longer, because the energy time of its scales is a rough guess."""
+    longer = 1.0 if isinstance(problem, Oscillator) else GUESSED
+    return longer * scales_of_problem(problem).forgetting_time
+
+
+def first_step(problem: Oscillator | System, rtol: float) -> float:
     """The step of the first round; longer for a loose tolerance and long paths."""
-    scales = scales_of(oscillator)
+    scales = scales_of_problem(problem)
     longest = COARSEST_STEP / scales.fastest_rate
-    if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(oscillator):
+    if isinstance(problem, System):
+        return longest
+    if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(problem):
         longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
-    return min(longest, 4.0 * extrapolation_step(oscillator))
+    return min(longest, 4.0 * extrapolation_step(problem))
 
 
 def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
     """Paths and pairs of the first round: about what the tolerance needs, fewer if each path is long."""
     begin, end = simulation.settings.window
-    relaxations = (end - begin) / simulation.scales.forgetting_time
+    relaxations = (end - begin) / forgetting_time_of(simulation.problem)
     fewest, most = FIRST_PATHS
     few = min(max(FIRST_PATH_STEPS / (2.5 * simulation.settings.steps), FEWEST_PATHS), fewest)
     paths = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
@@ -166,18 +187,21 @@ def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
     return paths, paths // 2
 
 
-def _slow_time(oscillator: Oscillator, rtol: float, wanted: Sequence[str]) -> float:
+def _slow_time(problem: Oscillator | System, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
+    if isinstance(problem, System):
+        return max((_slow_time(alike, rtol, wanted) for alike in oscillators_alike(problem)), default=0.0)
+    oscillator = problem
     try:
         free = exact(replace(oscillator, barrier=None))
         x_mean_square, amplitude = free.x_mean_square, free.amplitude_mean_square
     except ValueError:  # no springpot, or one of order 0: the wall alone dissipates
         return 0.0
-    scales = scales_of(oscillator)
+    scales = scales_of_problem(oscillator)
     time, last = 1.0 / oscillator.natural_frequency, 100.0 * scales.relaxation_time
     while time < last:
         shares = shares_missing(oscillator, time, x_mean_square, amplitude)
-        if max(shares[name] for name in wanted) <= SLOWLY * rtol:
+        if max(shares.get(name, shares["x_mean"]) for name in wanted) <= SLOWLY * rtol:
             break
         time *= 1.1
     return time

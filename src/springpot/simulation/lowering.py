@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import singledispatch
 from typing import Any
 
@@ -83,7 +83,7 @@ class Named:
     ----------
     name : str
     make : callable
-        (first counter word, place among the states) -> part of the kernel.
+        (first counter word, place among the states, parts of a step) -> part of the kernel.
     states : int
         Numbers that it keeps for each path.
     does : {"springs", "feeds", "dissipates", "expected", "nothing"}
@@ -91,7 +91,7 @@ class Named:
     """
 
     name: str
-    make: Callable[[int, int], Any]
+    make: Callable[[int, int, int], Any]
     states: int
     does: str
 
@@ -181,14 +181,14 @@ def _(part: PolynomialDashpot, name: str, units: Units, step: float) -> Lowered:
     if part.is_linear:
         return Lowered(springpots=linear)
     law = forces.PowerDamper(0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time)
-    return Lowered(springpots=linear, forces=(Named(name, lambda word, place: law, 0, "dissipates"),))
+    return Lowered(springpots=linear, forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
 
 
 @lower.register
 def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
     rate = part.coefficient * units.length**2 * units.time
     law = forces.VanDerPolDamper(0.5 * step * rate, (part.length / units.length) ** 2)
-    return Lowered(forces=(Named(name, lambda word, place: law, 0, "dissipates"),))
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
 
 
 @lower.register
@@ -256,10 +256,11 @@ def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
         raise ValueError(
             f"{name} has {rate:.3g} impulses in a step, which are white noise: use WhiteNoise({part.intensity:g})."
         )
-    return Lowered(
-        poisson=rate / step * size**2,
-        forces=(Named(name, lambda word, place: sources.Poisson(word, rate, size), 0, "nothing"),),
-    )
+
+    def make(word: int, place: int, parts: int) -> Any:
+        return sources.Poisson(word, parts, rate / parts, size)
+
+    return Lowered(poisson=rate / step * size**2, forces=(Named(name, make, 0, "nothing"),))
 
 
 @lower.register
@@ -285,7 +286,7 @@ def _(part: FilteredNoise, name: str, units: Units, step: float) -> Lowered:
 def _(part: Harmonic, name: str, units: Units, step: float) -> Lowered:
     turn = part.frequency * units.time * step
     impulse = step * part.amplitude / units.length * units.time**2 * float(np.sinc(0.5 * turn / math.pi))
-    make = lambda word, place: sources.Harmonic(word, place, impulse, turn)  # noqa: E731
+    make = lambda word, place, parts: sources.Harmonic(word, place, impulse, turn)  # noqa: E731
     return Lowered(forces=(Named(name, make, 2, "feeds"),))
 
 
@@ -308,15 +309,22 @@ def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
 
 def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
     states = 2 * (len(filters) + sum(filter.output.size == 2 for filter in filters) + 1)
-    return Named(name, lambda word, place: sources.filtered(filters, word, place, step, white), states, "feeds")
 
 
-def thermal_noise(name: str, total: Lowered, step: float, steps: int) -> Named:
+    def make(word: int, place: int, parts: int) -> Any:
+        slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
+        return sources.filtered(slower, word, place, step / parts, white / parts, parts=parts)
+
+    return Named(name, make, states, "feeds")
+
+
+def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int) -> Named:
     """The noise that belongs to every dissipator: forces with the correlation kT times the kernel of their memory.
 
     A springpot's kernel is a sum of exponentials from a fraction of a step on; what that leaves of its integral near
-    time 0 is white.
+    time 0 is white.  The sum is that of a run whose step is one of ``parts`` of this one.
     """
+    step, steps = step / parts, steps * parts
     theta, white, modes = total.temperature, 0.0, [(arm.strength, arm.rate * step) for arm in total.arms]
     for order, coefficient in total.springpots:
         if order == 1.0:
@@ -331,20 +339,20 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int) -> Named:
         white += step * max(whole - kept, 0.0)
     one = np.ones((1, 1))
     filters = [
-        sources.Filter(-rate * one, 2.0 * rate * theta * strength * one, np.ones(1))
+        sources.Filter(-parts * rate * one, parts * 2.0 * rate * theta * strength * one, np.ones(1))
         for strength, rate in modes
         if rate > 0.0
     ]
-    return _filtered(name, filters, step, 2.0 * theta * white * step)
+    return _filtered(name, filters, parts * step, 2.0 * theta * white * parts * step)
 
 
-def forces_of(total: Lowered, share: float, step: float) -> tuple[Any, tuple[Named, ...]]:
+def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> tuple[Any, tuple[Named, ...]]:
     """The sum of all forces in the kernel, and those of them that have a name, in the order of their work."""
     named: list[Named] = []
     if total.parametric > 0.0:
         law = forces.Parametric(total.white * step, total.parametric * step, 0.5 * share * total.parametric * step)
         parts: list[Any] = [law]
-        named.append(Named("parametric", lambda word, place: law, 0, "expected"))
+        named.append(Named("parametric", lambda word, place, parts: law, 0, "expected"))
     else:
         parts = [forces.White(math.sqrt(total.white * step))]
     coefficients = [step * k for k in total.springs]
@@ -354,10 +362,10 @@ def forces_of(total: Lowered, share: float, step: float) -> tuple[Any, tuple[Nam
         size = len(kind._fields)
         spring = kind(*[*coefficients, *(0.0,) * size][:size])
         parts.append(spring)
-        named.append(Named("springs", lambda word, place: spring, 0, "springs"))
+        named.append(Named("springs", lambda word, place, parts: spring, 0, "springs"))
     word, place = 1, 0
     for force in total.forces:
-        parts.append(force.make(word, place))
+        parts.append(force.make(word, place, parts_of_step))
         named.append(force)
         word, place = word + sources.WORDS, place + force.states
     if len(named) > MOST_FORCES or place > MOST_STATES:

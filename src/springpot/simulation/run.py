@@ -98,8 +98,6 @@ def run(
         }
         if unusable := [name for name, value in more.items() if value]:
             raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
-        if isinstance(problem, System):
-            raise NotCovered(_NO_RTOL)
         return _run_to(problem, rtol, quantities, max_time, progress, given)
     if max_time is not None:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
@@ -147,12 +145,6 @@ def run(
     )
 
 
-_NO_RTOL = (
-    "rtol cannot be given for a system that is no Oscillator: give paths, duration and step, and compare with half of "
-    "the step."
-)
-
-
 def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
     """A system as an oscillator, if it is one."""
     if not isinstance(problem, System):
@@ -180,7 +172,7 @@ def _doubts(
 
 
 def _run_to(
-    oscillator: Oscillator,
+    problem: Oscillator | System,
     rtol: float,
     quantities: Sequence[str],
     max_time: float | None,
@@ -192,8 +184,10 @@ def _run_to(
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
+    if isinstance(problem, System) and tuple(quantities) == _DEFAULT_QUANTITIES and not problem.stiffness > 0.0:
+        quantities = ("v_mean_square",)
     reached = reach(
-        oscillator,
+        problem,
         rtol,
         quantities=quantities,
         seed=given.get("seed", 1),
@@ -204,12 +198,16 @@ def _run_to(
     rows = reached.rows
     diagnostics = _diagnostics(reached.simulation, rows, time.perf_counter() - begun)
     warned = [
-        *doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True),
+        *(
+            doubts_of_system(reached.simulation, reached.values, reached.errors, rows, bounded=True)
+            if isinstance(problem, System)
+            else doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True)
+        ),
         *about_uncontrolled_impacts(reached, quantities, rtol),
         *([reached.shortfall] if reached.shortfall else []),
     ]
     return Run(
-        oscillator=oscillator,
+        oscillator=problem,
         settings=reached.settings,
         values=reached.values,
         errors=reached.errors,

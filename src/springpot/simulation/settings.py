@@ -26,7 +26,7 @@ from springpot.parts import (
 from springpot.processors import threads_available
 from springpot.simulation.scales import Scales, scales_of
 from springpot.simulation.schemes import NumericalScheme, scheme_of
-from springpot.simulation.system_scales import scales_of_problem, system_scales
+from springpot.simulation.system_scales import scales_of_problem, system_scales, typical_frequency
 from springpot.system import System
 from springpot.theory.result import NoStationaryState
 
@@ -128,7 +128,7 @@ def default_duration(problem: Oscillator | System, scales: Scales, step: float) 
 
     A slower oscillator needs an explicit ``duration``.
     """
-    frequency = problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
+    frequency = typical_frequency(problem)
     long_enough = 20.0 * scales.relaxation_time
     wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)

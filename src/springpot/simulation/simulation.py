@@ -259,13 +259,13 @@ class Simulation:
 
 
 def simulation_of(
-    problem: Oscillator | System, settings: Settings, adapted: Adapted | None = None
+    problem: Oscillator | System, settings: Settings, adapted: Adapted | None = None, *, halved: bool = False
 ) -> Simulation:
-    """Prepare a simulation; ``adapted`` gives x(0) of a stationary start."""
+    """Prepare a simulation; ``adapted`` gives x(0) of a stationary start, ``halved`` is as in `compose`."""
     if adapted is not None:
         settings = replace(settings, initial_position=adapted.position)
     scales = scales_of_problem(problem)
-    return Simulation(problem, settings, scales, compose(problem, settings, scales), adapted)
+    return Simulation(problem, settings, scales, compose(problem, settings, scales, halved=halved), adapted)
 
 
 def _part_of(start: Start, states: Floats, first: int) -> Start:

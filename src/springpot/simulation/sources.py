@@ -20,7 +20,7 @@ from numba import njit
 from scipy import linalg
 
 from springpot.simulation.forces import _damp_nothing, _one_named, _wake_nothing
-from springpot.simulation.lanes import FAST, GROUP, LANES, f64, u32
+from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, MOST_FORCES, f64, u32
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 from springpot.simulation.random import draw, philox
 
@@ -35,6 +35,7 @@ class Filtered(NamedTuple):
     """Gaussian noise through linear filters, as impulses of four steps; `filtered` makes it."""
 
     word: int  # first counter word
+    parts: int  # of a step: with 2 the impulses are sums of two of a run with half the step
     place: int  # of its state among the states of all forces, in lane arrays
     pairs: npt.NDArray[np.float64]  # (pairs, 26)
     rest: npt.NDArray[np.float64]  # (4, 4) lower triangle: impulses due to the four normals that no pair has
@@ -53,7 +54,8 @@ class Poisson(NamedTuple):
     """Impulses at random times, of normal sizes."""
 
     word: int
-    rate: float  # impulses expected in a step
+    parts: int  # as in `Filtered`
+    rate: float  # impulses expected in a part of a step
     size: float  # standard deviation of an impulse
 
 
@@ -76,7 +78,9 @@ class Filter:
     output: Floats
 
 
-def filtered(filters: Sequence[Filter], word: int, place: int, step: float, white: float = 0.0) -> Filtered:
+def filtered(
+    filters: Sequence[Filter], word: int, place: int, step: float, white: float = 0.0, *, parts: int = 1
+) -> Filtered:
     """The law of the impulses over a group of steps of a sum of filters.
 
     Parameters
@@ -85,9 +89,11 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
     word, place : int
         Where its random numbers and its state are.
     step : float
-        The step; impulses are the integrals of the force in steps, times it.
+        The step, or the part of it; impulses are the integrals of the force in steps, times it.
     white : float
         Variance of a white noise that is added to every impulse.
+    parts : int
+        1 or 2: of a step.
 
     Returns
     -------
@@ -116,7 +122,7 @@ def filtered(filters: Sequence[Filter], word: int, place: int, step: float, whit
         rows.append([*moved[:2].ravel(), state[0, 0], state[1, 0], state[1, 1],
                      *(step * moved[2:]).ravel(), *(step * share).ravel(),
                      start[0, 0], start[1, 0], start[1, 1]])  # fmt: skip
-    return Filtered(word, place, np.array(rows).reshape(-1, 26), _root(np.sum(rests, axis=0)))
+    return Filtered(word, parts, place, np.array(rows).reshape(-1, 26), _root(np.sum(rests, axis=0)))
 
 
 def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
@@ -196,7 +202,30 @@ def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
 
 @answers(supply, Filtered)
 def _supply_filtered(force, slot, group, first, stream, k0, k1, forcing):
-    _next_impulses(force, slot, group, first, stream, k0, k1, forcing)
+    if force.parts == 1:
+        _next_impulses(force, slot, group, first, stream, k0, k1, forcing)
+    else:
+        _next_impulses(force, slot, 2 * group, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 0)
+        _next_impulses(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 2)
+
+
+@njit(**INLINE)
+def _sum_pairs(given, slot, to):
+    """Four impulses of half steps become two of steps, which are put at step ``to`` of the group.
+
+    The first two steps are kept beyond the last force, until the second pair is known.
+    """
+    place, kept = slot * GROUP * LANES, MOST_FORCES * GROUP * LANES
+    for lane in range(LANES):
+        one = given[place + lane] + given[place + LANES + lane]
+        two = given[place + 2 * LANES + lane] + given[place + 3 * LANES + lane]
+        if to == 0:
+            given[kept + lane], given[kept + LANES + lane] = one, two
+        else:
+            given[place + lane], given[place + LANES + lane] = given[kept + lane], given[kept + LANES + lane]
+            given[place + 2 * LANES + lane], given[place + 3 * LANES + lane] = one, two
 
 
 @njit(**FAST)
@@ -262,6 +291,17 @@ def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
 
 @answers(supply, Poisson)
 def _supply_poisson(force, slot, group, first, stream, k0, k1, forcing):
+    if force.parts == 1:
+        _next_shots(force, slot, group, first, stream, k0, k1, forcing)
+    else:
+        _next_shots(force, slot, 2 * group, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 0)
+        _next_shots(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 2)
+
+
+@njit(**FAST)
+def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
     none = math.exp(-force.rate)
     for lane in range(LANES):
         words = philox(u32(group), u32(first + lane), u32(stream), u32(force.word), k0, k1)

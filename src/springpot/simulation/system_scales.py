@@ -20,6 +20,7 @@ from springpot.parts import (
     Barrier,
     Circuit,
     ColouredNoise,
+    Contact,
     Dashpot,
     FilteredNoise,
     Harmonic,
@@ -37,7 +38,10 @@ from springpot.potential import Potential
 from springpot.simulation.scales import Scales, scales_of
 from springpot.system import System
 
-__all__ = ["BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "scales_of_problem", "system_scales"]
+__all__ = [
+    "BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "is_symmetric", "scales_of_problem", "system_scales",
+    "typical_frequency",
+]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 
@@ -293,3 +297,28 @@ def _creep_time(pot: Springpot, frequency: float) -> float:
 def scales_of_problem(problem: Oscillator | System) -> Scales:
     """The rates and times of an oscillator or a system."""
     return scales_of(problem) if isinstance(problem, Oscillator) else system_scales(problem)
+
+
+def typical_frequency(problem: Oscillator | System) -> float:
+    """Omega of an oscillator; that of the linear spring with the guessed variance of x of a system."""
+    return problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
+
+
+def is_symmetric(system: System) -> bool:
+    """Whether E[x] = 0 because x and -x obey the same law.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> is_symmetric(System(Spring(1.0))), is_symmetric(System(Spring(1.0), Barrier(-1.0)))
+    (True, False)
+    """
+    potential = system.potential
+    odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
+    restitutions = {wall.restitution for wall in system.of(Barrier)}
+    contacts = system.of(Contact)
+    mirrored = {
+        replace(contact, position=-contact.position, side="above" if contact.side == "below" else "below")
+        for contact in contacts
+    }
+    return odd and len(restitutions) <= 1 and mirrored == {*contacts}

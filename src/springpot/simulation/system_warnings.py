@@ -45,17 +45,22 @@ def step_biases_of_system(system: System, step: float, values: dict[str, float])
 
 
 def doubts_of_system(
-    simulation: Simulation, values: dict[str, float], errors: dict[str, float], rows: Floats
+    simulation: Simulation, values: dict[str, float], errors: dict[str, float], rows: Floats, *, bounded: bool = False
 ) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number of a run of a system."""
+    """One sentence for each reason to doubt a number of a run of a system.
+
+    ``bounded``: the total errors include those of step and transient, so these give no warning.
+    """
     system = simulation.problem
     if not isinstance(system, System):
         raise TypeError("the simulation must be of a system.")
     if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
         return ("the response is not a finite number: a much finer step may help.",)
+    reason = uncountable(system)
     return (
-        *_about_step(simulation, values),
-        *_about_window(simulation, system),
+        *([f"impact rate and speeds are undefined, but energies are correct: {reason}."] if reason else []),
+        *([] if bounded else _about_step(simulation, values)),
+        *([] if bounded else _about_window(simulation, system)),
         *_about_energy(simulation, rows, values, errors),
         *_about_start(simulation, system, values, errors),
     )
@@ -71,8 +76,6 @@ def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[st
         )
     system = simulation.problem
     if isinstance(system, System):
-        if reason := uncountable(system):
-            yield f"impact rate and speeds are undefined, but energies are correct: {reason}."
         missed = step_biases_of_system(system, settings.step, values).get("impact_rate", 0.0)
         if missed > _MOST_MISSED * values.get("impact_rate", 0.0) > 0.0:
             yield (

@@ -182,7 +182,7 @@ def about_uncontrolled_impacts(reached: Reached, quantities: Sequence[str], rtol
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
         for name in ("impact_rate", "impact_speed_mean")
-        if name not in quantities and reached.values[name] != 0.0
+        if name not in quantities and reached.values.get(name, 0.0) != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
     if not off:
