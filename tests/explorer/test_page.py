@@ -425,7 +425,7 @@ def test_a_wall_too_far_stays_where_it_was_put(tab: Tab) -> None:
     assert tab.generation() > waits
     assert tab.page.locator("#field-position").input_value() == "-3"
     assert tab.page.locator("#range-position").is_visible()
-    assert tab.page.locator("#table [data-method]").count() == 0
+    tab.wait("!document.querySelector('#table [data-method]')", seconds=10.0)  # with the next picture
     assert tab.page.locator(".card.old").count() == 0
     tab.changed(lambda: scale.fill("1"))
     assert banner.is_hidden()
