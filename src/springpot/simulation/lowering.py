@@ -53,6 +53,7 @@ _MOST_SUBSTEPS = 2000
 _FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 _MOST_IMPULSES = 50.0  # in a step
 _THERMAL_TOLERANCE = 1e-4
+_SHORTEST = 1.0 / 64.0  # lag of the matched noise, in steps
 
 
 @dataclass(frozen=True)
@@ -330,10 +331,10 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
         if order == 1.0:
             white += coefficient
             continue
-        law = power_law_sum(order, 1.0 / 16.0, float(max(steps, 2)), _THERMAL_TOLERANCE)
+        law = power_law_sum(order, _SHORTEST, float(max(steps, 2)), _THERMAL_TOLERANCE)
         weights = coefficient * step**-order * law.weights / math.gamma(1.0 - order)
         modes += zip(weights, law.rates, strict=True)
-        near = 0.25  # in steps: within the sum's range
+        near = 4.0 * _SHORTEST  # within the range of the sum
         whole = coefficient * step**-order * near ** (1.0 - order) / math.gamma(2.0 - order)
         kept = sum(w * near * float(special.exprel(-s * near)) for w, s in zip(weights, law.rates, strict=True))
         white += step * max(whole - kept, 0.0)

@@ -1,10 +1,14 @@
 """Forces in the kernel that do not depend on the motion: coloured, thermal, harmonic and Poisson excitation.
 
 They are drawn once for every group of four steps.  A Gaussian force with a rational spectrum is an output of a linear
-filter of white noise, e = c y with y' = A y + white noise.  Its impulses over the four steps, the integrals of e, and
-its state after them are jointly normal given the state before them, so they are drawn from that law itself: no error
-of the step, however short the correlation time.  The states come in pairs, to which the law is diagonal; the normals of
-a pair move its state and all four impulses, and four more normals supply the rest of the impulses' variance.
+filter of white noise, e = c y and y' = A y + white noise.  Its impulses in the steps, the integrals of e, are a
+stationary Gaussian sequence of the same kind, so they have an innovations form (Anderson and Moore, "Optimal
+filtering", 1979, chapter 9): one normal for each step, whatever the number of states,
+
+    impulse = H s + sqrt(S) g,    s <- F s + K sqrt(S) g,
+
+where s is the best guess of y from all earlier impulses, and S the variance of what it does not foresee.  The sequence
+has the law of the integrals themselves: there is no error of the step, however short the correlation time.
 """
 
 from __future__ import annotations
@@ -29,6 +33,7 @@ __all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Poisson", "filtered"]
 Floats = npt.NDArray[np.float64]
 
 WORDS = 128  # counter words of one source; the second half of them is for its state at time 0
+_DOUBLINGS = 80
 
 
 class Filtered(NamedTuple):
@@ -37,8 +42,9 @@ class Filtered(NamedTuple):
     word: int  # first counter word
     parts: int  # of a step: with 2 the impulses are sums of two of a run with half the step
     place: int  # of its state among the states of all forces, in lane arrays
-    pairs: npt.NDArray[np.float64]  # (pairs, 26)
-    rest: npt.NDArray[np.float64]  # (4, 4) lower triangle: impulses due to the four normals that no pair has
+    pairs: npt.NDArray[np.float64]  # (pairs, 20) of two states each
+    newest: npt.NDArray[np.float64]  # (4,) effect of a normal on the impulses of its step and the next three
+    start: npt.NDArray[np.float64]  # lower triangle: the states at time 0 from normals
 
 
 class Harmonic(NamedTuple):
@@ -105,24 +111,51 @@ def filtered(
 
     >>> one = np.ones((1, 1))
     >>> slow = filtered([Filter(-one, 2.0 * one, np.ones(1))], 1, 0, 1.0)
-    >>> variance = slow.pairs[0, 7] ** 2 + slow.pairs[0, 15] ** 2 + slow.rest[0, 0] ** 2
+    >>> variance = slow.newest[0] ** 2 + ((slow.pairs[0, 4:6] @ slow.start) ** 2).sum()
     >>> bool(abs(variance - 2.0 / math.e) < 1e-12)
     True
     """
-    blocks = _in_pairs(filters)
-    rows: list[list[float]] = []
-    rests: list[Floats] = [white * np.eye(GROUP)]
-    for block in blocks:
-        moved, spread = _over_a_group(block)
-        start = _root(np.asarray(linalg.solve_continuous_lyapunov(block.matrix, -block.noise), np.float64))
-        state = _root(spread[:2, :2])
-        # impulses = known(start) + share(normals of the state) + what is left
-        share = linalg.lstsq(state, spread[:2, 2:])[0].T
-        rests.append(step**2 * (spread[2:, 2:] - share @ share.T))
-        rows.append([*moved[:2].ravel(), state[0, 0], state[1, 0], state[1, 1],
-                     *(step * moved[2:]).ravel(), *(step * share).ravel(),
-                     start[0, 0], start[1, 0], start[1, 1]])  # fmt: skip
-    return Filtered(word, parts, place, np.array(rows).reshape(-1, 26), _root(np.sum(rests, axis=0)))
+    blocks = [_over_a_step(pair) for pair in _in_pairs(filters)]
+    move = linalg.block_diag(*(step_of[:2, :2] for step_of, _, _ in blocks))
+    seen = step * np.concatenate([step_of[2, :2] for step_of, _, _ in blocks])
+    spread = linalg.block_diag(*(noise[:2, :2] for _, noise, _ in blocks))
+    cross = step * np.concatenate([noise[:2, 2] for _, noise, _ in blocks])
+    unseen = step**2 * sum(float(noise[2, 2]) for _, noise, _ in blocks) + white
+    stationary = linalg.block_diag(*(covariance for _, _, covariance in blocks))
+    guess = _uncertainty(move, seen, spread, cross, unseen)
+    variance = float(seen @ guess @ seen) + unseen
+    root = math.sqrt(max(variance, 0.0))
+    gain = (move @ guess @ seen + cross) / root if root > 0.0 else np.zeros(len(seen))
+    rows, newest = [], np.array([root, 0.0, 0.0, 0.0])
+    for k in range(len(blocks)):
+        own = slice(2 * k, 2 * k + 2)
+        powers = [np.linalg.matrix_power(move[own, own], n) for n in range(GROUP + 1)]
+        shown = [seen[own] @ power for power in powers[:GROUP]]
+        moved = [power @ gain[own] for power in powers[GROUP - 1 :: -1]]
+        newest[1:] += [float(seen[own] @ power @ gain[own]) for power in powers[: GROUP - 1]]
+        rows.append([*powers[GROUP].ravel(), *np.ravel(shown), *np.ravel(moved)])
+    return Filtered(word, parts, place, np.array(rows), newest, _root(stationary - guess))
+
+
+def _uncertainty(move: Floats, seen: Floats, spread: Floats, cross: Floats, unseen: float) -> Floats:
+    """Covariance of the state given all earlier impulses: the solution of the discrete Riccati equation.
+
+    By the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, International Journal of Control 77, 2004),
+    which converges quadratically however slow a state is.
+    """
+    if not unseen > 0.0:
+        return np.zeros_like(move)
+    a = (move - np.outer(cross, seen) / unseen).T
+    g, h = np.outer(seen, seen) / unseen, spread - np.outer(cross, cross) / unseen
+    one = np.eye(len(seen))
+    for _ in range(_DOUBLINGS):
+        inverse = np.linalg.solve(one + g @ h, np.hstack([a, g]))
+        through, back = inverse[:, : len(seen)], inverse[:, len(seen) :]
+        more = a.T @ h @ through
+        a, g, h = a @ through, g + a @ back @ a.T, h + 0.5 * (more + more.T)
+        if np.abs(more).max() <= 1e-15 * np.abs(h).max():
+            break
+    return h
 
 
 def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
@@ -142,23 +175,12 @@ def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
     return pairs
 
 
-def _over_a_group(block: Filter) -> tuple[Floats, Floats]:
-    """State after four steps and impulses in them: as a function of the state before, and their covariance."""
-    size = 3
-    generator = np.zeros((size, size))
+def _over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:
+    """State and impulse after a step from the state before it; the covariance of their noise; that of the state."""
+    generator = np.zeros((3, 3))
     generator[:2, :2], generator[2, :2] = block.matrix, block.output
-    noise = linalg.block_diag(block.noise, np.zeros((1, 1)))
-    step, spread = _transition(generator, noise)
-    # one row for each of y and the impulses; columns: y before, then the independent parts of the four steps
-    now, columns = np.hstack([np.eye(2), np.zeros((2, size * GROUP))]), [np.zeros((0, 2 + size * GROUP))]
-    for k in range(GROUP):
-        own = np.zeros((size, 2 + size * GROUP))
-        own[:, 2 + size * k : 2 + size * (k + 1)] = np.eye(size)
-        after = step[:, :2] @ now + own
-        now, columns = after[:2], [*columns, after[2:]]
-    joint = np.vstack([now, *columns])
-    parts = joint[:, 2:].reshape(2 + GROUP, GROUP, size)
-    return joint[:, :2], np.einsum("ikm,mn,jkn->ij", parts, spread, parts)
+    step, spread = _transition(generator, linalg.block_diag(block.noise, np.zeros((1, 1))))
+    return step, spread, np.asarray(linalg.solve_continuous_lyapunov(block.matrix, -block.noise))
 
 
 def _transition(generator: Floats, noise: Floats) -> tuple[Floats, Floats]:
@@ -188,16 +210,16 @@ def _root(covariance: Floats) -> Floats:
 
 @answers(wake, Filtered)
 def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
-    for k in range(force.pairs.shape[0]):
-        law = force.pairs[k]
-        if k % 2 == 0:
-            draw(0, first, stream, force.word + WORDS // 2 + k // 2, k0, k1, forcing.normals)
-        at = (force.place + 2 * k) * LANES
-        for lane in range(LANES):
-            one = f64(forcing.normals[2 * (k % 2) * LANES + lane])
-            two = f64(forcing.normals[(2 * (k % 2) + 1) * LANES + lane])
-            forcing.state[at + lane] = law[23] * one
-            forcing.state[at + LANES + lane] = law[24] * one + law[25] * two
+    size = force.start.shape[0]
+    for i in range(size * LANES):
+        forcing.state[force.place * LANES + i] = 0.0
+    for j in range(size):
+        if j % GROUP == 0:
+            draw(0, first, stream, force.word + WORDS // 2 + j // GROUP, k0, k1, forcing.normals)
+        for i in range(j, size):
+            for lane in range(LANES):
+                normal = f64(forcing.normals[(j % GROUP) * LANES + lane])
+                forcing.state[(force.place + i) * LANES + lane] += force.start[i, j] * normal
 
 
 @answers(supply, Filtered)
@@ -230,28 +252,25 @@ def _sum_pairs(given, slot, to):
 
 @njit(**FAST)
 def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
-    r, g, place = force.rest, forcing.normals, slot * GROUP * LANES
+    w, g, place = force.newest, forcing.normals, slot * GROUP * LANES
     draw(group, first, stream, force.word, k0, k1, g)
     for lane in range(LANES):
         g0, g1, g2, g3 = f64(g[lane]), f64(g[LANES + lane]), f64(g[2 * LANES + lane]), f64(g[3 * LANES + lane])
-        forcing.given[place + lane] = r[0, 0] * g0
-        forcing.given[place + LANES + lane] = r[1, 0] * g0 + r[1, 1] * g1
-        forcing.given[place + 2 * LANES + lane] = r[2, 0] * g0 + r[2, 1] * g1 + r[2, 2] * g2
-        forcing.given[place + 3 * LANES + lane] = r[3, 0] * g0 + r[3, 1] * g1 + r[3, 2] * g2 + r[3, 3] * g3
+        forcing.given[place + lane] = w[0] * g0
+        forcing.given[place + LANES + lane] = w[0] * g1 + w[1] * g0
+        forcing.given[place + 2 * LANES + lane] = w[0] * g2 + w[1] * g1 + w[2] * g0
+        forcing.given[place + 3 * LANES + lane] = w[0] * g3 + w[1] * g2 + w[2] * g1 + w[3] * g0
     for k in range(force.pairs.shape[0]):
-        law = force.pairs[k]
-        if k % 2 == 0:
-            draw(group, first, stream, force.word + 1 + k // 2, k0, k1, g)
-        at, drawn = (force.place + 2 * k) * LANES, 2 * (k % 2) * LANES
+        p, at = force.pairs[k], (force.place + 2 * k) * LANES
         for lane in range(LANES):
             y, z = forcing.state[at + lane], forcing.state[at + LANES + lane]
-            one, two = f64(g[drawn + lane]), f64(g[drawn + LANES + lane])
-            for j in range(GROUP):
-                forcing.given[place + j * LANES + lane] += (
-                    law[7 + 2 * j] * y + law[8 + 2 * j] * z + law[15 + 2 * j] * one + law[16 + 2 * j] * two
-                )
-            forcing.state[at + lane] = law[0] * y + law[1] * z + law[4] * one
-            forcing.state[at + LANES + lane] = law[2] * y + law[3] * z + law[5] * one + law[6] * two
+            g0, g1, g2, g3 = f64(g[lane]), f64(g[LANES + lane]), f64(g[2 * LANES + lane]), f64(g[3 * LANES + lane])
+            forcing.given[place + lane] += p[4] * y + p[5] * z
+            forcing.given[place + LANES + lane] += p[6] * y + p[7] * z
+            forcing.given[place + 2 * LANES + lane] += p[8] * y + p[9] * z
+            forcing.given[place + 3 * LANES + lane] += p[10] * y + p[11] * z
+            forcing.state[at + lane] = p[0] * y + p[1] * z + p[12] * g0 + p[14] * g1 + p[16] * g2 + p[18] * g3
+            forcing.state[at + LANES + lane] = p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3
 
 
 @answers(push, Filtered)
