@@ -14,8 +14,11 @@ from springpot.simulation import Run, run
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import check_stationary, resolve
 from springpot.simulation.simulation import Progress
-from springpot.theory import Result, best_guess, recommended, solve_all, why_none_is_recommended
+from springpot.system import System
+from springpot.theory import Result, best_guess, solve_all
+from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.result import MOMENTS
+from springpot.theory.solve import trusted
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]
 
@@ -43,11 +46,11 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Results of all methods and of Monte Carlo for one oscillator.
+    """Results of all methods and of Monte Carlo for one oscillator or system.
 
     Attributes
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
     answers : dict
         `springpot.theory.Result` of each method, by name.
     statements : dict
@@ -58,8 +61,8 @@ class Comparison:
         With a stationary start.
     """
 
-    oscillator: Oscillator
-    answers: Mapping[str, Result]
+    oscillator: Oscillator | System
+    answers: Mapping[str, Result | SystemResult]
     statements: Mapping[str, str]
     recommended: str
     simulation: Run
@@ -67,7 +70,12 @@ class Comparison:
     @property
     def why_none_is_recommended(self) -> str:
         """One sentence; empty if a method is recommended."""
-        return why_none_is_recommended(self.oscillator, self.answers)
+        return trusted(self.oscillator, self.answers)[1]
+
+    @property
+    def moments(self) -> tuple[str, ...]:
+        """The moments that theory and Monte Carlo both have, by name."""
+        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self.simulation.budgets)
 
     def gaps(self, method: str) -> dict[str, Gap]:
         """Gap of each moment that both have.
@@ -91,7 +99,7 @@ class Comparison:
         """
         moments = asdict(self.answers[method].moments)
         gaps = {}
-        for name in MOMENTS:
+        for name in self.moments:
             theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
             error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
             if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
@@ -129,7 +137,7 @@ class Comparison:
 
 
 def compare(
-    oscillator: Oscillator,
+    oscillator: Oscillator | System,
     *,
     rtol: float = 0.01,
     quantities: Sequence[str] | None = None,
@@ -142,12 +150,13 @@ def compare(
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
         With a stationary state.
     rtol : float
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
     quantities : sequence of str
-        What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.
+        What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.  A system
+        without a linear spring has no <A^2>; <v^2> takes its place.
     max_time, seed, threads, progress
         As in `springpot.simulate`.
 
@@ -171,10 +180,9 @@ def compare(
     """
     answers, statements = solve_all(oscillator)
     check_stationary(oscillator, "compare")
-    best = recommended(oscillator, answers)
+    best, _ = trusted(oscillator, answers)
     if quantities is None:
-        guess = answers.get(best_guess(oscillator, answers))
-        quantities = ("amplitude_mean_square", "x_mean") if _has_a_mean(guess) else ("amplitude_mean_square",)
+        quantities = _usual_quantities(oscillator, answers, best)
     simulation = run(
         oscillator,
         rtol=rtol,
@@ -187,9 +195,21 @@ def compare(
     return Comparison(oscillator, answers, statements, best, simulation)
 
 
-def _has_a_mean(answer: Result | None) -> bool:
+def _usual_quantities(
+    problem: Oscillator | System, answers: Mapping[str, Result | SystemResult], best: str
+) -> tuple[str, ...]:
+    if isinstance(problem, Oscillator):
+        known = {name: answer for name, answer in answers.items() if isinstance(answer, Result)}
+        guess: Result | SystemResult | None = known.get(best_guess(problem, known))
+    else:
+        guess = answers.get(best, next(iter(answers.values()), None))
+    energy = "amplitude_mean_square" if problem.natural_frequency > 0.0 else "v_mean_square"
+    return (energy, "x_mean") if _has_a_mean(guess) else (energy,)
+
+
+def _has_a_mean(answer: Result | SystemResult | None) -> bool:
     """Whether the mean is large enough, against the spread, for a relative error of it to make sense."""
-    return answer is not None and abs(answer.x_mean) > 0.1 * math.sqrt(answer.x_mean_square)
+    return answer is not None and abs(answer.moments.x_mean) > 0.1 * math.sqrt(answer.moments.x_mean_square)
 
 
 def observe(

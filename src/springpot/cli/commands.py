@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
@@ -27,8 +27,12 @@ from springpot.cli.flags import (
 )
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
 from springpot.interrupt import leave_at_once
+from springpot.oscillator import Oscillator
 from springpot.places import place_for
 from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+
+if TYPE_CHECKING:
+    from springpot.system import System
 
 __all__ = ["app", "in_flags", "simulate"]
 
@@ -160,18 +164,17 @@ def compare(
 
     Example: springpot compare --order 0.5 --restitution 0.8 --rtol 0.02
     """
-    oscillator = oscillator_of(file, flags)
+    problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.comparison import compare as set_side_by_side
         from springpot.comparison import observe
-        from springpot.theory.result import MOMENTS
-        from springpot.units import UNITS
 
     if plot is not None:
         check_picture(plot, "plot")
+        pictured = oscillator_of(file, flags)
     with Bar("simulating", first="finding the stationary start") as bar:
-        result = set_side_by_side(oscillator, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
-        observed = observe(oscillator, seed=seed, threads=threads, progress=bar) if plot is not None else None
+        result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
+        observed = observe(pictured, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:
@@ -180,22 +183,25 @@ def compare(
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
+        from springpot.theory import Result
 
-        save(draw_comparison(observed, result.answers), Path(plot))
+        answers = {name: answer for name, answer in result.answers.items() if isinstance(answer, Result)}
+        save(draw_comparison(observed, answers), Path(plot))
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
-    print(f"oscillator: {plain(oscillator.to_dict())}")
+    print(_stated(problem))
     gaps = {name: result.gaps(name) for name in result.answers}
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]
     ]
-    for name in MOMENTS:
+    units = result.simulation.units
+    for name in result.moments:
         value, error = result.simulation.values[name], result.simulation.errors[name]
         if not math.isfinite(value):
             continue
         cells = [gap(gaps[method].get(name)) for method in gaps]
-        table.append([name, with_error(value, error, UNITS[name]), *cells])
+        table.append([name, with_error(value, error, units[name]), *cells])
     print_table(table)
     for name, statement in result.statements.items():
         print(f"{name}: {statement}")
@@ -277,7 +283,7 @@ def simulate(
 
     Example: springpot simulate --order 0.5 --restitution 0.8 --out run.nc
     """
-    oscillator = oscillator_of(file, flags)
+    problem = problem_of(file, flags)
     if quantity is not None and rtol is None:
         raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
     arguments: dict[str, Any] = {
@@ -301,9 +307,9 @@ def simulate(
 
     written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
-    adapted = rtol is not None or (settings.start or default_start(oscillator, given)[0]) == "stationary"
+    adapted = rtol is not None or (settings.start or default_start(problem, given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
-        result = run(oscillator, **given, progress=bar)
+        result = run(problem, **given, progress=bar)
     answer = result.to_dict()
     for sentence in sentences(answer, "warnings"):
         warn(sentence)
@@ -312,12 +318,21 @@ def simulate(
     if json_:
         print_json(answer)
         return _exit_code(answer["diagnostics"])
-    print(f"oscillator: {plain(answer['oscillator'])}")
+    print(_stated(result.oscillator))
     print(f"settings: {plain(answer['settings'])}")
-    print_estimates(answer)
+    print_estimates(answer, result.units)
     for place in written:
         print(place)
     return _exit_code(answer["diagnostics"])
+
+
+def _stated(problem: Oscillator | System) -> str:
+    """The problem in one line: the numbers of an oscillator, the equation of a system."""
+    if isinstance(problem, Oscillator):
+        return f"oscillator: {plain(problem.to_dict())}"
+    from springpot.explanation import equation
+
+    return "\n".join(["system:", *(f"  {line}" for line in equation(problem))])
 
 
 def _exit_code(diagnostics: Mapping[str, Any]) -> int:

@@ -84,31 +84,29 @@ def plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_estimates(answer: Mapping[str, Any]) -> None:
+def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None:
     """Estimates with a budget first, its parts in columns; then those with a standard error only."""
-    from springpot.units import UNITS
-
-    controlled = [name for name in UNITS if f"{name}_error" in answer]
-    rest = [name for name in UNITS if name not in controlled]
+    controlled = [name for name in units if f"{name}_error" in answer]
+    rest = [name for name in units if name not in controlled]
     if controlled:
         columns = ("se", "step_bias", "memory_bias", "transient")
         rows = [
-            [name, with_error(answer[name], answer[f"{name}_error"], UNITS[name])]
+            [name, with_error(answer[name], answer[f"{name}_error"], units[name])]
             + [_plain_short(answer[f"{name}_{column}"]) for column in columns]
             for name in controlled
         ]
         print_table([["", "value +- total error (95 %)", "standard error", "step", "memory", "transient"], *rows, []])
     rows = [
-        [name, with_error(answer[name], answer[f"{name}_se"], UNITS[name]), _step_bias(answer.get(f"{name}_step_bias"))]
+        [name, with_error(answer[name], answer[f"{name}_se"], units[name]), _step_bias(answer.get(f"{name}_step_bias"))]
         for name in rest
     ]
     print_table([["", "value +- standard error"], *rows])
     if passages := _first_passages(answer):
         print()
-        units = {"mean": "s", "restricted_mean": "s", "censored": "1", "at_start": "1"}
+        parts = {"mean": "s", "restricted_mean": "s", "censored": "1", "at_start": "1"}
         rows = []
         for name in passages:
-            numbers = ((answer[f"{name}_{part}"], answer[f"{name}_{part}_se"], unit) for part, unit in units.items())
+            numbers = ((answer[f"{name}_{part}"], answer[f"{name}_{part}_se"], unit) for part, unit in parts.items())
             rows.append([name, *(with_error(*number) for number in numbers)])
         header = ["mean time", "of times cut off at the end", "share not passed", "share beyond at the start"]
         print_table([["first passage +- standard error", *header], *rows])

@@ -140,6 +140,11 @@ class Run:
             numbers |= passage.numbers()
         return numbers
 
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every estimate, by name; of an observable it is empty."""
+        return {name: self._unit(name) for name in self.values}
+
     def _unit(self, name: str) -> str:
         """The unit of an estimate; only the user knows that of an observable."""
         return units_of_system(self.oscillator, name) if isinstance(self.oscillator, System) else UNITS.get(name, "")

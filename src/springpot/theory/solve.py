@@ -13,7 +13,7 @@ from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
 from springpot.theory.reliability import recommended, why_none_is_recommended
 from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
 
-__all__ = ["all_methods", "methods_for", "solve_all", "solve_one"]
+__all__ = ["all_methods", "methods_for", "solve_all", "solve_one", "trusted"]
 
 
 @overload
@@ -144,12 +144,24 @@ def all_methods(oscillator: Oscillator | System) -> dict[str, object]:
             dicts[name] = answers[name].to_dict()
         else:
             dicts[name] = None if name == "exact" else no_answer(statements[name])
-    best, why_none = _trusted(oscillator, answers)
+    best, why_none = trusted(oscillator, answers)
     return {**dicts, "recommended": best or None, "why_none_is_recommended": why_none or None}
 
 
-def _trusted(problem: Oscillator | System, answers: Mapping[str, Any]) -> tuple[str, str]:
-    """The recommended method, or why none is; one of the two is empty."""
+def trusted(problem: Oscillator | System, answers: Mapping[str, Any]) -> tuple[str, str]:
+    """The recommended method, or why none is; one of the two is empty.
+
+    Parameters
+    ----------
+    problem : Oscillator or System
+    answers : dict
+        Of `solve_all`.
+
+    Examples
+    --------
+    >>> trusted(Oscillator(), {})[0]
+    ''
+    """
     if isinstance(problem, System):
         if exact := [name for name, method in SYSTEM_METHODS.items() if method.exact and name in answers]:
             return exact[-1], ""
