@@ -33,8 +33,8 @@ COMMAND = [sys.executable, "-m", "springpot"]
 class Answer:
     """Stands for a run's answer: every quantity the same, one that does not exist (no impacts), one warning."""
 
-    def __init__(self, settings: dict[str, Any]) -> None:
-        self._settings = settings
+    def __init__(self, settings: dict[str, Any], oscillator: springpot.Oscillator) -> None:
+        self._settings, self.oscillator, self.units = settings, oscillator, UNITS
 
     def to_dict(self) -> dict[str, Any]:
         numbers = dict.fromkeys(UNITS, 1.2345678) | {f"{name}_se": 0.0123 for name in UNITS}
@@ -46,7 +46,7 @@ class Answer:
             "impact_speed_mean": None,
             "impact_speed_mean_se": None,
             "settings": self._settings,
-            "oscillator": {"springpot": {"order": 0.5}, "barrier": None},
+            "oscillator": self.oscillator.to_dict(),
             "diagnostics": {"modes": [1.0, math.nan, math.inf]},
             "warnings": ["The window is short."],
         }
@@ -60,7 +60,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
         note.update(settings, oscillator=oscillator)
-        return Answer(settings)
+        return Answer(settings, oscillator)
 
     monkeypatch.setattr(simulation, "run", run)
     return note
@@ -264,7 +264,7 @@ def test_the_table_shows_values_with_errors_and_units(
     assert rows["x_mean_square"] == "1.235 +- 0.012 m2"
     assert rows["energy_residual"] == "1.235 +- 0.012"
     assert rows["impact_speed_mean"] == "none"
-    assert "oscillator: springpot order 0.5, barrier none" in out
+    assert "oscillator: natural_frequency 1, springpot order 0.5, coefficient 1, barrier position 0" in out
     assert err == "springpot: warning: The window is short.\n"
 
 

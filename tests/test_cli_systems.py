@@ -54,10 +54,34 @@ def test_explain(place: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == schema()
 
 
-@pytest.mark.parametrize("command", ["simulate", "compare", "atlas"])
-def test_what_needs_an_oscillator_names_the_part(command: str, place: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([command, place]) == 2
+@pytest.mark.parametrize("command", [["atlas"], ["compare", "--plot", "x.png"]])
+def test_what_needs_an_oscillator_names_the_part(
+    command: list[str], place: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([command[0], place, *command[1:]]) == 2
     assert "polynomial_spring cannot be part of an Oscillator" in capsys.readouterr().err
+
+
+def test_simulate_and_compare_a_file(place: str, capsys: pytest.CaptureFixture[str]) -> None:
+    exact = sp.theory.exact(DUFFING)
+    assert cli.main(["simulate", place, "--paths", "2000", "--step", "0.001", "--json"]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    for name in ("x_mean_square", "v_mean_square"):
+        assert abs(numbers[name] - getattr(exact, name)) < 4.0 * numbers[f"{name}_se"] < 0.1 * numbers[name]
+    places = zip(("barrier_1", "barrier_2"), exact.barrier_impact_rate, strict=True)
+    for wall, rate in places:
+        assert abs(numbers[f"{wall}_impact_rate"] - rate) < 4.0 * numbers[f"{wall}_impact_rate_se"]
+    assert numbers["oscillator"] == json.loads(json.dumps(DUFFING.to_dict()))
+    assert cli.main(["simulate", place, "--paths", "64", "--step", "0.001"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("system:\n  0.2 x'' + 80 x + 400000 x^3 + 0.4 x' = w(t)\n")
+    assert " W\n" in out  # powers are those of the mass
+    assert cli.main(["compare", place, "--rtol", "0.05", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["recommended"] == "exact"
+    gaps = result["methods"]["exact"]["gap_standard_errors"]
+    assert {"x_mean_square", "impact_rate"} <= {*gaps}
+    assert max(map(abs, gaps.values())) < 5.0
 
 
 def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
