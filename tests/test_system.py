@@ -255,8 +255,8 @@ def test_explain_has_every_part_and_every_method() -> None:
         if isinstance(part, sp.Barrier | sp.WhiteNoise | sp.ColouredNoise | sp.Harmonic | sp.Circuit):
             assert f"({name})" in words
     assert "wall (stop): x <= 0.003 m, restitution 0.7" in words
-    assert "methods with an answer: none" in words
+    assert "analytical methods with an answer: none" in words
     assert all(method in words for method in methods_for(EVERYTHING))
-    assert "methods with an answer: averaging_printed, averaging" in sp.explain(sp.Oscillator())
+    assert "analytical methods with an answer: averaging_printed, averaging" in sp.explain(sp.Oscillator())
     with pytest.raises(TypeError, match="problem must be a System or an Oscillator"):
         sp.explain(3)

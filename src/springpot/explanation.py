@@ -164,7 +164,7 @@ def _dissipates(part: object) -> bool:
 
 def _coverage(system: System) -> Iterator[str]:
     answers, statements = solve_all(system)
-    yield f"methods with an answer: {', '.join(answers) or 'none'}"
+    yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
     for statement in dict.fromkeys(statements.values()):
         names = [name for name, said in statements.items() if said == statement]
         yield f"  {', '.join(names)}: {statement}"

@@ -18,6 +18,7 @@ from springpot.cli.flags import (
     MONTE_CARLO,
     STANDARD,
     Flags,
+    OscillatorFile,
     RunSettings,
     SystemFile,
     Threads,
@@ -120,7 +121,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
 
 
 @app.command
-def atlas(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
+def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
     """Atlas: stationary moments and their errors, interpolated at once in a table of Monte Carlo results.
 
     Example: springpot atlas --order 0.3 --coefficient 30 --natural-frequency 12 --restitution 0.7

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from springpot.system import System
 
 __all__ = [
-    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFlags", "RunSettings", "SystemFile", "Threads",
-    "oscillator_of", "problem_of", "with_flags",
+    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "RunSettings", "SystemFile",
+    "Threads", "oscillator_of", "problem_of", "with_flags",
 ]  # fmt: skip
 
 _DEFAULT = Oscillator().numbers
@@ -180,13 +180,18 @@ def _toml_file(_: object, tokens: Sequence[Any]) -> str:
     return word
 
 
+def _file(words: str) -> Parameter:
+    return Parameter(group=_PER_MASS, metavar="FILE", converter=_toml_file, help=words)
+
+
 SystemFile = Annotated[
+    str | None, _file("A system of parts, in a file that ends with .toml, instead of the flags below.")
+]
+OscillatorFile = Annotated[
     str | None,
-    Parameter(
-        group=_PER_MASS,
-        metavar="FILE",
-        converter=_toml_file,
-        help="A system of parts, in a file that ends with .toml, instead of the flags below.",
+    _file(
+        "A system of parts, in a file that ends with .toml, instead of the flags below.  Here it must be an "
+        "oscillator: a linear spring, one springpot or dashpot, at most one rigid wall, and white noise."
     ),
 ]
 

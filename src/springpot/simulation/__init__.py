@@ -1,4 +1,4 @@
-"""Monte Carlo of the impacting fractional oscillator.
+"""Monte Carlo of oscillators and systems with memory and walls.
 
 A run goes through the modules in this order: ``run`` takes the arguments; ``settings`` checks and completes them, with
 the rates and times of ``scales``; ``adapted`` finds x(0) of a stationary start; ``simulation`` makes the `Simulation`,

@@ -1,4 +1,4 @@
-"""`run` and `simulate`: one simulation, from an oscillator to results with standard errors."""
+"""`run` and `simulate`: one simulation, from an oscillator or a system to results with standard errors."""
 
 from __future__ import annotations
 
@@ -239,18 +239,19 @@ def simulate(
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> xarray.Dataset:
-    """Monte Carlo of an oscillator: response levels, impact rate and impact speeds, each with its standard error.
+    """Monte Carlo: response levels, impact rate, impact speeds and powers, each with its standard error.
 
     Parameters
     ----------
     oscillator : Oscillator or System
         A system that is an oscillator is simulated as one.
     rtol : float
-        For an oscillator only.  Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then
+        Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then
         chosen so that the total error (95 % of the sampling error, plus bounds on what step, memory and start leave) of
         each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
-        Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out.
+        Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` of a
+        system whose linear springs have no positive stiffness.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
         a whole round of paths; the number of rounds depends on the machine.
@@ -289,7 +290,7 @@ def simulate(
     scheme : {"default", "grunwald"}
         ``"default"``: exact flight of the bare oscillator, impacts in it, between impulses of memory and noise.
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
-        ``contact_tolerance`` of the wall or beyond it and moves towards it).
+        ``contact_tolerance`` of the wall or beyond it and moves towards it), for an oscillator only.
     start : {"stationary", "rest"}
         ``"stationary"`` sets x(0) to the stationary mean, which pilot runs determine, so that the memory has no
         transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
@@ -325,6 +326,12 @@ def simulate(
         end of the run, each with a twin ``_se``; impact rate and speeds, the quantiles of the impact speed and of the
         largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.
         With ``rtol`` the first seven have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.
+        A system that is no oscillator has ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots,
+        dashpots, arms and circuits together) instead of the three of the springpot, no amplitude at the end, and also
+        ``input_power`` and the ``..._power`` of each nonlinear damper and of each force that is not white; over the
+        dimension ``barrier``, ``barrier_impact_rate``, ``barrier_impact_speed_mean`` and ``barrier_power``; with
+        circuits ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts ``contact_power``,
+        ``contact_share`` (of time) and ``contact_penetration`` (deepest of each path, averaged over the paths).
         Then the observables; with ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over
         ``probability``, and so have the extremes ``x_minimum``, ``x_maximum``, ``v_largest``,
         ``impact_speed_largest`` over the paths; with
@@ -350,8 +357,9 @@ def simulate(
 
     Notes
     -----
-    The motion obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.  Memory
-    use is about 230 bytes per path, whatever the number of steps.
+    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.  A
+    system is not simulated with a rigid wall and a soft contact together, nor with two contacts on one side; it has
+    Caputo's derivative.  Memory use is about 230 bytes per path, whatever the number of steps.
 
     Examples
     --------
@@ -371,6 +379,14 @@ def simulate(
     True
     >>> bool(dataset["impact_speed_quantile"].sel(probability=0.95) > dataset["impact_speed_mean"])
     True
+
+    A system in SI units, and the power that each of its two walls takes:
+
+    >>> walls = sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8, side="below")
+    >>> device = sp.System(sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3), *walls)
+    >>> dataset = sp.simulate(device, paths=200, duration=10.0)
+    >>> dataset["barrier_power"].units, bool((dataset["barrier_power"] > 0.0).all())
+    ('W', True)
     """
     import warnings
 

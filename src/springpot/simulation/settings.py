@@ -143,7 +143,7 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
         One sentence that names the argument, what is wrong with it and what would be right.
     """
     if not isinstance(problem, Oscillator | System):
-        raise TypeError(f"oscillator must be an Oscillator, not {problem!r}.")
+        raise TypeError(f"oscillator must be an Oscillator or a System, not {problem!r}.")
     options = cast(Options, {**DEFAULTS, **given})
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
