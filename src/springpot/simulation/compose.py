@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -36,6 +36,8 @@ from springpot.system import System
 __all__ = ["Floats", "Parts", "compose"]
 
 Floats = npt.NDArray[np.float64]
+
+_FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +186,7 @@ def _compose_system(
     modes = history.rates.size - len(total.arms)
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, frequency, math.sqrt(scales.law.temperature) / units.speed, step),
+        wall=wall_of(total, frequency, _touching_speed(unit, scales, position, velocity) / units.speed, step),
         load=load,
         memory=memory,
         start=_start(x0, v0, frequency, 0.0),
@@ -200,9 +202,14 @@ def _compose_system(
     )
 
 
-def _with_springs(total: Lowered, springs: Sequence[float]) -> Lowered:
-    from dataclasses import replace
+def _touching_speed(unit: System, scales: SystemScales, position: float, velocity: float) -> float:
+    """Largest speed for which soft contacts are resolved: that of a rare flight, or of a start with more energy."""
+    energy = unit.potential.energy(np.append(scales.law.places, position))
+    started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
+    return math.sqrt(max(_FASTEST_FLIGHT**2 * scales.law.temperature, started))
 
+
+def _with_springs(total: Lowered, springs: Sequence[float]) -> Lowered:
     return replace(total, springs=tuple(springs))
 
 
@@ -276,9 +283,11 @@ def _memory(
         recent = recent + weight * np.exp(-rate * np.arange(GROUP)) + [last - 2.0 * answer / step, -last, 0.0, 0.0]
         extra -= last
     if rates.size > MOST_MODES:
+        alone = len(springpots) == 1 and not arms
+        whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
+        advice = "use a larger one" if alone else "leave some out, or shorten the run"
         raise ValueError(
-            f"memory_tolerance needs {rates.size} memory modes, but the kernel holds at most "
-            f"{MOST_MODES}: use a larger one."
+            f"{whose} {rates.size} memory modes, but the kernel holds at most {MOST_MODES}: {advice}."
         )
     # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     size = rates.size + rates.size % 2

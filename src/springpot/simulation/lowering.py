@@ -50,10 +50,12 @@ FloatArray = NDArray[np.float64]
 _FAR = 1e30  # place of a contact that is not there
 _SUBSTEPS = 24  # of the shortest contact
 _MOST_SUBSTEPS = 2000
-_FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 _MOST_IMPULSES = 50.0  # in a step
 _THERMAL_TOLERANCE = 1e-4
 _SHORTEST = 1.0 / 64.0  # lag of the matched noise, in steps
+_SPACING = 0.6  # of modes of a series
+_LEAST_SHARE = 1e6  # a series' spectrum ends where so small a part of the stiffness is left
+_SLOWEST, _FASTEST = 1e-9, 1e3  # rates of a series, per step
 
 
 @dataclass(frozen=True)
@@ -216,28 +218,55 @@ def _(part: Circuit, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: Series, name: str, units: Units, step: float) -> Lowered:
-    """Its kernel has a positive spectrum over the rates, integrated by the trapezoidal rule in their logarithm."""
+    """Its kernel has a positive spectrum over the rates.
+
+    It is integrated over their logarithm u by the trapezoidal rule on a scale y(u).
+    """
     order, stiffness = part.springpot.order, part.spring.stiffness * units.time**2
     pot = part.springpot.coefficient * units.time ** (2.0 - order)
     if order == 1.0:
         return Lowered(arms=(Arm(stiffness, stiffness / pot),))
     turn, lam = math.pi * order, stiffness / pot
     centre = math.log(lam) / order  # of the spectrum
+    # near order 1 it is a narrow peak with long tails: the places are dense in the peak only
     width = math.pi * min(1.0, (1.0 - order) / order)
-    spacing = min(0.6, 2.0 * width * math.pi / math.log(1e5))
-    reach = math.log(1e8) / order
-    low, high = max(centre - reach, math.log(1e-9 / step)), min(centre + reach, math.log(1e4 / step))
-    u = np.arange(math.floor(low / spacing), math.ceil(high / spacing) + 1) * spacing
-    power = np.exp(order * (u - centre))  # s^a / lam
+    reach = math.log(_LEAST_SHARE / order * math.sin(turn) / math.pi) / order
+    low = max(-reach, math.log(_SLOWEST / step) - centre)
+    high = min(reach, math.log(_FASTEST / step) - centre)
+    if high <= -reach:  # the spring does not give way
+        return Lowered(springpots=((order, pot),))
+    first, last = (math.floor(_even(u, width) / _SPACING) for u in (low, high))
+    y = _SPACING * np.arange(first, last + 2, dtype=np.float64)
+    u = _uneven(y, width)
+    power = np.exp(order * u)  # s^a / lam
     spectrum = math.sin(turn) / math.pi / (power + 2.0 * math.cos(turn) + 1.0 / power)
-    strengths, rates = stiffness * spectrum * spacing, np.exp(u)
-    # modes so slow that they are springs for this run are kept as one; what is left of the total is slower still
-    slowest = rates < 1e-7 / step
-    modes = [Arm(float(k), float(s)) for k, s in zip(strengths[~slowest], rates[~slowest], strict=True)]
-    rest = stiffness - sum(arm.strength for arm in modes)
-    if low > centre - reach + spacing and rest > 1e-6 * stiffness:
-        modes.append(Arm(rest, 0.0))
+    strengths = stiffness * spectrum * _SPACING / (1.0 + 1.0 / np.hypot(width, u))
+    rates = np.exp(centre + u)
+    # modes so slow that they are springs for this run are kept as one, with all that is slower still; what is faster
+    # than the last mode is over within a fraction of a step
+    kept = rates >= 100.0 * _SLOWEST / step
+    if not kept.any():
+        return Lowered(arms=(Arm(stiffness, 0.0),))
+    modes = [Arm(float(k), float(s)) for k, s in zip(strengths[kept], rates[kept], strict=True)]
+    edge = float(_uneven(np.array([y[kept][0] - 0.5 * _SPACING]), width)[0])
+    slower = stiffness * math.atan2(math.sin(turn), math.exp(-order * edge) + math.cos(turn)) / turn
+    if slower > 1e-6 * stiffness:
+        modes.append(Arm(slower, 0.0))
     return Lowered(arms=tuple(modes))
+
+
+def _even(u: float, width: float) -> float:
+    """A place in the logarithm of the rate on a scale that is wide within ``width`` of 0."""
+    return u + math.asinh(u / width)
+
+
+def _uneven(y: FloatArray, width: float) -> FloatArray:
+    """The inverse of `_even`, by Newton's method: from below the function's bend it comes down to the root."""
+    size = np.abs(y)
+    u = np.minimum(size, width * np.sinh(np.minimum(size, 300.0)))
+    for _ in range(60):
+        u = u - (u + np.arcsinh(u / width) - size) / (1.0 + 1.0 / np.hypot(width, u))
+    return np.copysign(u, y)
 
 
 @lower.register
@@ -309,8 +338,8 @@ def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
 
 
 def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
-    states = 2 * (len(filters) + sum(filter.output.size == 2 for filter in filters) + 1)
-
+    single = sum(filter.output.size == 1 for filter in filters)
+    states = 2 * max(1, len(filters) - single + -(-single // 2))
 
     def make(word: int, place: int, parts: int) -> Any:
         slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
@@ -381,7 +410,7 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
 
 
 def wall_of(total: Lowered, frequency: float, speed: float, step: float) -> Any:
-    """The wall of the kernel; ``speed`` is the root mean square one, by guess."""
+    """The wall of the kernel; ``speed`` is the largest one for which soft contacts are resolved."""
     if total.contacts and total.barriers:
         raise NotCovered("rigid walls and soft contacts cannot be simulated together: make both rigid or both soft.")
     if total.contacts:
@@ -399,7 +428,7 @@ def _soft(contacts: Sequence[Contact], speed: float, step: float) -> walls.Soft:
     high = [contact for contact in contacts if contact.side == "below"]
     if len(low) > 1 or len(high) > 1:
         raise NotCovered("two soft contacts on one side cannot be simulated: combine them in one.")
-    substeps = max(math.ceil(0.5 * step / (contact_time(c, _FASTEST_FLIGHT * speed) / _SUBSTEPS)) for c in contacts)
+    substeps = max(math.ceil(0.5 * step / (contact_time(c, speed) / _SUBSTEPS)) for c in contacts)
     if substeps > _MOST_SUBSTEPS:
         raise ValueError(
             f"the contact is so stiff that half a step would need {substeps} parts: use a Barrier, which is the limit."

@@ -162,8 +162,8 @@ def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
     """The same filters as filters of two states each: single ones are joined two by two."""
     pairs = [filter for filter in filters if filter.output.size == 2]
     single = [filter for filter in filters if filter.output.size == 1]
-    if len(single) % 2:
-        single.append(Filter(-np.ones((1, 1)), np.zeros((1, 1)), np.zeros(1)))
+    silent = Filter(-np.ones((1, 1)), np.zeros((1, 1)), np.zeros(1))
+    single += [silent] * (len(single) % 2 if filters else 2)
     for first, second in zip(single[::2], single[1::2], strict=True):
         pairs.append(
             Filter(

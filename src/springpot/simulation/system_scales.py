@@ -112,36 +112,75 @@ class SystemScales(Scales):
 
 def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     """The law of x at a temperature (per unit mass)."""
-    low, high = _bottom(potential)
-    least = float(potential.energy(np.linspace(low, high, 2001)).min())
-    edges = [_edge(potential, end, sign, least + _FARTHEST * temperature) for end, sign in ((low, -1.0), (high, 1.0))]
+    grid = _around_the_wells(potential)
+    depth = potential.energy(grid)
+    limit = float(depth.min()) + _FARTHEST * temperature
+    within = np.flatnonzero(depth <= limit)
+    edges = [
+        _edge(potential, grid[end], float(sign), limit)
+        if grid[within[end]] == grid[end]
+        else _between(potential, grid[within[end] + sign], grid[within[end]], limit)
+        for end, sign in ((0, -1), (-1, 1))
+    ]
     places = np.linspace(edges[0], edges[1], _POINTS)
-    weights = np.exp(-np.minimum((potential.energy(places) - least) / temperature, 700.0))
+    energy = potential.energy(places)
+    weights = np.exp(-np.minimum((energy - energy.min()) / temperature, 700.0))
     weights[[0, -1]] *= 0.5
     return BoltzmannLaw(temperature, places, weights / weights.sum())
 
 
-def _bottom(potential: Potential) -> tuple[float, float]:
-    """An interval around all places where the potential is least, between the walls."""
+@lru_cache(maxsize=16)
+def _around_the_wells(potential: Potential) -> FloatArray:
+    """Places between the walls: all where the potential is least, and a grid from the first to the last of them."""
     roots = np.roots(potential.coefficients[::-1]) if len(potential.coefficients) > 1 else np.zeros(0)
     real = roots[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))].real
     touches = [contact.position for contact in potential.contacts]
     low, high = max(potential.low, -1e300), min(potential.high, 1e300)
     inside = [min(max(float(place), low), high) for place in (*real, *touches, 0.0)]
-    return min(inside), max(inside)
+    first, last = (_uphill(potential, end, sign) for end, sign in ((min(inside), -1.0), (max(inside), 1.0)))
+    grid = np.linspace(first, last, 2001)
+    depth = potential.energy(grid)
+    wells = [
+        _lowest(potential, grid[i - 1], grid[i + 1])
+        for i in range(1, grid.size - 1)
+        if depth[i - 1] > depth[i] <= depth[i + 1]
+    ]
+    return np.unique(np.concatenate([grid, inside, wells]))
+
+
+def _lowest(potential: Potential, low: float, high: float) -> float:
+    """The place between two others where the potential is least."""
+    depth = lambda x: float(potential.energy(x))  # noqa: E731
+    nearly = 1e-9 * (high - low)
+    return float(optimize.minimize_scalar(depth, bounds=(low, high), method="bounded", options={"xatol": nearly}).x)
+
+
+def _uphill(potential: Potential, start: float, sign: float) -> float:
+    """The first place from ``start`` on where the potential rises, or the wall."""
+    end = potential.low if sign < 0.0 else potential.high
+    place, reach = start, max(abs(start) * 1e-12, 1e-30)
+    while sign * float(potential.force(place)) < 0.0 and sign * (end - place) > 0.0:
+        place, reach = start + sign * reach, 2.0 * reach
+    return float(min(place, end) if sign > 0.0 else max(place, end))
 
 
 def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
     """The farthest place on one side with less than this energy, or the wall."""
     end = potential.low if sign < 0.0 else potential.high
-    reach = max(abs(start), 1.0) * 1e-12
+    reach = max(abs(start) * 1e-12, 1e-30)
     while not potential.energy(start + sign * reach) > energy:
         if sign * (start + sign * reach - end) >= 0.0:
             return end
         reach *= 2.0
     inside = start + 0.5 * sign * reach if float(potential.energy(start + 0.5 * sign * reach)) <= energy else start
-    place = optimize.brentq(lambda x: float(potential.energy(x)) - energy, inside, start + sign * reach, rtol=1e-12)
+    place = _between(potential, inside, start + sign * reach, energy)
     return float(min(place, end) if sign > 0.0 else max(place, end))
+
+
+def _between(potential: Potential, one: float, other: float, energy: float) -> float:
+    """The place between two others where the potential has this energy."""
+    nearly = 1e-12 * abs(other - one) + 1e-300
+    return float(optimize.brentq(lambda x: float(potential.energy(x)) - energy, one, other, xtol=nearly, rtol=1e-12))
 
 
 def dissipated(unit: System, law: BoltzmannLaw) -> float:
@@ -207,6 +246,8 @@ def system_scales(system: System) -> SystemScales:
     curved = float(np.abs(smooth.curvature(law.places) - frequency**2).max())
     near = law.places[law.shares > 0.01 * law.shares.max()]
     rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
+    walls: list[Barrier | Contact] = [*unit.of(Barrier), *unit.of(Contact)]
+    rates += [_hops(smooth, law, frequency, wall) for wall in walls]
     for part in unit.parts:
         match part:
             case Springpot() if part.coefficient > 0.0:
@@ -225,12 +266,13 @@ def system_scales(system: System) -> SystemScales:
                 rates.append(0.5 * part.frequency)
             case Harmonic():
                 rates.append(0.5 * part.frequency)
+    creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     taken = dissipated(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
     return SystemScales(
         fastest_rate=max(rates),
         energy_time=max(energy_time, _hopping_time(law, potential)),
-        creep_time=max((_creep_time(part, law.frequency) for part in unit.of(Springpot)), default=0.0),
+        creep_time=max([_overdamped_time(unit, law), *creep]),
         forgetting_time=max(energy_time, 2.0 / law.frequency),
         flight_frequency=frequency,
         length=math.sqrt(law.variance + law.mean**2),
@@ -243,19 +285,25 @@ def _temperature(unit: System, potential: Potential) -> float:
     if thermal := unit.of(ThermalNoise):
         return thermal[0].temperature
     size = _natural_energy(potential)
-    sizes = size * np.logspace(-12.0, 12.0, 97)
-    last = math.nan
-    for theta in sizes[::-1]:
-        law = boltzmann_law(potential, float(theta))
-        surplus = _fed(unit, law) - dissipated(unit, law)
-        if surplus > 0.0 and not math.isnan(last):
-            root = optimize.brentq(
-                lambda t: _surplus(unit, potential, math.exp(t)), math.log(theta), math.log(last), xtol=1e-10
-            )
-            return math.exp(root)
-        if surplus > 0.0:
-            break
-        last = float(theta)
+    if not any(getattr(part, "intensity", 0.0) or getattr(part, "amplitude", 0.0) for part in unit.parts) and not (
+        unit.of(ColouredNoise, VanDerPol)
+    ):
+        return size
+    for powers in (np.linspace(12.0, -12.0, 97), np.linspace(45.0, -45.0, 181)):  # the second where size means nothing
+        last = math.nan
+        for theta in size * 10.0**powers:
+            law = boltzmann_law(potential, float(theta))
+            if not law.variance > 0.0:
+                break
+            surplus = _fed(unit, law) - dissipated(unit, law)
+            if surplus > 0.0 and not math.isnan(last):
+                root = optimize.brentq(
+                    lambda t: _surplus(unit, potential, math.exp(t)), math.log(theta), math.log(last), xtol=1e-10
+                )
+                return math.exp(root)
+            if surplus > 0.0:
+                break
+            last = float(theta)
     return size
 
 
@@ -265,12 +313,16 @@ def _surplus(unit: System, potential: Potential, theta: float) -> float:
 
 
 def _natural_energy(potential: Potential) -> float:
-    """An energy of the potential itself: of its unit of length, or of the room between the walls."""
-    if math.isfinite(potential.high - potential.low):
-        return max(float(np.ptp(potential.energy(np.linspace(potential.low, potential.high, 101)))), 1e-30)
-    linear = abs(potential.coefficients[1]) if len(potential.coefficients) > 1 else 0.0
-    places = [abs(end) for end in (potential.low, potential.high) if math.isfinite(end) and end != 0.0]
-    return max(linear, 1e-30) * (max(places) ** 2 if places else 1.0)
+    """An energy of the potential itself: of the room between the walls, or of a length of its own; 1 if it has none."""
+    ends = [end for end in (potential.low, potential.high) if math.isfinite(end)]
+    if len(ends) == 2:
+        places = np.linspace(ends[0], ends[1], 101)
+    else:
+        touches = [contact.position for contact in potential.contacts]
+        length = max((abs(end) for end in (ends or touches)), default=0.0) or 1.0
+        near = ends[0] if ends else 0.0
+        places = np.linspace(near - (potential.low != near) * length, near + (potential.high != near) * length, 101)
+    return float(np.ptp(potential.energy(places))) or 1.0
 
 
 def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
@@ -284,6 +336,23 @@ def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
         if climb > 1.0:
             times.append(2.0 * math.pi / law.frequency * math.exp(min(float(climb), 700.0)))
     return max(times)
+
+
+def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Barrier | Contact) -> float:
+    """Rate of the hops on a wall that the kicks press the mass against: they must be shared by many kicks.
+
+    With too few, each impact changes the energy at random, which heats a motion with little damping.
+    """
+    inwards = 1.0 if wall.side == "above" else -1.0
+    pressing = inwards * (float(potential.force(wall.position)) - frequency**2 * wall.position)
+    depth = float(potential.energy(wall.position) - potential.energy(law.places).min())
+    return max(pressing, 0.0) / math.sqrt(law.temperature) if depth < 5.0 * law.temperature else 0.0
+
+
+def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
+    """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
+    damping, w = sum(part.coefficient for part in unit.of(Dashpot)), law.frequency
+    return damping / w**2 if damping > w else 0.0
 
 
 def _creep_time(pot: Springpot, frequency: float) -> float:
