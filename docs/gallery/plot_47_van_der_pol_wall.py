@@ -24,7 +24,7 @@ def excited(coefficient):
 
 
 coefficients = (0.2, 0.35, 0.5, 0.8)
-figure, panels = plt.subplots(1, len(coefficients), figsize=(10.4, 4.0), sharey=True, layout="constrained")
+figure, panels = plt.subplots(1, len(coefficients), figsize=(10.4, 3.8), sharey=True, layout="constrained")
 edges = np.linspace(-2.4, 1.2, 73), np.linspace(-2.4, 2.4, 97)
 for axes, coefficient in zip(panels, coefficients, strict=True):
     run = sp.run(excited(coefficient), paths=1000, duration=200.0, step=0.04, record=1000, record_every=10)
@@ -41,8 +41,8 @@ plt.show()
 
 # %%
 # Bright is probable, with a scale of its own in each panel; the vermilion line is the wall. With a weak springpot the
-# mass goes round a ring and strikes the wall once in each turn; with a strong one it hardly moves. Between them the
-# ring closes: there the density has a flat top.
+# mass goes round a ring and strikes the wall in each turn; with a strong one it hardly moves. Between them the ring
+# comes off the wall and closes: there the density has a flat top.
 #
 # A negative power of van der Pol's damper feeds the motion. Over the whole ring it is many times the power of the noise
 # (``input``), and springpot (``damping``) and wall take it.
