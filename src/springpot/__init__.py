@@ -22,6 +22,8 @@ if TYPE_CHECKING:
         Contact,
         Dashpot,
         FilteredNoise,
+        Force,
+        Friction,
         Harmonic,
         Mass,
         Maxwell,
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
         PoissonImpulses,
         PolynomialDashpot,
         PolynomialSpring,
+        Recorded,
         Series,
         Spring,
         Springpot,
@@ -45,10 +48,11 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Harmonic", "Mass",
-    "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "Series",
-    "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "figures",
-    "load_run", "open_study", "read_system", "run", "simulate", "study", "theory", "to_toml",
+    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
+    "Harmonic", "Mass", "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot",
+    "PolynomialSpring", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol",
+    "WhiteNoise", "atlas", "explain", "figures", "load_run", "open_study", "read_system", "run", "simulate", "study",
+    "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {

@@ -14,12 +14,15 @@ from springpot.parts import (
     Contact,
     Dashpot,
     FilteredNoise,
+    Force,
+    Friction,
     Harmonic,
     Mass,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
     PolynomialDashpot,
+    Recorded,
     Series,
     Springpot,
     ThermalNoise,
@@ -115,6 +118,12 @@ def _excitations(system: System) -> Iterator[tuple[str, str]]:
             words = f"impulses at random times ({name}), {part.rate:.6g} per second, mean square {mean_square}"
         elif isinstance(part, ParametricNoise):
             words = f"white noise ({name}) that multiplies x, intensity {part.intensity:.6g}"
+        elif isinstance(part, Recorded):
+            unit = "m/s^2" if part.on == "ground" or not si else "N"
+            rms = math.sqrt(part.mean_square)
+            words = f"a record of {part.duration:.6g} s ({name}), root mean square {rms:.6g} {unit}"
+        elif isinstance(part, Force):
+            words = f"a function of t, x and v ({name})"
         elif isinstance(part, ThermalNoise):
             unit = "J" if si else "m^2/s^2"
             words = f"noise of every dissipator ({name}) at kT = {part.temperature:.6g} {unit}"
@@ -159,7 +168,7 @@ def _dissipates(part: object) -> bool:
         case Dashpot(coefficient=coefficient):
             return coefficient > 0.0
         case _:
-            return isinstance(part, Series | Maxwell | Circuit | PolynomialDashpot | VanDerPol)
+            return isinstance(part, Series | Maxwell | Circuit | PolynomialDashpot | VanDerPol | Friction)
 
 
 def _coverage(system: System) -> Iterator[str]:

@@ -6,11 +6,13 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
 
-__all__ = ["FileFault", "NotCovered", "listed", "meant", "shown"]
+__all__ = ["FileFault", "NotCovered", "cause_of", "listed", "meant", "shown"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
+
+_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
 
 
 class FileFault(ValueError):
@@ -56,3 +58,10 @@ def meant(word: str, names: Iterable[str]) -> str:
     """
     close = difflib.get_close_matches(word[:100], names, n=1, cutoff=0.7)
     return f"; did you mean {close[0]}?" if close else ""
+
+
+def cause_of(reason: Exception) -> str:
+    """The line with the cause, from a compiler's message."""
+    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
+    telling = [line for line in lines if any(word in line for word in _TELLING)]
+    return (telling or lines or [type(reason).__name__])[-1]

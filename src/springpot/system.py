@@ -16,6 +16,8 @@ from springpot.parts import (
     Constant,
     Contact,
     Dashpot,
+    Force,
+    Friction,
     Mass,
     PolynomialDashpot,
     PolynomialSpring,
@@ -199,7 +201,7 @@ class System:
         >>> System(Spring(80.0)).to_dict()
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
-        return {"parts": [{"name": name, "kind": kind_of(part), **asdict(part)} for name, part in self.named()]}
+        return {"parts": [{"name": name, "kind": kind_of(part), **_numbers_of(part)} for name, part in self.named()]}
 
     def canonical(self) -> Oscillator:
         """The same problem as an `Oscillator`.
@@ -240,6 +242,13 @@ class System:
             barrier=next(iter(unit.of(Barrier)), None),
             excitation=WhiteNoise(sum(noise.intensity for noise in unit.of(WhiteNoise))),
         )
+
+
+def _numbers_of(part: Any) -> dict[str, Any]:
+    """The fields of a part; a function as its name."""
+    if isinstance(part, Force):
+        return {"function": getattr(part.function, "__qualname__", repr(part.function)), "share": part.share}
+    return asdict(part)
 
 
 _CANONICAL = "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall, and white noise"
@@ -285,7 +294,7 @@ def _check_together(system: System) -> None:
     if system.of(ThermalNoise):
         for name, part in system.named():
             nonlinear = isinstance(part, PolynomialDashpot) and not part.is_linear
-            if nonlinear or isinstance(part, VanDerPol):
+            if nonlinear or isinstance(part, VanDerPol | Friction | Force):
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
 
 

@@ -10,12 +10,13 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from springpot.device import DensityUnit, Sides
 from springpot.faults import FileFault, listed, meant, shown
-from springpot.parts import WhiteNoise
+from springpot.parts import Force, WhiteNoise
 from springpot.system import KINDS, System, kind_of, usual_names
 from springpot.toml import read_toml
 
 __all__ = ["read_system", "schema", "to_toml"]
 
+_KINDS = {name: kind for name, kind in KINDS.items() if kind is not Force}  # a function has no place in a file
 _PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
 
 
@@ -95,7 +96,21 @@ def to_toml(system: System) -> str:
     """
     if not isinstance(system, System):
         raise TypeError(f"system must be a System, not {system!r}.")
+    check_writable(system)
     return "\n".join(_table(name, part) for name, part in system.named())
+
+
+def check_writable(system: System) -> None:
+    """Raise an error if a part cannot be written to a file.
+
+    Raises
+    ------
+    ValueError
+        If it has a function.
+    """
+    for name, part in system.named():
+        if isinstance(part, Force):
+            raise ValueError(f"{name} cannot be written to a file, because it is a function.")
 
 
 def schema() -> dict[str, Any]:
@@ -137,15 +152,15 @@ def _part(table: object, place: str) -> tuple[str, object]:
     if not isinstance(table, Mapping):
         raise ValueError(f"{place} must be a table with a kind, not {shown(table)}.")
     kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        near = meant(kind, KINDS) if isinstance(kind, str) else ""
-        raise ValueError(f"{place}.kind must be one of {listed([*KINDS], 'or')}, not {shown(kind)}{near}.")
+    if not isinstance(kind, str) or kind not in _KINDS:
+        near = meant(kind, _KINDS) if isinstance(kind, str) else ""
+        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near}.")
     numbers = {key: value for key, value in table.items() if key not in ("kind", "name")}
     where = f"{place} ({kind})"
     if kind == "white_noise" and "psd" in numbers:
         _check_keys(numbers, _PSD, {"psd", "psd_unit"}, where)
         return kind, _made(WhiteNoise.from_psd, numbers, where)
-    return kind, _build(KINDS[kind], numbers, where)
+    return kind, _build(_KINDS[kind], numbers, where)
 
 
 def _build(kind: type, numbers: Mapping[str, Any], where: str) -> object:
@@ -197,7 +212,7 @@ def _value(value: object) -> str:
 
 
 def _schemas() -> Iterator[dict[str, Any]]:
-    for kind, part in KINDS.items():
+    for kind, part in _KINDS.items():
         table = _schema(part)
         table["title"] = part.__name__
         head = {"kind": {"const": kind}, "name": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}}

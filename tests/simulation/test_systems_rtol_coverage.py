@@ -10,7 +10,8 @@ import pytest
 
 import springpot as sp
 from springpot.simulation.system_results import uncountable
-from tests.sizes import validation
+
+pytestmark = pytest.mark.validation
 
 RTOL = 0.01
 FINER, MORE = 4, 10  # of the reference: step and paths
@@ -63,7 +64,6 @@ def judged(seed: int) -> dict[str, tuple[float, float, bool]]:
     return judged
 
 
-@validation
 @pytest.mark.parametrize("seed", range(30))
 def test_none_misses_by_twice_its_width_and_what_is_not_reached_is_said(seed: int) -> None:
     found = judged(seed)
@@ -73,7 +73,6 @@ def test_none_misses_by_twice_its_width_and_what_is_not_reached_is_said(seed: in
     )
 
 
-@validation
 def test_intervals_hold_as_often_as_they_say() -> None:
     offs = [off for seed in range(30) for off, _, _ in judged(seed).values()]
     assert len(offs) > 60

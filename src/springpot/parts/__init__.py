@@ -1,14 +1,16 @@
 """The parts that a system is a sum of: frozen dataclasses, each checked when it is made."""
 
 from springpot.parts.circuits import Circuit
-from springpot.parts.dampers import Dashpot, PolynomialDashpot, VanDerPol
+from springpot.parts.dampers import Dashpot, Friction, PolynomialDashpot, VanDerPol
 from springpot.parts.excitations import (
     ColouredNoise,
     Constant,
     FilteredNoise,
+    Force,
     Harmonic,
     ParametricNoise,
     PoissonImpulses,
+    Recorded,
     ThermalNoise,
     WhiteNoise,
 )
@@ -18,7 +20,7 @@ from springpot.parts.springs import PolynomialSpring, Spring
 from springpot.parts.walls import Barrier, Contact
 
 __all__ = [
-    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Harmonic", "Mass",
-    "Maxwell", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "Series", "Spring",
-    "Springpot", "ThermalNoise", "VanDerPol", "WhiteNoise",
+    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
+    "Harmonic", "Mass", "Maxwell", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring",
+    "Recorded", "Series", "Spring", "Springpot", "ThermalNoise", "VanDerPol", "WhiteNoise",
 ]  # fmt: skip

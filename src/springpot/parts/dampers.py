@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from springpot.parts.checks import coefficients, positive, put, signed, unsigned
 
-__all__ = ["Dashpot", "PolynomialDashpot", "VanDerPol"]
+__all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
 
 @dataclass(frozen=True)
@@ -128,3 +128,37 @@ class VanDerPol:
     def term(self) -> str:
         """Its force in the equation of motion."""
         return f" + {self.coefficient:.6g} (x^2 - {self.length**2:.6g}) x'"
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry (Coulomb) friction: a force of constant size against the velocity, which also holds the mass at rest.
+
+    Parameters
+    ----------
+    force : float
+        F >= 0 in N; per unit mass in m/s^2.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a number, not finite or negative.
+
+    Examples
+    --------
+    >>> Friction(0.2).term()
+    " + 0.2 sgn(x')"
+    """
+
+    force: float
+
+    def __post_init__(self) -> None:
+        put(self, force=unsigned(self.force, "force", "It is the size of the friction."))
+
+    def per_mass(self, mass: float) -> Friction:
+        """The same part of a system that is divided by its mass."""
+        return Friction(self.force / mass)
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        return signed(self.force, "sgn(x')")

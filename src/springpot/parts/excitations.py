@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,8 +12,8 @@ from springpot.device import DensityUnit, Sides, intensity_from_psd
 from springpot.parts.checks import positive, put, real, unsigned
 
 __all__ = [
-    "ColouredNoise", "Constant", "FilteredNoise", "Harmonic", "On", "ParametricNoise", "PoissonImpulses",
-    "ThermalNoise", "WhiteNoise",
+    "ColouredNoise", "Constant", "FilteredNoise", "Force", "Harmonic", "On", "ParametricNoise", "PoissonImpulses",
+    "Recorded", "ThermalNoise", "WhiteNoise",
 ]  # fmt: skip
 
 On = Literal["mass", "ground"]
@@ -265,6 +266,106 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
+
+    A run begins at the first point.
+
+    Parameters
+    ----------
+    time : tuple of float
+        Increasing, in s; at least two.
+    values : tuple of float
+        One for each time, in N; per unit mass, and of the ground, in m/s^2.
+    on : {"ground", "mass"}
+        The acceleration of the ground, or a force on the mass.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the times do not increase, the two have different lengths, or something is not a finite number.
+
+    Examples
+    --------
+    >>> record = Recorded((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
+    >>> record.duration, record.mean_square
+    (2.0, 3.0)
+    """
+
+    time: tuple[float, ...]
+    values: tuple[float, ...]
+    on: On = "ground"
+
+    def __post_init__(self) -> None:
+        put(self, time=_numbers(self.time, "time"), values=_numbers(self.values, "values"))
+        if len(self.time) != len(self.values) or len(self.time) < 2:
+            raise ValueError(
+                f"time and values must have the same number of points, two or more, not {len(self.time)} and "
+                f"{len(self.values)}."
+            )
+        if any(later <= earlier for earlier, later in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("time must increase from each point to the next.")
+        _check_on(self.on)
+
+    @property
+    def duration(self) -> float:
+        """From the first point to the last, in s."""
+        return self.time[-1] - self.time[0]
+
+    @property
+    def mean_square(self) -> float:
+        """Of the values, over time."""
+        pieces = zip(self.time, self.time[1:], self.values, self.values[1:], strict=False)
+        return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / self.duration
+
+    def per_mass(self, mass: float) -> Recorded:
+        """The same part of a system that is divided by its mass: a force, minus the acceleration of the ground."""
+        factor = -1.0 if self.on == "ground" else 1.0 / mass
+        return Recorded(self.time, tuple(factor * value for value in self.values), "mass")
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force of your own, f(t, x, v), which Numba can compile.
+
+    Parameters
+    ----------
+    function : callable
+        f(t, x, v) in N, of the time since the start of the run in s, x in m and v in m/s; per unit mass in m/s^2.
+    share : float
+        Factor on it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a function, or the factor is not a finite number.
+
+    Notes
+    -----
+    Monte Carlo knows the function only: no theory covers it, and the step is chosen from the other parts.  A fast
+    force needs an explicit ``step``.
+
+    Examples
+    --------
+    >>> magnet = Force(lambda t, x, v: 0.1 / (x - 2.0) ** 2)
+    >>> magnet.share
+    1.0
+    """
+
+    function: Callable[[float, float, float], float]
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise TypeError(f"function must be a function f(t, x, v), not {self.function!r}.")
+        put(self, share=real(self.share, "share", "It is a factor on the function."))
+
+    def per_mass(self, mass: float) -> Force:
+        """The same part of a system that is divided by its mass."""
+        return Force(self.function, self.share / mass)
+
+
+@dataclass(frozen=True)
 class PoissonImpulses:
     """Random impulses at random times: a Poisson process of impulses of normal, independent sizes of mean zero.
 
@@ -379,6 +480,13 @@ class ThermalNoise:
     def per_mass(self, mass: float) -> ThermalNoise:
         """The same part of a system that is divided by its mass."""
         return ThermalNoise(self.temperature / mass)
+
+
+def _numbers(values: object, name: str) -> tuple[float, ...]:
+    """The numbers of a table, one by one."""
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{name} must be a list of numbers, not {values!r}.")
+    return tuple(real(value, f"{name}[{place}]", "It is a point of the record.") for place, value in enumerate(values))
 
 
 def _check_on(on: object) -> None:

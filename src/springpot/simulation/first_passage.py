@@ -30,10 +30,11 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.arguments import LARGEST, finite_number
+from springpot.faults import cause_of
 from springpot.oscillator import Oscillator
 from springpot.parts import WhiteNoise
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
-from springpot.simulation.observables import cause_of, taken_names
+from springpot.simulation.observables import taken_names
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings

@@ -12,7 +12,10 @@ from typing import Any, NamedTuple
 from springpot.simulation.lanes import LANES
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 
-__all__ = ["Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "only_pushes"]
+__all__ = [
+    "CoulombDamper", "Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "only_pushes",
+    "register_damper",
+]  # fmt: skip
 
 
 class White(NamedTuple):
@@ -53,13 +56,13 @@ def _push_sum(force, slot, n, x, v, g, forcing, at, lane, weight):
 
 
 @answers(damp, Sum)
-def _damp_sum(force, slot, x, v, forcing, lane, weight, after):
+def _damp_sum(force, slot, n, x, v, forcing, lane, weight, after):
     """The order is reversed after the kick, so that the whole step is symmetric."""
     if after:
-        v = damp(force.second, slot + slots(force.first), x, v, forcing, lane, weight, after)
-        return damp(force.first, slot, x, v, forcing, lane, weight, after)
-    v = damp(force.first, slot, x, v, forcing, lane, weight, after)
-    return damp(force.second, slot + slots(force.first), x, v, forcing, lane, weight, after)
+        v = damp(force.second, slot + slots(force.first), n, x, v, forcing, lane, weight, after)
+        return damp(force.first, slot, n, x, v, forcing, lane, weight, after)
+    v = damp(force.first, slot, n, x, v, forcing, lane, weight, after)
+    return damp(force.second, slot + slots(force.first), n, x, v, forcing, lane, weight, after)
 
 
 def _nothing_named(force):
@@ -78,7 +81,7 @@ def _supply_nothing(force, slot, group, first, stream, k0, k1, forcing):
     pass
 
 
-def _damp_nothing(force, slot, x, v, forcing, lane, weight, after):
+def _damp_nothing(force, slot, n, x, v, forcing, lane, weight, after):
     return v
 
 
@@ -180,7 +183,7 @@ class PowerDamper(NamedTuple):
 
 
 @answers(damp, PowerDamper)
-def _damp_powers(force, slot, x, v, forcing, lane, weight, after):
+def _damp_powers(force, slot, n, x, v, forcing, lane, weight, after):
     left = v
     if after:
         left = left / math.sqrt(1.0 + force.cubic * left * left)
@@ -199,10 +202,23 @@ class VanDerPolDamper(NamedTuple):
 
 
 @answers(damp, VanDerPolDamper)
-def _damp_van_der_pol(force, slot, x, v, forcing, lane, weight, after):
+def _damp_van_der_pol(force, slot, n, x, v, forcing, lane, weight, after):
     a = force.rate * (x * x - force.square)
     size = 1.0 + abs(a) * (1.0 + 0.5 * abs(a))
     left = v / size if a > 0.0 else v * size
+    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
+    return left
+
+
+class CoulombDamper(NamedTuple):
+    """Dry friction for half a step."""
+
+    impulse: float  # F h / 2
+
+
+@answers(damp, CoulombDamper)
+def _damp_coulomb(force, slot, n, x, v, forcing, lane, weight, after):
+    left = max(v - force.impulse, 0.0) + min(v + force.impulse, 0.0)
     forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
     return left
 
@@ -212,8 +228,13 @@ def _push_nothing(force, slot, n, x, v, g, forcing, at, lane, weight):
     return 0.0, 0.0
 
 
-for _damper in (PowerDamper, VanDerPolDamper):
-    answers(slots, _damper)(_one_named)
-    answers(wake, _damper)(_wake_nothing)
-    answers(supply, _damper)(_supply_nothing)
-    answers(push, _damper)(_push_nothing)
+def register_damper(kind: type) -> None:
+    """Register everything but `damp` of a damper: its work is summed, it keeps no state and does not push."""
+    answers(slots, kind)(_one_named)
+    answers(wake, kind)(_wake_nothing)
+    answers(supply, kind)(_supply_nothing)
+    answers(push, kind)(_push_nothing)
+
+
+for _damper in (PowerDamper, VanDerPolDamper, CoulombDamper):
+    register_damper(_damper)

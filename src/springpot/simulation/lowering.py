@@ -26,12 +26,15 @@ from springpot.parts import (
     Contact,
     Dashpot,
     FilteredNoise,
+    Force,
+    Friction,
     Harmonic,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
+    Recorded,
     Series,
     Spring,
     Springpot,
@@ -42,6 +45,7 @@ from springpot.parts import (
 from springpot.simulation import forces, sources, walls
 from springpot.simulation.lanes import MOST_FORCES, MOST_STATES
 from springpot.simulation.units import Units
+from springpot.simulation.user_forces import user_force
 
 __all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "wall_of"]
 
@@ -89,8 +93,9 @@ class Named:
         (first counter word, place among the states, parts of a step) -> part of the kernel.
     states : int
         Numbers that it keeps for each path.
-    does : {"springs", "feeds", "dissipates", "expected", "nothing"}
-        How its work is reported: as what is fed in, taken out, expected of noise that multiplies x, or not at all.
+    does : {"springs", "feeds", "dissipates", "works", "expected", "nothing"}
+        How its work is reported: as what is fed in, what is taken out, what a force of unknown kind does, what is
+        expected of noise that multiplies x, or not at all.
     """
 
     name: str
@@ -192,6 +197,34 @@ def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
     rate = part.coefficient * units.length**2 * units.time
     law = forces.VanDerPolDamper(0.5 * step * rate, (part.length / units.length) ** 2)
     return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
+    law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Force, name: str, units: Units, step: float) -> Lowered:
+    half = 0.5 * step * part.share / units.length * units.time**2
+    law = user_force(part.function, name)(half, step, units.time, units.length, units.speed)
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "works"),))
+
+
+@lower.register
+def _(part: Recorded, name: str, units: Units, step: float) -> Lowered:
+    """Impulses are exact integrals of the straight lines between the points."""
+    times = (np.array(part.time) - part.time[0]) / units.time
+    values = np.array(part.values) / units.length * units.time**2
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
+    ends = step * np.arange(math.ceil(times[-1] / step) + 1)
+    place = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
+    since = np.minimum(ends, times[-1]) - times[place]
+    slope = np.diff(values) / np.diff(times)
+    reached = whole[place] + since * (values[place] + 0.5 * slope[place] * since)
+    law = sources.Table(np.diff(reached))
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "feeds"),))
 
 
 @lower.register

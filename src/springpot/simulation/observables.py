@@ -18,18 +18,18 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
+from springpot.faults import cause_of
 from springpot.simulation.distributions import SKETCHED
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.units import UNITS
 
-__all__ = ["EXTREMES", "cause_of", "extremes", "mean_of", "taken_names"]
+__all__ = ["EXTREMES", "extremes", "mean_of", "taken_names"]
 
 Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
-_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
@@ -78,13 +78,6 @@ def taken_names() -> set[str]:
     others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
     attributes = ("oscillator", "settings", "diagnostics", "warnings")
     return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
-
-
-def cause_of(reason: Exception) -> str:
-    """The line with the cause, from a compiler's message."""
-    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
-    telling = [line for line in lines if any(word in line for word in _TELLING)]
-    return (telling or lines or [type(reason).__name__])[-1]
 
 
 def _on_steps_of(function: Callable[..., float]) -> Any:

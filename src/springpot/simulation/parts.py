@@ -14,7 +14,7 @@ Of a force (``slot``: its number among the named forces of the sum; ``forcing``:
     Once for every group of four steps, for all lanes: the impulses that do not depend on the motion.
 ``push(force, slot, n, x, v, g, forcing, at, lane, weight)``
     The impulses of step ``n``, of the noise with independent increments and of everything else; ``g`` is a normal.
-``damp(force, slot, x, v, forcing, lane, weight, after)``
+``damp(force, slot, n, x, v, forcing, lane, weight, after)``
     The velocity after half a step of a nonlinear damper alone; called before and ``after`` each kick.
 
 Of a scheme and a wall:
@@ -219,7 +219,9 @@ def push(force: Any, slot: Any, n: Any, x: Any, v: Any, g: Any, forcing: Any, at
     raise NotImplementedError
 
 
-def damp(force: Any, slot: Any, x: Any, v: Any, forcing: Any, lane: Any, weight: Any, after: Any) -> Any:
+def damp(
+    force: Any, slot: Any, n: Any, x: Any, v: Any, forcing: Any, lane: Any, weight: Any, after: Any
+) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, meant
+from springpot.faults import NotCovered, listed, meant
 from springpot.options import Options
 from springpot.oscillator import Oscillator
+from springpot.parts import Force
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.observed import Observable, requested
+from springpot.simulation.observed import Observable, Requested, requested
 from springpot.simulation.results import PROBABILITIES, Run
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
@@ -116,7 +118,9 @@ def run(
     begun = time.perf_counter()
     adapted = adapt(problem, settings, progress=progress) if settings.start == "stationary" else None
     simulation = simulation_of(problem, settings, adapted)
-    ensemble = simulation.advance(observers=wanted.observers, progress=progress)
+    _check_names(simulation, wanted)
+    with _faults_of_own_forces(problem):
+        ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     values, errors = simulation.estimates(ensemble.rows)
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
@@ -153,6 +157,26 @@ def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
         return problem.canonical()
     except NotCovered:
         return problem
+
+
+def _check_names(simulation: Simulation, wanted: Requested) -> None:
+    """An observable must not have the name of a result of the system."""
+    taken = simulation.samples(np.zeros((1, len(simulation.parts.columns))))
+    for name in (*wanted.observables, *wanted.impact_observables):
+        if name in taken:
+            raise ValueError(f"an observable cannot be called {name!r}: the run already has a result of that name.")
+
+
+@contextmanager
+def _faults_of_own_forces(problem: Oscillator | System) -> Iterator[None]:
+    """An error that a user's own force raises is said with the name of the part."""
+    own = [] if isinstance(problem, Oscillator) else [n for n, part in problem.named() if isinstance(part, Force)]
+    try:
+        yield
+    except Exception as fault:
+        if not own:
+            raise
+        raise ValueError(f"the function of {listed(own, 'or')} failed during the run: {fault!r}.") from fault
 
 
 def _doubts(

@@ -38,6 +38,7 @@ from springpot.places import place_for, replacing
 if TYPE_CHECKING:
     from springpot.simulation.results import Run
 from springpot.system import System
+from springpot.system_file import check_writable
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
@@ -137,6 +138,7 @@ def _taken_apart(value: object, name: str, arrays: Arrays) -> Any:
         arrays[name] = value
         return {"array": name}
     if isinstance(value, System):
+        check_writable(value)
         return {"system": value.to_dict()}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         parts = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}

@@ -17,8 +17,10 @@ from springpot.oscillator import Oscillator
 from springpot.parts import (
     ColouredNoise,
     FilteredNoise,
+    Force,
     Harmonic,
     PoissonImpulses,
+    Recorded,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
@@ -157,8 +159,9 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
     paths = _whole(options["paths"], "paths", 1, MOST_PATHS)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
-    duration, step, steps = _grid(problem, options["duration"], options["step"], options["scheme"])
-    window = _window(options["window"], duration, step)
+    whole = _record_of(problem)
+    duration, step, steps = _grid(problem, options["duration"] or whole, options["step"], options["scheme"])
+    window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
     record, record_every = _record(options["record"], options["record_every"], paths, steps)
     position = _initial_position(problem, options["initial_position"], start, options["derivative"])
     return Settings(
@@ -178,6 +181,12 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
         record=record,
         record_every=record_every,
     )
+
+
+def _record_of(problem: Oscillator | System) -> float | None:
+    """The length of the longest recorded excitation, which is that of the run and of its window."""
+    records = [] if isinstance(problem, Oscillator) else [record.duration for record in problem.of(Recorded)]
+    return max(records, default=None)
 
 
 def default_start(problem: Oscillator | System, given: Options = DEFAULTS) -> tuple[StartKind, str]:
@@ -203,6 +212,8 @@ def default_start(problem: Oscillator | System, given: Options = DEFAULTS) -> tu
     options = {**DEFAULTS, **given}
     if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
+    if isinstance(problem, System) and problem.of(Recorded):
+        return "rest", ""
     if reason := _not_stationary(problem):
         return "rest", reason
     return "stationary", ""
@@ -223,7 +234,9 @@ def _not_stationary(problem: Oscillator | System) -> str:
 def _system_not_stationary(system: System) -> str:
     kinds = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
     sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in system.of(*kinds)]
-    if not any(sizes):
+    if system.of(Recorded):
+        return "a record has a beginning and an end"
+    if not any(sizes) and not system.of(Force):
         return "without excitation the motion dies out"
     if math.isinf(system_scales(system).energy_time):
         return "nothing takes energy from the motion"

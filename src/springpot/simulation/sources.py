@@ -28,7 +28,7 @@ from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, MOST_FORCES, 
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 from springpot.simulation.random import draw, philox
 
-__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Poisson", "filtered"]
+__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Poisson", "Table", "filtered"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -63,6 +63,12 @@ class Poisson(NamedTuple):
     parts: int  # as in `Filtered`
     rate: float  # impulses expected in a part of a step
     size: float  # standard deviation of an impulse
+
+
+class Table(NamedTuple):
+    """Impulses that are the same for all paths."""
+
+    impulses: npt.NDArray[np.float64]  # of each step; 0 after the last
 
 
 @dataclass(frozen=True)
@@ -273,8 +279,18 @@ def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
             forcing.state[at + LANES + lane] = p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3
 
 
+@answers(supply, Table)
+def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
+    for j in range(GROUP):
+        n = GROUP * group + j
+        impulse = force.impulses[n] if n < force.impulses.size else 0.0
+        for lane in range(LANES):
+            forcing.given[(slot * GROUP + j) * LANES + lane] = impulse
+
+
 @answers(push, Filtered)
 @answers(push, Harmonic)
+@answers(push, Table)
 def _push_given(force, slot, n, x, v, g, forcing, at, lane, weight):
     impulse = forcing.given[slot * GROUP * LANES + at]
     forcing.impulses[slot * LANES + lane] = impulse
@@ -339,7 +355,8 @@ def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
         forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
 
 
-for _source in (Filtered, Harmonic, Poisson):
+for _source in (Filtered, Harmonic, Poisson, Table):
     answers(damp, _source)(_damp_nothing)
     answers(slots, _source)(_one_named)
 answers(wake, Poisson)(_wake_nothing)
+answers(wake, Table)(_wake_nothing)

@@ -117,6 +117,8 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
         if named.does == "feeds":
             found[f"{named.name}_power"] = mass * work
             supplied, total = supplied + abs(float(work.mean())), total + work
+        elif named.does == "works":
+            found[f"{named.name}_power"] = mass * work
         elif named.does == "dissipates":
             found[f"{named.name}_power"] = -mass * work
     found["input_power"] = mass * total

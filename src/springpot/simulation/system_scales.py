@@ -23,11 +23,13 @@ from springpot.parts import (
     Contact,
     Dashpot,
     FilteredNoise,
+    Friction,
     Harmonic,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
     PolynomialDashpot,
+    Recorded,
     Series,
     Springpot,
     ThermalNoise,
@@ -195,6 +197,8 @@ def dissipated(unit: System, law: BoltzmannLaw) -> float:
                 c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
                 rate += c1
                 power += c2 * math.sqrt(8.0 / math.pi) * theta**1.5 + 3.0 * c3 * theta**2
+            case Friction():
+                power += part.force * math.sqrt(2.0 * theta / math.pi)
             case VanDerPol():
                 rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
             case Springpot() | Series() | Maxwell():
@@ -216,6 +220,8 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
                 power += 0.5 * part.intensity
             case ColouredNoise() | FilteredNoise():
                 power += math.pi * part.density(w)
+            case Recorded():  # as noise that is white up to this frequency
+                power += 0.5 * math.pi * part.mean_square / w
             case ParametricNoise():
                 power += 0.5 * part.intensity * (law.variance + law.mean**2)
             case Harmonic():

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import listed
 from springpot.oscillator import Oscillator
-from springpot.parts import Barrier, ThermalNoise, WhiteNoise
+from springpot.parts import Barrier, Force, Recorded, ThermalNoise, WhiteNoise
 from springpot.simulation.cost import per_cent
 from springpot.simulation.forgetting import MOST_TRANSIENT
 from springpot.simulation.kernel import COLUMNS
@@ -55,7 +56,11 @@ def doubts_of_system(
     if not isinstance(system, System):
         raise TypeError("the simulation must be of a system.")
     if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
-        return ("the response is not a finite number: a much finer step may help.",)
+        own = listed([name for name, part in system.named() if isinstance(part, Force)], "or")
+        cause = f": the function of {own} returns no number, or the step is too long." if own else (
+            ": a much finer step may help."
+        )  # fmt: skip
+        return (f"the response is not a finite number{cause}",)
     reason = uncountable(system)
     return (
         *([f"impact rate and speeds are undefined, but energies are correct: {reason}."] if reason else []),
@@ -86,7 +91,8 @@ def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[st
 
 def _about_window(simulation: Simulation, system: System) -> Iterator[str]:
     settings, scales = simulation.settings, simulation.scales
-    if settings.start == "stationary" and system.of(ThermalNoise):
+    drawn = settings.start == "stationary" and bool(system.of(ThermalNoise))
+    if drawn or bool(system.of(Recorded)):
         return
     _, reason = default_start(system)
     if reason:
