@@ -94,6 +94,17 @@ def only_pushes(kind: type, *, named: bool = False) -> None:
         Of the force.
     named : bool
         Whether its work is summed: its `push` then writes ``forcing.impulses[slot * LANES + lane]``.
+
+    Raises
+    ------
+    ValueError
+        If a part of this name and these fields is registered already.
+
+    Examples
+    --------
+    >>> class Gust(NamedTuple):
+    ...     impulse: float
+    >>> only_pushes(Gust)
     """
     answers(slots, kind)(_one_named if named else _nothing_named)
     answers(wake, kind)(_wake_nothing)

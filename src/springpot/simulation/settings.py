@@ -160,7 +160,8 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
     whole = _record_of(problem)
-    duration, step, steps = _grid(problem, options["duration"] or whole, options["step"], options["scheme"])
+    wanted = whole if options["duration"] is None else options["duration"]
+    duration, step, steps = _grid(problem, wanted, options["step"], options["scheme"])
     window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
     record, record_every = _record(options["record"], options["record_every"], paths, steps)
     position = _initial_position(problem, options["initial_position"], start, options["derivative"])
