@@ -62,6 +62,7 @@ def meant(word: str, names: Iterable[str]) -> str:
 
 def cause_of(reason: Exception) -> str:
     """The line with the cause, from a compiler's message."""
-    lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
+    lines = [line.strip() for line in str(reason).splitlines()]
+    lines = [line for line in lines if line and not line.startswith(("During:", "File "))]
     telling = [line for line in lines if any(word in line for word in _TELLING)]
     return (telling or lines or [type(reason).__name__])[-1]

@@ -144,6 +144,11 @@ class Friction:
     TypeError, ValueError
         If it is not a number, not finite or negative.
 
+    Notes
+    -----
+    In a simulation of step h a mass that sticks still creeps, with a time constant of 2 / (Omega^2 h): the spring moves
+    it between the kicks.
+
     Examples
     --------
     >>> Friction(0.2).term()

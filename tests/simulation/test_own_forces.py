@@ -1,0 +1,139 @@
+"""Dry friction, recorded excitation, and a force of one's own: against closed forms, an equation solver and parts."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import springpot as sp
+
+NOISE = sp.WhiteNoise(1.0)
+
+
+def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at_rest() -> None:
+    """Free vibration: the amplitude falls by 2 F / k in each half cycle, until the spring cannot move the mass."""
+    slider = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Friction(0.1))
+    run = sp.run(
+        slider, paths=1, duration=12.0 * math.pi, step=0.01, start="rest", initial_position=1.03, record=1,
+        window=(0.0, 3.0 * math.pi),
+    )  # fmt: skip
+    x = np.interp(math.pi * np.arange(11), run.time, run.record[0, :, 0])
+    expected = (1.03 - 0.1 * np.arange(11)) * (-1.0) ** np.arange(11)
+    assert x == pytest.approx(expected, abs=2e-4)
+    assert abs(run.record[0, -200:, 0]).max() < 0.05 + 1e-4  # where it sticks, the spring is weaker than the friction
+    # at rest it creeps, with a time constant of 2 / (Omega^2 h)
+    rate = math.log(run.record[0, -200, 0] / run.record[0, -1, 0]) / (199 * run.settings.step)
+    assert rate == pytest.approx(0.5 * run.settings.step, rel=0.05)
+    # energy: in three half cycles the friction took k (x0^2 - x3^2) / 2, which it reports as a power
+    taken = run.values["friction_power"] * 3.0 * math.pi
+    assert taken == pytest.approx(1.03**2 - 0.73**2, rel=1e-3)
+
+
+def test_a_record_moves_the_mass_as_the_equation_says() -> None:
+    """Straight lines between uneven points, of the ground and of a force, against an equation solver."""
+    rng = np.random.default_rng(2)
+    t = np.cumsum(rng.uniform(0.02, 0.3, 120))
+    a = rng.normal(size=t.size)
+
+    def moved(sign: float, mass: float) -> np.ndarray:
+        def rates(s: float, y: np.ndarray) -> list[float]:
+            return [y[1], -y[0] - 0.2 * y[1] + sign / mass * np.interp(s, t - t[0], a)]
+
+        solved = solve_ivp(
+            rates, (0.0, run.time[-1]), [0.0, 0.0], rtol=1e-8, atol=1e-10, max_step=0.02, dense_output=True
+        )
+        return np.asarray(solved.sol(run.time)[0])
+
+    for on, sign, mass in (("ground", -1.0, 1.0), ("mass", 1.0, 3.0)):
+        shaken = sp.System(sp.Mass(3.0), sp.Spring(3.0), sp.Dashpot(0.6), sp.Recorded(tuple(t), tuple(a), on=on))
+        run = sp.run(shaken, paths=1, record=1)
+        assert run.warnings == ()
+        assert (run.settings.start, run.settings.window) == ("rest", (0.0, pytest.approx(t[-1] - t[0])))
+        assert run.record[0, :, 0] == pytest.approx(moved(sign, mass), abs=3e-4)
+    # all that was fed in was taken out or is still in the motion
+    energy = 0.5 * 3.0 * (run.values["x_mean_square_end"] + run.values["v_mean_square_end"])
+    left = (run.values["recorded_power"] - run.values["damping_power"]) * run.settings.duration
+    assert left == pytest.approx(energy, rel=1e-6)
+
+
+def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
+    """Of x and v, with a mass, against the parts themselves: the same noise gives nearly the same paths."""
+    given = {"paths": 1024, "step": 0.02, "duration": 40.0, "window": (10.0, 40.0), "start": "rest"}
+    own = sp.System(
+        sp.Mass(2.0),
+        sp.Spring(2.0),
+        sp.Dashpot(1.0),
+        sp.WhiteNoise(4.0),
+        own=sp.Force(lambda t, x, v: -2.0 * x**3 - 0.4 * v**3),
+    )
+    parts = sp.System(
+        sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(1.0), sp.WhiteNoise(4.0), sp.PolynomialSpring((0.0, 0.0, 2.0)),
+        sp.PolynomialDashpot((0.0, 0.0, 0.4)),
+    )  # fmt: skip
+    one, other = sp.run(own, **given), sp.run(parts, **given)
+    for name in ("x_mean_square", "v_mean_square", "damping_power"):
+        assert one.values[name] == pytest.approx(other.values[name], rel=1e-3)
+    assert -one.values["own_power"] == pytest.approx(other.values["polynomial_dashpot_power"], rel=2e-3)
+    pushed = sp.System(sp.Spring(1.0), sp.Dashpot(0.4), sp.Force(lambda t, x, v: math.sin(1.3 * t)))
+    end = sp.run(pushed, paths=1, step=0.01, duration=60.0, start="rest").record  # no path is recorded
+    assert end.shape[0] == 0
+    run = sp.run(pushed, paths=1, step=0.01, duration=60.0, start="rest", record=1)
+    response = 1.0 / (1.0 - 1.69 + 0.52j)
+    late = run.time > 50.0
+    assert run.record[0, late, 0] == pytest.approx((response * np.exp(1.3j * run.time[late])).imag, abs=1e-3)
+
+
+def _raises(t: float, x: float, v: float) -> float:
+    if x > -9.0:
+        raise ValueError("no place")
+    return x
+
+
+@pytest.mark.parametrize(
+    ("function", "sentence"),
+    [
+        (lambda t, x, v: str(x), "magnet has a function that Numba cannot compile"),
+        (lambda t, x, v: missing(x), "magnet has a function that Numba cannot compile.*'missing' is not defined"),  # type: ignore[name-defined]  # noqa: F821
+        (_raises, "the function of magnet failed during the run: ValueError.'no place'"),
+    ],
+)
+def test_a_function_that_cannot_be_used_is_said_with_the_parts_name(function, sentence: str) -> None:
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), NOISE, magnet=sp.Force(function))
+    with pytest.raises(ValueError, match=sentence):
+        sp.run(system, paths=64, duration=1.0, start="rest")
+
+
+def test_a_function_that_returns_no_number_is_said_with_the_parts_name(tmp_path: Path) -> None:
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), NOISE, magnet=sp.Force(lambda t, x, v: np.log(-1.0 - x * x)))
+    run = sp.run(system, paths=64, duration=1.0, start="rest")
+    assert any("the function of magnet returns no number" in sentence for sentence in run.warnings)
+    with pytest.raises(ValueError, match="magnet cannot be written to a file"):
+        run.save(tmp_path / "run.nc")
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: sp.Friction(-1.0), "force must be"),
+        (lambda: sp.Force(3.0), "function must be a function f"),
+        (lambda: sp.Recorded((0.0, 1.0), (1.0,)), "must have the same number of points"),
+        (lambda: sp.Recorded((0.0, 0.0), (1.0, 1.0)), "time must increase"),
+        (lambda: sp.Recorded((0.0, 1.0), (1.0, math.nan)), r"values\[1\] must be"),
+        (lambda: sp.Recorded("abc", (1.0,)), "time must be a list of numbers"),
+        (lambda: sp.Recorded((0.0, 1.0), (1.0, 1.0), on="roof"), "on must be"),
+        (lambda: sp.System(sp.Spring(1.0), sp.Friction(0.1), sp.ThermalNoise(1.0)), "friction cannot be combined"),
+    ],
+)
+def test_wrong_numbers_are_refused(make, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        make()
+
+
+def test_an_observable_cannot_take_the_name_of_a_result() -> None:
+    slider = sp.System(sp.Spring(1.0), sp.Friction(0.1), NOISE)
+    with pytest.raises(ValueError, match="cannot be called 'friction_power'"):
+        sp.run(slider, paths=64, duration=1.0, observables={"friction_power": lambda t, x, v: v})
