@@ -6,7 +6,7 @@ The kernel is composed of parts. A part is a ``NamedTuple`` of numbers, with com
 calls. Here a hardening spring with the force :math:`-\kappa x^3` is added in a few lines, and checked against an
 exact result: with a dashpot and an elastic wall the density is :math:`\exp[-(2C/q)(v^2/2 + V(x))]`, whatever the
 potential :math:`V`. (The library has this spring, as `springpot.PolynomialSpring`: the other
-parts of a `springpot.System` are added in the same way.)
+parts of a `springpot.System` are added in the same way. For a force that is just a function, take `springpot.Force`.)
 """
 
 from typing import NamedTuple
