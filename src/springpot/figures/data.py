@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -17,7 +18,10 @@ if TYPE_CHECKING:
 
     from springpot.simulation import Run
 
-__all__ = ["Data", "FloatArray", "Theory", "as_dataset", "oscillator_of", "recorded", "results", "spacing_in_steps"]
+__all__ = [
+    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "oscillator_of", "recorded", "results", "spacing_in_steps",
+    "walls_of",
+]  # fmt: skip
 
 Data: TypeAlias = "Run | xarray.Dataset"
 Theory: TypeAlias = "Result | Iterable[Result]"
@@ -54,11 +58,52 @@ def oscillator_of(data: xarray.Dataset) -> Oscillator:
     >>> oscillator_of(as_dataset(sp.run(oscillator, paths=1, duration=1.0))) == oscillator
     True
     """
-    return Oscillator.from_dict(json.loads(data.attrs["oscillator"]))
+    content = json.loads(data.attrs["oscillator"])
+    if "parts" in content:
+        raise ValueError("data must be of an Oscillator for this picture, not of a system of other parts.")
+    return Oscillator.from_dict(content)
 
 
-def recorded(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:
-    """Oscillator, times (n,), x and v (paths, n) of the recorded paths.
+@dataclass(frozen=True)
+class Wall:
+    """A wall or a soft contact in a picture.
+
+    Attributes
+    ----------
+    position : float
+        In m.
+    direction : float
+        1 where the mass moves above it, otherwise -1.
+    rigid : bool
+    """
+
+    position: float
+    direction: float
+    rigid: bool
+
+
+def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
+    """The walls and contacts of a Dataset, of an oscillator or a system.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> slot = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.Barrier(-1.0), sp.Barrier(2.0, side="below"))
+    >>> [wall.position for wall in walls_of(as_dataset(sp.run(slot, paths=1, duration=1.0, start="rest")))]
+    [-1.0, 2.0]
+    """
+    content = json.loads(data.attrs["oscillator"])
+    if "parts" in content:
+        found = [part for part in content["parts"] if part["kind"] in ("barrier", "contact")]
+    else:
+        found = [] if content["barrier"] is None else [{"kind": "barrier", **content["barrier"]}]
+    return tuple(
+        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier") for part in found
+    )
+
+
+def recorded(data: Data) -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatArray]:
+    """Dataset, times (n,), x and v (paths, n) of the recorded paths.
 
     Raises
     ------
@@ -69,7 +114,7 @@ def recorded(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray
     if "x" not in dataset:
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
-    return oscillator_of(dataset), np.asarray(dataset["time"], dtype=float), x, v
+    return dataset, np.asarray(dataset["time"], dtype=float), x, v
 
 
 def spacing_in_steps(data: Data) -> int:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from springpot.figures.data import Data, FloatArray, recorded, spacing_in_steps
+from springpot.figures.data import Data, FloatArray, Wall, recorded, spacing_in_steps, walls_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import COLOURS, panel
-from springpot.oscillator import Oscillator
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,8 +76,8 @@ def path(
     times, values = (piece.time, value) if quantity == "x" else _broken(piece, piece.time, value)
     axes.plot(times, values, color=design.color or COLOURS["blue"], linewidth=1.0, label=design.label or None)
     if quantity == "x":
-        _wall(axes.axhline, piece)
-        axes.plot(piece.impact_time, np.full_like(piece.impact_time, piece.wall), **_MARK)
+        _draw_walls(axes.axhline, piece)
+        axes.plot(piece.impact_time, piece.struck_at, **_MARK)
     else:
         at = piece.struck
         axes.plot(piece.impact_time, piece.v[at], **_MARK)
@@ -130,12 +129,12 @@ def phase_portrait(
     design, before = next_design(axes, color, label), set(axes.get_children())
     line: dict[str, Any] = {"color": design.color or COLOURS["blue"], "label": design.label or None}
     axes.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
-    _wall(axes.axvline, piece)
-    at = piece.struck
-    wall = np.full(at.size, piece.wall)
+    _draw_walls(axes.axvline, piece)
+    at, wall = piece.struck, piece.struck_at
     axes.vlines(wall, piece.v[at], piece.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
     axes.plot(wall, piece.v[at], **_MARK)
     design.tag(before)
+    axes.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
     axes.set_xlabel(_LABELS["x"])
     axes.set_ylabel(_LABELS["v"])
     return axes
@@ -149,38 +148,41 @@ _MARK: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class _Seen:
-    """A piece of one path: position of the wall (NaN without), states, steps with an impact, and their times."""
+    """A piece of one path: walls, states, steps with an impact, the place of the wall they struck, and their times."""
 
-    wall: float
+    walls: tuple[Wall, ...]
     time: FloatArray
     x: FloatArray
     v: FloatArray
     struck: np.ndarray[Any, np.dtype[np.intp]]
+    struck_at: FloatArray
     impact_time: FloatArray
 
 
 def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
-    oscillator, time, x, v = recorded(data)
+    dataset, time, x, v = recorded(data)
     if isinstance(member, bool) or not isinstance(member, int | np.integer) or not 0 <= member < len(x):
         raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {member!r}.")
     inside = np.ones(time.size, bool) if window is None else (time >= window[0]) & (time <= window[1])
     if inside.sum() < 2:
         raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
     time, x, v = time[inside], x[member, inside], v[member, inside]
-    # between points that are several steps apart a path may turn without an impact
-    struck, when = _impacts(None if spacing_in_steps(data) > 1 else oscillator, time, x, v)
-    wall = np.nan if oscillator.barrier is None else oscillator.barrier.position
-    return _Seen(wall, time, x, v, struck, when)
+    walls = walls_of(dataset)
+    # between points that are several steps apart a path may turn without an impact; a soft contact has no instant
+    rigid = () if spacing_in_steps(data) > 1 else tuple(wall for wall in walls if wall.rigid)
+    pieces = [_impacts(wall, time, x, v) for wall in rigid]
+    struck = np.concatenate([np.zeros(0, np.intp), *(at for at, _ in pieces)])
+    places = [np.full(at.size, wall.position) for wall, (at, _) in zip(rigid, pieces, strict=True)]
+    order = np.argsort(struck, kind="stable")
+    when = np.concatenate([np.zeros(0), *(times for _, times in pieces)])
+    return _Seen(walls, time, x, v, struck[order], np.concatenate([np.zeros(0), *places])[order], when[order])
 
 
 def _impacts(
-    oscillator: Oscillator | None, time: FloatArray, x: FloatArray, v: FloatArray
+    wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray
 ) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
-    """Steps with an impact, and its times by linear extrapolation."""
-    if oscillator is None or oscillator.barrier is None:
-        return np.zeros(0, np.intp), np.zeros(0)
-    gap = oscillator.direction * (x - oscillator.barrier.position)
-    away = oscillator.direction * v
+    """Steps with an impact on a wall, and its times by linear extrapolation."""
+    gap, away = wall.direction * (x - wall.position), wall.direction * v
     step = np.diff(time)
     turned = (away[:-1] < 0.0) & (away[1:] > 0.0)
     behind = np.minimum(gap[:-1] + step * away[:-1], gap[1:] - step * away[1:]) <= 0.0
@@ -193,6 +195,8 @@ def _broken(piece: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArra
     return np.insert(across, piece.struck + 1, np.nan), np.insert(up, piece.struck + 1, np.nan)
 
 
-def _wall(line: Any, piece: _Seen) -> None:
-    if np.isfinite(piece.wall):
-        line(piece.wall, color="0.35", linewidth=2.0, zorder=1, label="wall")
+def _draw_walls(line: Any, piece: _Seen) -> None:
+    """Rigid walls as lines, soft contacts as dashed ones; one entry of each kind in a legend."""
+    for rigid, style, label in ((True, "-", "wall"), (False, "--", "contact")):
+        for n, wall in enumerate(wall for wall in piece.walls if wall.rigid is rigid):
+            line(wall.position, color="0.35", linewidth=2.0, linestyle=style, zorder=1, label=label if n == 0 else None)

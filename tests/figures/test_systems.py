@@ -1,0 +1,49 @@
+"""Pictures of a system's run: every wall is drawn, and each impact is marked on the wall that was struck."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot import figures
+
+
+@cache
+def run() -> sp.simulation.Run:  # type: ignore[name-defined]
+    slot = sp.System(
+        sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 0.2)), sp.Springpot(0.5, 0.2), sp.Barrier(-0.5, 0.8),
+        sp.Barrier(1.0, 0.8, "below"), sp.WhiteNoise(1.0),
+    )  # fmt: skip
+    return sp.run(slot, paths=4, duration=40.0, step=0.02, start="rest", record=4)
+
+
+@pytest.mark.parametrize("draw", [figures.path, figures.phase_portrait])
+def test_both_walls_and_the_impacts_on_each(draw) -> None:
+    axes = draw(run(), member=2)
+    lines = {line.get_label(): line for line in axes.get_lines()}
+    across = draw is figures.path
+    places = [line.get_ydata()[0] if across else line.get_xdata()[0] for line in axes.get_lines()
+              if len(line.get_xdata()) == 2 and line.get_linewidth() == 2.0]  # fmt: skip
+    assert sorted(places) == [-0.5, 1.0]
+    struck = np.asarray(lines["impact"].get_ydata() if across else lines["impact"].get_xdata())
+    assert {*struck} == {-0.5, 1.0}
+    # as many as the path turned round at a wall
+    x, v = run().record[2].T
+    turned = np.sum((v[:-1] < 0.0) & (v[1:] > 0.0) & (np.minimum(x[:-1], x[1:]) < -0.45))
+    assert abs(np.sum(struck == -0.5) - turned) <= 1 + 0.1 * turned
+
+
+def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
+    stop = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
+    axes = figures.path(sp.run(stop, paths=1, duration=20.0, step=0.02, start="rest", record=1))
+    lines = {line.get_label(): line for line in axes.get_lines()}
+    assert lines["contact"].get_linestyle() == "--"
+    assert lines["impact"].get_xdata().size == 0
+
+
+def test_what_needs_an_oscillator_says_so() -> None:
+    with pytest.raises(ValueError, match="data must be of an Oscillator for this picture"):
+        figures.transient(run(), at=[0.0, 1.0])
