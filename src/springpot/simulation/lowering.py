@@ -57,9 +57,9 @@ _MOST_SUBSTEPS = 2000
 _MOST_IMPULSES = 50.0  # in a step
 _THERMAL_TOLERANCE = 1e-4
 _SHORTEST = 1.0 / 64.0  # lag of the matched noise, in steps
-_SPACING = 0.6  # of modes of a series
-_LEAST_SHARE = 1e6  # a series' spectrum ends where so small a part of the stiffness is left
-_SLOWEST, _FASTEST = 1e-9, 1e3  # rates of a series, per step
+_SPACING = 0.9  # of modes of a series
+_LEAST_SHARE = 1e5  # a series' spectrum ends where so small a part of the stiffness is left
+_SLOWEST, _FASTEST = 1e-9, 300.0  # rates of a series, per step
 
 
 @dataclass(frozen=True)

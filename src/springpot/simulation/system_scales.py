@@ -211,6 +211,19 @@ def dissipated(unit: System, law: BoltzmannLaw) -> float:
     return rate * theta + power
 
 
+def _fed_by_dampers(unit: System, law: BoltzmannLaw) -> float:
+    """What dampers with a negative part feed in: their net power says nothing of how fast the motion changes."""
+    theta, power = law.temperature, 0.0
+    for part in unit.parts:
+        match part:
+            case PolynomialDashpot():
+                c1, c2, _ = (*part.coefficients, 0.0, 0.0)[:3]
+                power += max(-c1, 0.0) * theta + max(-c2, 0.0) * math.sqrt(8.0 / math.pi) * theta**1.5
+            case VanDerPol():
+                power += part.coefficient * part.length**2 * theta
+    return power
+
+
 def _fed(unit: System, law: BoltzmannLaw) -> float:
     """Power fed in by the excitation at this law, per unit mass."""
     power, w = 0.0, law.frequency
@@ -261,7 +274,7 @@ def system_scales(system: System) -> SystemScales:
             case Dashpot():
                 rates.append(part.coefficient)
             case PolynomialDashpot() | VanDerPol():
-                rates.append(abs(dissipated(System(part), law)) / theta)
+                rates.append((dissipated(System(part), law) + 2.0 * _fed_by_dampers(System(part), law)) / theta)
             case Series():
                 rates.append(math.sqrt(part.spring.stiffness))
             case Maxwell():
@@ -273,7 +286,7 @@ def system_scales(system: System) -> SystemScales:
             case Harmonic():
                 rates.append(0.5 * part.frequency)
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
-    taken = dissipated(unit, law)
+    taken = dissipated(unit, law) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
     return SystemScales(
         fastest_rate=max(rates),

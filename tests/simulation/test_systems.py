@@ -1,0 +1,361 @@
+"""Monte Carlo of systems of parts: exact laws, energy, and the same bits however a run is made.
+
+Four kernels serve all tests of this module, since each combination of kinds of parts takes seconds to compile: parts
+that a test does not need are there with hardly any strength.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.parts import WhiteNoise
+from springpot.simulation.adapted import adapt
+from springpot.simulation.lanes import LANES
+from springpot.simulation.lowering import lower
+from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
+from springpot.simulation.system_scales import system_scales
+from springpot.simulation.units import Units
+
+from .problems import assert_agrees
+from .systems import boltzmann, circuit, filtered, poisson_fourth_moment, rates_of_walls, white
+
+SPRING, WHITE = sp.Spring(1.0), WhiteNoise(1.0)
+DUFFING = sp.PolynomialSpring((0.0, 0.1, 1.0))
+WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+FAINT = sp.ColouredNoise(1e-20, 1.0)
+NEARLY_LINEAR = sp.PolynomialSpring((0.0, 0.0, 1e-12))
+AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, side="below")
+
+
+def duffing(x: np.ndarray) -> np.ndarray:
+    return 0.5 * x * x + 0.1 * x**3 / 3.0 + 0.25 * x**4
+
+
+def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.01, **given: Any) -> Any:
+    options = {"paths": 6000, "duration": 50.0, "step": 0.04, "window": (20.0, 50.0), "start": "rest", **given}
+    found = sp.run(system, **options)
+    assert_agrees(found, exact, sharp=sharp)
+    if "energy_residual" in found.values:
+        assert abs(found.values["energy_residual"]) < 4 * found.errors["energy_residual"] + 1e-9
+    return found
+
+
+# --- one kernel: white noise, a cubic spring, a Gaussian force and two walls ------------------------------------------
+
+
+def test_dashpot_between_two_walls() -> None:
+    """The numbers are those of the stationary law."""
+    exact = rates_of_walls(boltzmann(1.25, duffing, -0.5, 1.2))
+    known = {
+        "x_mean": 0.25606, "x_mean_square": 0.27224, "barrier_1_impact_rate": 0.28165, "barrier_2_impact_rate": 0.11139
+    }  # fmt: skip
+    assert {name: exact[name] for name in known} == pytest.approx(known, abs=1e-5)
+    exact["impact_rate"] = exact["barrier_1_impact_rate"] + exact["barrier_2_impact_rate"]
+    check(sp.System(SPRING, DUFFING, *WALLS, sp.Dashpot(0.4), FAINT, WHITE), exact, paths=12_000)
+
+
+@pytest.mark.parametrize(
+    "memory",
+    [
+        (sp.Springpot(0.8, 0.3), sp.Springpot(0.3, 0.7)),
+        (sp.Maxwell(0.8, 1.5), sp.Series(sp.Springpot(0.5, 0.8), sp.Spring(1.0)), sp.Dashpot(0.1)),
+        (sp.Dashpot(0.5),),
+    ],
+    ids=["springpots", "arms", "dashpot"],
+)
+def test_thermal_noise(memory: tuple[Any, ...]) -> None:
+    exact = rates_of_walls(boltzmann(0.7, duffing, -0.5, 1.2))
+    system = sp.System(SPRING, DUFFING, *WALLS, *memory, sp.ThermalNoise(0.7))
+    check(
+        system, exact, paths=12_000, duration=20.0, step=0.05, window=(0.0, 20.0), start="stationary", sharp=0.05
+    )
+
+
+@pytest.mark.parametrize(
+    ("parts", "exact"),
+    [
+        ((sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5)), (0.75668, 0.89368)),
+        ((sp.Spring(3.0), sp.Springpot(0.5, 0.6), sp.FilteredNoise(3.0, 0.4, 1.0)), (0.84854, 3.94674)),
+    ],
+    ids=["coloured", "filtered"],
+)
+def test_coloured_noise(parts: tuple[Any, ...], exact: tuple[float, float]) -> None:
+    known = dict(zip(("x_mean_square", "v_mean_square"), exact, strict=True))
+    system = sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY, WhiteNoise(0.0))
+    found = check(system, known, sharp=0.02)
+    assert abs(found.values["x_mean"]) < 4 * found.errors["x_mean"]
+
+
+def test_power_fed_by_coloured_noise() -> None:
+    """s2 s G(s) at s = 1 / tau, for any memory."""
+    parts = sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5)
+    found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), {"coloured_noise_power": 0.341966}, sharp=0.02)
+    assert found.values["damping_power"] == pytest.approx(0.341966, abs=4 * found.errors["damping_power"])
+    assert found.values["input_power"] == pytest.approx(found.values["coloured_noise_power"], rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [0.05, 0.9])
+def test_springpot_in_series_with_a_spring(order: float) -> None:
+    series, pot = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0)), sp.Springpot(0.9, 0.3)
+    exact = filtered(lambda p: 1.0 + series.modulus(p) + pot.modulus(p), white(1.0), (1.0, 1.4))
+    check(sp.System(SPRING, series, pot, NEARLY_LINEAR, *AWAY, FAINT, WHITE), exact, sharp=0.02)
+
+
+def test_circuit_delivers_what_it_takes() -> None:
+    part = sp.Circuit(0.6, 2.5, 0.45)
+
+    def modulus(p: complex) -> complex:
+        return 1.0 + 0.4 * p + circuit(part)(p)
+
+    exact = filtered(modulus, white(1.0))
+    power = filtered(modulus, lambda w: abs(circuit(part)(1j * w) / part.coupling) ** 2 / (2.0 * math.pi))
+    exact |= {"harvested_power": power["x_mean_square"] / part.resistance}
+    check(sp.System(SPRING, sp.Dashpot(0.4), part, NEARLY_LINEAR, *AWAY, FAINT, WHITE), exact, sharp=0.02)
+
+
+def test_energy_with_lossy_walls_and_memory() -> None:
+    walls = sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, "below")
+    system = sp.System(SPRING, sp.Springpot(0.5, 0.3), NEARLY_LINEAR, *walls, FAINT, WHITE)
+    found = check(system, {"input_power": 0.5}, sharp=0.02)
+    taken = sum(found.values[name] for name in ("damping_power", "barrier_1_power", "barrier_2_power"))
+    assert taken == pytest.approx(0.5, rel=0.03)
+    assert found.values["damping_power"] == pytest.approx(0.1968, rel=0.03)
+
+
+# --- nonlinear dampers, a rigid wall ----------------------------------------------------------------------------------
+
+
+def test_van_der_pol_and_rayleigh_with_a_wall() -> None:
+    parts = sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), WhiteNoise(0.5), sp.Barrier(-0.5)
+    exact = {
+        "x_mean": 0.46633, "x_mean_square": 0.56726, "v_mean_square": 0.80043, "impact_rate": 0.21474,
+        "impact_speed_mean": 1.08581,
+    }  # fmt: skip
+    check(sp.System(SPRING, *parts), exact, paths=10_000)
+
+
+# --- soft contacts ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("contact", "known"),
+    [(sp.Contact(-0.2, 50.0), (0.52414, 0.75815)), (sp.Contact(-0.2, 20.0, 1.0), (0.51677, 0.7574))],
+)
+def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
+    exact = dict(zip(("x_mean", "x_mean_square"), known, strict=True)) | {"v_mean_square": 1.0}
+    check(sp.System(SPRING, sp.Dashpot(0.5), contact, WHITE), exact, sharp=0.02)
+
+
+@pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937476), (0.6, 0.711950)])
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+@pytest.mark.parametrize("side", ["above", "below"])
+def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: float, side: Any) -> None:
+    """chi v (1 + e) = ln[(1 + chi v) / (1 - chi v e)], for any exponent and stiffness."""
+    sign = 1.0 if side == "above" else -1.0
+    system = sp.System(sp.Spring(1e-6), sp.Contact(0.0, 100.0, exponent, chi, side), WhiteNoise(0.0))
+    found = sp.run(
+        system, paths=1, duration=3.0, step=0.05, start="rest", initial_position=0.4 * sign, initial_velocity=-sign
+    )
+    assert math.sqrt(found.values["v_mean_square_end"]) == pytest.approx(known, rel=2e-3)
+
+
+# --- Poisson impulses, a harmonic force, parametric and white noise ---------------------------------------------------
+
+
+def all_at_once(
+    pot: Any, white: float = 1e-14, parametric: float = 1e-14, impulses: float = 1e-14, force: float = 0.0
+) -> sp.System:
+    return sp.System(
+        SPRING, pot, WhiteNoise(white), sp.ParametricNoise(parametric), sp.PoissonImpulses(0.5, 2.0 * impulses),
+        sp.Harmonic(force, 1.2),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "exact"),
+    [
+        (all_at_once(sp.Springpot(0.5, 0.6), white=0.2, force=0.8), (1.67331, 2.40655)),
+        (all_at_once(sp.Springpot(0.5, 0.6), impulses=1.0), (0.98010, 1.39626)),
+        (all_at_once(sp.Dashpot(0.5), white=1.0, parametric=0.2), (1.25, 1.25)),
+    ],
+    ids=["harmonic", "poisson", "parametric"],
+)
+def test_linear_numbers(system: sp.System, exact: tuple[float, float]) -> None:
+    check(system, dict(zip(("x_mean_square", "v_mean_square"), exact, strict=True)), sharp=0.02)
+
+
+def test_the_work_of_all_excitations() -> None:
+    """Parametric and additive white noise, Poisson impulses and a harmonic force act on <x^2> as one equation."""
+    pot = sp.Springpot(0.5, 0.6)
+    alone = filtered(lambda p: 1.0 + pot.modulus(p), white(1.0))
+    answer = 1.0 / abs(1.0 - 1.44 + pot.modulus(1.2j)) ** 2
+    fed = 0.5 * 0.8**2 * answer
+    square = (fed + 0.7 * alone["x_mean_square"]) / (1.0 - 0.1 * alone["x_mean_square"])
+    exact = {
+        "x_mean_square": square,
+        "v_mean_square": 1.44 * fed + (0.7 + 0.1 * square) * alone["v_mean_square"],
+        "input_power": 0.5 * (0.7 + 0.1 * square) + 0.5 * 0.8**2 * answer * pot.modulus(1.2j).imag * 1.2,
+    }
+    check(all_at_once(pot, white=0.2, parametric=0.1, impulses=0.5, force=0.8), exact, sharp=0.02)
+
+
+def test_fourth_moment_of_poisson_impulses() -> None:
+    known = poisson_fourth_moment(1.0, 0.6, 0.5, 2.0)
+    assert known == pytest.approx(3.55971, abs=1e-5)
+    found = sp.run(
+        all_at_once(sp.Dashpot(0.6), impulses=1.0), paths=12_000, duration=60.0, step=0.05, window=(20.0, 60.0),
+        start="rest", observables={"fourth": lambda t, x, v: x * x * x * x},
+    )  # fmt: skip
+    assert_agrees(found, {"fourth": known}, sharp=0.03)
+
+
+# --- the same bits ----------------------------------------------------------------------------------------------------
+
+KINDS = {
+    "thermal": sp.System(SPRING, DUFFING, *WALLS, sp.Springpot(0.4, 0.5), sp.Maxwell(1.0, 2.0), sp.ThermalNoise(0.7)),
+    "coloured": sp.System(SPRING, DUFFING, *WALLS, sp.Circuit(0.5, 2.0, 0.5), sp.ColouredNoise(1.0, 0.5), WHITE),
+    "filtered": sp.System(
+        SPRING, DUFFING, sp.Barrier(-0.5, 0.7), sp.Barrier(1.2, 0.8, "below"), sp.Springpot(0.6, 0.4),
+        sp.FilteredNoise(3.0, 0.4, 1.0), WHITE,
+    ),
+    "dampers": sp.System(
+        SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.1, 0.3)), sp.Barrier(-0.5, 0.8), WhiteNoise(0.5)
+    ),
+    "contact": sp.System(SPRING, sp.Springpot(0.5, 0.4), sp.Contact(-0.2, 50.0, 1.5, 0.2), WHITE),
+    "all": all_at_once(sp.Springpot(0.5, 0.6), white=0.2, parametric=0.1, impulses=0.5, force=0.8),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_bits_do_not_depend_on_threads_or_shards(name: str, tmp_path: Path) -> None:
+    system, paths = KINDS[name], 3 * LANES
+    settings = resolve(system, paths=paths, duration=4.0, step=0.05, threads=1)
+    whole = simulation_of(system, settings, adapt(system, settings, paths=256))
+    if settings.start == "rest":
+        whole = simulation_of(system, settings)
+    rows = whole.advance().rows
+    assert np.isfinite(rows).all()
+    assert np.array_equal(rows, whole.but(threads=2).advance().rows)
+    shards = [whole.but(paths=LANES * size).advance(skipped=LANES * skipped).rows for skipped, size in ((0, 1), (1, 2))]
+    assert np.array_equal(rows, np.concatenate(shards))
+    assert len(np.unique(rows[:, 0])) == paths  # no two paths are alike
+    found = sp.simulate(system, paths=paths, duration=4.0, step=0.05, threads=1)
+    again = sp.simulate(system, paths=paths, duration=4.0, step=0.05, threads=2)
+    assert all(np.array_equal(found[key], again[key], equal_nan=True) for key in found)
+
+
+def scaled(system: sp.System, length: float) -> sp.System:
+    """The same system with x in another unit of length, a power of two; linear and quadratic quantities change."""
+
+    def of(part: Any) -> Any:
+        match part:
+            case WhiteNoise():
+                return WhiteNoise(part.intensity * length**2)
+            case sp.ThermalNoise():
+                return sp.ThermalNoise(part.temperature * length**2)
+            case sp.ColouredNoise():
+                return sp.ColouredNoise(part.variance * length**2, part.correlation_time)
+            case sp.FilteredNoise():
+                return sp.FilteredNoise(part.frequency, part.damping, part.intensity * length**2)
+            case sp.PoissonImpulses():
+                return sp.PoissonImpulses(part.rate, part.mean_square * length**2)
+            case sp.Harmonic():
+                return sp.Harmonic(part.amplitude * length, part.frequency)
+            case sp.PolynomialSpring():
+                return sp.PolynomialSpring(tuple(k / length**n for n, k in enumerate(part.coefficients)))
+            case sp.PolynomialDashpot():
+                return sp.PolynomialDashpot(tuple(c / length**n for n, c in enumerate(part.coefficients)))
+            case sp.VanDerPol():
+                return sp.VanDerPol(part.coefficient / length**2, part.length * length)
+            case sp.Barrier():
+                return sp.Barrier(part.position * length, part.restitution, part.side)
+            case sp.Contact():
+                stiffness = part.stiffness * length ** (1.0 - part.exponent)
+                return sp.Contact(
+                    part.position * length, stiffness, part.exponent, part.dissipation / length, part.side
+                )
+        return part
+
+    return sp.System(**{name: of(part) for name, part in system.named()})
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_another_unit_of_length_changes_no_bit(name: str) -> None:
+    """By 16, whose root is a power of two as well."""
+    options: dict[str, Any] = {
+        "paths": 2 * LANES, "duration": 3.0, "step": 0.05, "start": "rest" if name != "thermal" else "stationary"
+    }  # fmt: skip
+    one, other = (sp.run(system, **options).values for system in (KINDS[name], scaled(KINDS[name], 16.0)))
+    for key, power in (("x_mean", 1), ("x_mean_square", 2), ("v_mean_square", 2), ("input_power", 2)):
+        assert other[key] == one[key] * 16.0**power, key
+
+
+def test_mirrored_walls() -> None:
+    """Walls, contacts and forces on the other side: the same law."""
+    exact = rates_of_walls(boltzmann(1.25, duffing, -0.5, 1.2), ("barrier_2", "barrier_1"))
+    exact["x_mean"] *= -1.0
+    parts = SPRING, sp.PolynomialSpring((0.0, -0.1, 1.0)), sp.Barrier(-1.2), sp.Barrier(0.5, side="below")
+    check(sp.System(*parts, sp.Dashpot(0.4), FAINT, WHITE), exact, paths=12_000)
+
+
+def test_saved_and_loaded(tmp_path: Path) -> None:
+    found = sp.run(KINDS["coloured"], paths=2 * LANES, duration=3.0, step=0.05, threads=1)
+    found.save(tmp_path / "run.json")
+    again = sp.load(tmp_path / "run.json")
+    assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
+    assert again.oscillator == KINDS["coloured"]
+
+
+# --- the memory of a springpot in series with a spring, and what is refused -------------------------------------------
+
+
+@pytest.mark.parametrize("order", [0.05, 0.3, 0.5, 0.8, 0.95, 0.98])
+def test_modes_of_a_series_relax_like_it(order: float) -> None:
+    """The Laplace transform of the kernel, k / (p + p^(1 - order) k / c), at rates within the run."""
+    series = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0))
+    arms = lower(series, "series", Units(1.0, 1.0, 1.0), 0.01).arms
+    assert len(arms) < 60
+    for p in (0.01, 0.1, 1.0, 2.5, 10.0):
+        found = sum(p * arm.strength / (p + arm.rate) for arm in arms)
+        assert found == pytest.approx(series.modulus(p), rel=2e-3 if order < 0.5 else 3e-4)
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ((sp.Contact(-1.0, 50.0), sp.Barrier(1.0, side="below")), "rigid walls and soft contacts"),
+        ((sp.Contact(-1.0, 50.0), sp.Contact(-2.0, 50.0)), "two soft contacts"),
+        ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
+        (tuple(sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 6)), "memory modes"),
+        (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(9)), "forces"),
+    ],
+)
+def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        sp.run(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
+
+
+@pytest.mark.parametrize(
+    ("parts", "theta"),
+    [
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), 1.0),
+        ((sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), 1.0),
+        ((sp.PolynomialSpring((0.0, 0.0, 1e-6)), sp.Barrier(0.1)), 1.0),
+        ((SPRING, sp.Contact(0.5, 300.0)), 1.0),
+        ((sp.Constant(-9.81), sp.Contact(0.0, 300.0)), 1.0),
+        ((sp.Constant(1.0), sp.PolynomialSpring((0.0, 0.0, 0.0, 0.0, 1.0)), sp.Barrier(-0.7)), 1.0),
+        ((sp.PolynomialSpring((0.0, 0.0, 1e24)), sp.Barrier(-1e-13), sp.Barrier(1e-12, side="below")), 1e-20),
+    ],
+    ids=["cubic", "box", "cubic-wall", "preloaded", "weight-on-contact", "sixth", "tiny"],
+)
+def test_temperature_of_any_potential(parts: tuple[Any, ...], theta: float) -> None:
+    law = system_scales(sp.System(*parts, sp.Dashpot(0.5), WhiteNoise(theta))).law
+    assert law.temperature == pytest.approx(theta, rel=1e-6)
+    assert law.variance > 0.0
