@@ -28,6 +28,7 @@ from springpot.faults import meant
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
+from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
 from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words, per_cent
 from springpot.simulation.decision import Known, Move, Standing, decide
@@ -40,7 +41,6 @@ from springpot.simulation.levels import (
     first_targets,
     level_settings,
     levels_of,
-    with_crowded_impacts,
 )
 from springpot.simulation.settings import Settings, check_stationary, checked_seed, checked_threads, resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
@@ -372,7 +372,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
     """What takes the time."""
     simulation, move = outcome.simulation, outcome.move
     if halved or move.kind == "halve":
-        slow = with_crowded_impacts(simulation.problem) and move.worst.startswith("impact")
+        slow = are_crowded(simulation.problem) and move.worst.startswith("impact")
         what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
         return f"{what} a step below {simulation.settings.step:.2g} s"
     return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"

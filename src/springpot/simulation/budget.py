@@ -99,11 +99,11 @@ def combine(levels: Levels) -> Estimates:
     restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
     slow = _slow_shares(problem, settings.window[0], values)
     start = simulation.errors_of_the_start(values)
-    for name in controlled_names(problem, samples):
+    for name in controlled_names(problem, values):
         many, difference = samples[name].many, samples[name].difference
         size, its_error = abs(float(difference.mean())), standard_error(difference)
         weight = _bias_weight(problem, name)
-        other = RESTORED * abs(restored * values[name]) if name.startswith("impact") else 0.0
+        other = RESTORED * abs(restored * values[name]) if "impact" in name else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
             step_bias=weight * size + max(weight, 1.0) * its_error + other,
@@ -181,10 +181,13 @@ def _bias_weight(problem: Oscillator | System, name: str) -> float:
 
 
 def _system_bias_weight(system: System, name: str) -> float:
-    """As for an oscillator; slow impacts are not added, so the order of an impact rate is that of the lossiest wall."""
-    lossy = [wall.restitution for wall in system.of(Barrier) if wall.restitution < 1.0]
+    """As for an oscillator; where slow impacts are not added, the order is that of the lossiest wall's impact rate."""
+    walls = system.of(Barrier)
+    lossy = [wall.restitution for wall in walls if wall.restitution < 1.0]
     if lossy and "impact" in name:
-        return float(1.0 / (2.0 ** min(1.0, slow_impact_order(min(lossy))) - 1.0))
+        added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
+        order = slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0)
+        return float(1.0 / (2.0 ** min(1.0, order) - 1.0))
     return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
 
 

@@ -12,7 +12,7 @@ from springpot.options import DEFAULTS
 from springpot.oscillator import Oscillator
 from springpot.parts import ThermalNoise
 from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.completed_rate import are_crowded, counts_of_fast_impacts, with_completed_rate
+from springpot.simulation.completed_rate import are_crowded, at_walls, counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.compose import Floats
 from springpot.simulation.forgetting import oscillators_alike, shares_missing
 from springpot.simulation.lanes import LANES
@@ -25,7 +25,6 @@ from springpot.theory import exact
 
 __all__ = [
     "Level", "Levels", "first_step", "first_targets", "forgetting_time_of", "level_settings", "levels_of",
-    "with_crowded_impacts",
 ]  # fmt: skip
 
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
@@ -71,7 +70,7 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
-        crowded = with_crowded_impacts(self.simulation.problem)
+        crowded = are_crowded(self.simulation.problem)
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
@@ -114,11 +113,6 @@ class Levels:
             self.pair_coarse.extended(pairs, progress),
             self.pair_fine.extended(pairs, progress),
         )
-
-
-def with_crowded_impacts(problem: Oscillator | System) -> bool:
-    """Whether slow impacts are frequent, and what the step misses of them is added: with an oscillator's wall only."""
-    return isinstance(problem, Oscillator) and are_crowded(problem)
 
 
 def levels_of(problem: Oscillator | System, settings: Settings, adapted: Adapted) -> Levels:
@@ -170,7 +164,8 @@ def first_step(problem: Oscillator | System, rtol: float) -> float:
     scales = scales_of_problem(problem)
     longest = COARSEST_STEP / scales.fastest_rate
     if isinstance(problem, System):
-        return longest
+        walls = at_walls(problem)
+        return longest if walls is None else min(longest, 4.0 * extrapolation_step(walls))
     if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(problem):
         longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
     return min(longest, 4.0 * extrapolation_step(problem))

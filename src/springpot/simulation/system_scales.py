@@ -41,8 +41,8 @@ from springpot.simulation.scales import Scales, scales_of
 from springpot.system import System
 
 __all__ = [
-    "BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "is_symmetric", "scales_of_problem", "system_scales",
-    "typical_frequency",
+    "BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "is_symmetric", "oscillator_at_walls",
+    "scales_of_problem", "system_scales", "typical_frequency",
 ]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
@@ -390,6 +390,30 @@ def scales_of_problem(problem: Oscillator | System) -> Scales:
 def typical_frequency(problem: Oscillator | System) -> float:
     """Omega of an oscillator; that of the linear spring with the guessed variance of x of a system."""
     return problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
+
+
+def oscillator_at_walls(system: System) -> Oscillator | None:
+    """An oscillator with the walls of a system: their restitution, the white noise, and what presses the mass on them.
+
+    Near a wall only these matter for slow impacts.  None if the rigid walls differ in restitution or there is none.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
+    >>> oscillator_at_walls(system).barrier
+    Barrier(position=0.5, restitution=0.8, side='above')
+    """
+    unit = system.per_unit_mass
+    walls = unit.of(Barrier)
+    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    if len({wall.restitution for wall in walls}) != 1 or unit.of(Contact) or not intensity > 0.0:
+        return None
+    frequency = system_scales(system).law.frequency
+    directions = {"above": 1.0, "below": -1.0}
+    pressed = max(directions[wall.side] * float(unit.potential.force(wall.position)) for wall in walls)
+    barrier = Barrier(pressed / frequency**2, walls[0].restitution)
+    return Oscillator(frequency, barrier=barrier, excitation=WhiteNoise(intensity))
 
 
 def is_symmetric(system: System) -> bool:
