@@ -1,0 +1,90 @@
+"""``rtol`` for systems: against exact numbers, and what cannot be promised is refused or said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
+
+COLOURED = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5))
+SLOT = sp.System(
+    sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.1, 1.0)), sp.Dashpot(0.4), sp.Barrier(-0.5),
+    sp.Barrier(1.2, 1.0, "below"), sp.WhiteNoise(1.0),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "quantities", "theory"),
+    [
+        (SLOT, ("x_mean_square", "v_mean_square", "impact_rate", "barrier_2_impact_rate"), sp.theory.exact),
+        (COLOURED, ("x_mean_square", "v_mean_square"), sp.theory.linear),
+    ],
+)
+def test_stated_errors_hold_against_theory(system: sp.System, quantities: tuple[str, ...], theory) -> None:
+    run = sp.run(system, rtol=0.02, quantities=quantities)
+    exact = theory(system)
+    known = {**vars(exact.moments), "barrier_2_impact_rate": (*exact.barrier_impact_rate, 0.0, 0.0)[1]}
+    assert run.diagnostics["reached"]
+    for name in quantities:
+        total = run.budgets[name].total
+        assert total <= 0.02 * run.values[name]
+        assert abs(run.values[name] - known[name]) < total
+
+
+def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
+    """Slow impacts behind a lossy wall are added: the rate agrees with the Fokker-Planck equation's."""
+    oscillator = sp.Oscillator(1.0, sp.Springpot(1.0, 0.3), sp.Barrier(-0.2, 0.5), sp.WhiteNoise(1.0))
+    nearly = sp.System(
+        sp.Spring(1.0), sp.Dashpot(0.3), oscillator.barrier, sp.Barrier(100.0, 0.5, "below"), sp.WhiteNoise(1.0)
+    )
+    run = sp.run(nearly, rtol=0.03, quantities=("impact_rate",))
+    exact = sp.theory.fokker_planck(oscillator).impact_rate
+    assert abs(run.values["impact_rate"] - exact) < run.budgets["impact_rate"].total < 0.03 * exact
+    assert run.values["barrier_2_impact_rate"] == 0.0
+
+
+@pytest.mark.parametrize(
+    "excitation", [sp.ColouredNoise(1.0, 0.3), sp.FilteredNoise(3.0, 0.4, 1.0), sp.PoissonImpulses(2.0, 0.5)]
+)
+def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitation: object) -> None:
+    """Impulses of half steps are summed in pairs: at a short step the two paths are nearly the same."""
+    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), excitation)
+    settings = resolve(system, paths=64, duration=4.0, step=0.02, window=(0.0, 4.0), start="rest")
+    fine = simulation_of(system, replace(settings, step=0.01)).advance(stream=3).rows[:, 0] / 400
+    coarse = simulation_of(system, settings, halved=True).advance(stream=3, halved=True).rows[:, 0] / 200
+    other = simulation_of(system, settings).advance(stream=3).rows[:, 0] / 200
+    assert np.abs(fine - coarse).max() < 0.02 * np.abs(fine).max()
+    assert np.abs(fine - other).max() > 0.2 * np.abs(fine).max()
+
+
+@pytest.mark.parametrize(
+    ("system", "quantity"),
+    [
+        (COLOURED, "x_mean"),  # 0 by symmetry
+        (COLOURED, "impact_rate"),
+        (sp.System(*COLOURED.parts, sp.Barrier(0.0, 0.8)), "impact_rate"),  # infinite
+        (SLOT, "harvested_power"),
+        (SLOT, "damping_force_mean"),
+    ],
+)
+def test_a_quantity_that_cannot_be_promised_is_refused(system: sp.System, quantity: str) -> None:
+    with pytest.raises(ValueError, match=f"quantities must be among .*v_mean_square.*, not {quantity}"):
+        sp.run(system, rtol=0.1, quantities=(quantity,))
+
+
+def test_without_a_linear_spring_the_default_is_the_mean_square_velocity() -> None:
+    well = sp.System(sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(0.5))
+    run = sp.run(well, rtol=0.05)
+    assert abs(run.values["v_mean_square"] - 0.5) < run.budgets["v_mean_square"].total < 0.025
+    assert "amplitude_mean_square" not in run.values
+
+
+def test_a_record_has_no_stationary_state() -> None:
+    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.Recorded((0.0, 1.0), (0.0, 1.0)))
+    with pytest.raises(ValueError, match="a record has a beginning and an end"):
+        sp.run(shaken, rtol=0.1)
