@@ -19,7 +19,7 @@ import springpot as sp
 
 oscillator = sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
 rigid = sp.theory.exact(sp.System(*oscillator, sp.Barrier(0.0)))
-stiffness = np.geomspace(10.0, 1e7, 25)
+stiffness = np.geomspace(10.0, 1e7, 13)
 MEASURED = np.array([10.0, 100.0, 1e3, 1e4])
 
 fig, (left, middle, right) = plt.subplots(1, 3, figsize=(11.4, 3.8), layout="constrained")
@@ -33,7 +33,7 @@ for exponent, name, color, line in ((1.5, "Hertz", "#D55E00", "-"), (1.0, "linea
     share = [integrate.quad(each.x_density, -d, 0.0)[0] for each, d in zip(soft, deepest, strict=True)]
     middle.loglog(stiffness, np.multiply(100.0, share), color=color, ls=line, label=name)
     runs = [
-        sp.run(sp.System(*oscillator, sp.Contact(0.0, k, exponent)), paths=2000, duration=60.0, window=(20.0, 60.0))
+        sp.run(sp.System(*oscillator, sp.Contact(0.0, k, exponent)), paths=6000, duration=60.0, window=(20.0, 60.0))
         for k in MEASURED
     ]
     mean, error = np.array([(run.values["x_mean"], run.errors["x_mean"]) for run in runs]).T / rigid.x_mean

@@ -34,7 +34,7 @@ names = {
     "x_mean_square": r"$\langle x^2\rangle$", "v_mean_square": r"$\langle v^2\rangle$", "impact_rate": "impact rate"
 }  # fmt: skip
 for place, (order, color, marker) in enumerate(LOOK):
-    run = sp.run(tested(order), paths=4000, duration=40.0, step=0.03, window=(0.0, 40.0), seed=place + 1,
+    run = sp.run(tested(order), paths=8000, duration=40.0, step=0.03, window=(0.0, 40.0), seed=place + 1,
                  distributions=True)  # fmt: skip
     look = {"color": sp.figures.COLOURS[color], "marker": marker}
     edges, density, error = run.distributions["x"].density(bins=40)
