@@ -239,3 +239,60 @@ def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: fl
         system, paths=1, duration=3.0, step=0.05, start="rest", initial_position=0.4 * sign, initial_velocity=-sign
     )
     assert math.sqrt(found.values["v_mean_square_end"]) == pytest.approx(known, rel=2e-3)
+
+
+# --- the energy balance of any combination ----------------------------------------------------------------------------
+
+PARTS: dict[str, tuple[Any, ...]] = {
+    "cubic": (sp.PolynomialSpring((0.0, 0.2, 0.6)),),
+    "dashpot": (sp.Dashpot(0.3),),
+    "powers": (sp.PolynomialDashpot((0.1, 0.2, 0.1)),),
+    "van_der_pol": (sp.VanDerPol(0.2, 0.8),),
+    "springpot": (sp.Springpot(0.4, 0.5),),
+    "maxwell": (sp.Maxwell(0.8, 1.0),),
+    "series": (sp.Series(sp.Springpot(0.6, 0.7), sp.Spring(1.5)),),
+    "circuit": (sp.Circuit(0.6, 2.0, 0.5),),
+    "wall": (sp.Barrier(-0.4, 0.8),),
+    "walls": (sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.7, "below")),
+    "contact": (sp.Contact(-0.3, 80.0, 1.5, 0.3),),
+    "contacts": (sp.Contact(-0.3, 80.0, 1.0, 0.1), sp.Contact(0.8, 30.0, 2.0, 0.2, "below")),
+    "coloured": (sp.ColouredNoise(0.3, 0.5),),
+    "filtered": (sp.FilteredNoise(3.0, 0.4, 0.3, "mass"),),
+    "harmonic": (sp.Harmonic(0.5, 1.3),),
+    "poisson": (sp.PoissonImpulses(0.8, 0.5),),
+    "parametric": (sp.ParametricNoise(0.05),),
+    "constant": (sp.Constant(-0.3),),
+}
+
+
+def combinations() -> list[tuple[str, ...]]:
+    """Each part alone, and 40 of two to four parts."""
+    dice = np.random.default_rng(7)
+    found: list[tuple[str, ...]] = [(name,) for name in PARTS]
+    while len(found) < len(PARTS) + 40:
+        names = tuple(sorted(dice.choice(list(PARTS), size=int(dice.integers(2, 5)), replace=False)))
+        stops = sum(name in ("wall", "walls", "contact", "contacts") for name in names)
+        if stops <= 1 and names not in found:
+            found.append(names)
+    return found
+
+
+@pytest.mark.parametrize("names", combinations(), ids="-".join)
+def test_energy_balance(names: tuple[str, ...]) -> None:
+    """Where it is an identity, the powers add up to rounding; the step's share of it is in the springs' potential."""
+    parts = [part for name in names for part in PARTS[name]]
+    system = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.2), *parts, sp.WhiteNoise(0.6))
+    for step in (0.08, 0.02):
+        found = sp.run(system, paths=3000, duration=50.0, step=step, window=(20.0, 50.0), start="rest", seed=23)
+        values, errors = found.values, found.errors
+        assert abs(values["energy_residual"]) < 4 * errors["energy_residual"], f"step {step}: {values}"
+        assert errors["energy_residual"] < 0.02
+        if "input_power" not in values:  # it is an oscillator
+            continue
+        known = 0.3 + (0.2 if "poisson" in names else 0.0)
+        known += 0.025 * values["x_mean_square"] if "parametric" in names else 0.0
+        fed = sum(values.get(f"{name}_power", 0.0) for name in ("coloured_noise", "filtered_noise", "harmonic"))
+        assert values["input_power"] == pytest.approx(known + fed, rel=0.03 if step < 0.05 else 0.06)
+        taken = sum(value for name, value in values.items() if name.endswith("_power")) - values["input_power"] - fed
+        taken -= values.get("harvested_power", 0.0)
+        assert taken == pytest.approx(values["input_power"], rel=0.03)
