@@ -15,12 +15,13 @@ from benchmarks.kernels import one_core
 from benchmarks.measure import Row, machine
 from benchmarks.report import draw, page, read, text, write
 from benchmarks.studies import studies
+from benchmarks.systems import systems
 from benchmarks.white_noise import white_noise_wall
 from benchmarks.whole_runs import asked_error, cost_of_length, start_up, theory
 
 _HERE = Path(__file__).parent
 _SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
-    one_core, paper_by_history, white_noise_wall, free_response, asked_error, cost_of_length, start_up, theory,
+    one_core, systems, paper_by_history, white_noise_wall, free_response, asked_error, cost_of_length, start_up, theory,
     studies,
 )  # fmt: skip
 

@@ -178,8 +178,8 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
 
     def run(count: int = steps) -> None:
         block(
-            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.drive, kernel.start, parts.stiffness,
-            0, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
+            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
+            parts.stiffness, 0, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
         )  # fmt: skip
 
     run(GROUP)

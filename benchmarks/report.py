@@ -23,6 +23,10 @@ ABOUT = {
         "Each part is timed alone. The rest of the whole is the cost of walls and sums, and of running the parts "
         "together."
     ),
+    "systems": (
+        "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
+        "8 to 10 s, and kept on disk; its numbers may change without a compilation."
+    ),
     "plain kernel": (
         "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "
         "step at a time, Euler step, mirrored at the end of a step in which it crosses the wall), with 32 modes and "

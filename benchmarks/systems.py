@@ -1,0 +1,62 @@
+"""What the parts of a system cost: time per path-step against the oscillator with the same springpot and wall."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from benchmarks.measure import Row
+from springpot import (
+    Barrier,
+    ColouredNoise,
+    Contact,
+    Oscillator,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    System,
+    ThermalNoise,
+    WhiteNoise,
+)
+from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import Simulation, simulation_of
+
+__all__ = ["systems"]
+
+_BASE = (Spring(1.0), Springpot(0.5, 0.5))
+_LOW, _HIGH, _WHITE = Barrier(-0.5, 0.9), Barrier(1.5, 0.9, "below"), WhiteNoise(1.0)
+_CUBIC, _COLOURED = PolynomialSpring((0.0, 0.0, 0.2)), ColouredNoise(1.0, 0.5)
+_PROBLEMS: dict[str, Oscillator | System] = {
+    "oscillator with a wall": Oscillator(1.0, Springpot(0.5, 0.5), _LOW, _WHITE),
+    "and a cubic spring": System(*_BASE, _LOW, _WHITE, _CUBIC),
+    "and a second wall": System(*_BASE, _LOW, _HIGH, _WHITE),
+    "and coloured noise": System(*_BASE, _LOW, _WHITE, _COLOURED),
+    "and all three": System(*_BASE, _LOW, _HIGH, _WHITE, _CUBIC, _COLOURED),
+    "a Hertz contact, k = 1e6, instead of the wall": System(*_BASE, Contact(-0.5, 1e6), _WHITE),
+    "thermal noise instead of white, elastic wall": System(*_BASE, Barrier(-0.5), ThermalNoise(1.0)),
+}
+
+
+def systems(quick: bool) -> list[Row]:
+    """Rows of the section on systems; the cases are run by turns, and each has its least time."""
+    section = "systems of parts"
+    steps, turns = (200, 1) if quick else (10_000, 5)
+    prepared, first = dict[str, Simulation](), {}
+    for name, problem in _PROBLEMS.items():
+        begun = time.perf_counter()
+        settings = resolve(problem, paths=256, duration=0.01 * steps, step=0.01, threads=1, start="rest")
+        prepared[name] = simulation_of(problem, replace(settings, initial_position=0.0))
+        prepared[name].but(duration=0.1, window=(0.0, 0.1)).advance()
+        first[name] = time.perf_counter() - begun
+    least = dict.fromkeys(prepared, float("inf"))
+    for _ in range(turns):
+        for name, simulation in prepared.items():
+            begun = time.process_time()
+            simulation.advance()
+            least[name] = min(least[name], time.process_time() - begun)
+    base, *_ = least.values()
+    return [
+        Row(section, name, 1e9 * taken / (256 * steps), "ns per path-step", taken / base, "the oscillator",
+            f"{first[name]:.1f} s before the first path, from the cache or compiled")
+        for name, taken in least.items()
+    ]  # fmt: skip
