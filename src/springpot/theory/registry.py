@@ -84,6 +84,7 @@ MAPPED: tuple[str, ...] = tuple(method.name for method in _LISTED if method.mapp
 """Names of the methods that are on the validity map."""
 
 _FOR_SYSTEMS = (
+    Method("envelope", "envelope", "envelope.method.envelope", "vermilion"),
     Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0)),
     Method("linear", "linear", "systems.linear.linear", "black", (4.0, 2.0), exact=True),
     Method("exact", "exact", "systems.energy.exact_law", "black", exact=True),

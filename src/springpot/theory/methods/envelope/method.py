@@ -31,12 +31,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.oscillator import Oscillator
+from springpot.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -44,6 +46,8 @@ from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
+from springpot.theory.methods.systems.envelope import envelope_of_system
+from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, canonical, checked, endless
@@ -319,25 +323,31 @@ class _Law:
         return Tabulated.make(self.impacts.speeds, self.impacts.density)
 
 
-def envelope(oscillator: Oscillator) -> Envelope:
+@overload
+def envelope(oscillator: Oscillator) -> Envelope: ...
+@overload
+def envelope(oscillator: System) -> Envelope | SystemResult: ...
+def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
     """Solve the oscillator by diffusion of the energy in a mean field.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
         Any order, wall, restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders
-        between 0 and 1.
+        between 0 and 1.  Of a system with other parts see
+        `springpot.theory.methods.systems.envelope.envelope_of_system`.
 
     Returns
     -------
-    Envelope
+    Envelope or SystemResult
+        The former of an oscillator, and of a system that is one.
 
     Raises
     ------
     NotCovered
         If the preload is deeper, the springpot stronger, or cycles of different size cross.
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If ``oscillator`` is neither.
 
     Examples
     --------
@@ -346,6 +356,12 @@ def envelope(oscillator: Oscillator) -> Envelope:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
+    if isinstance(oscillator, System):
+        try:
+            same = oscillator.canonical()
+        except NotCovered:
+            return envelope_of_system(oscillator)
+        return envelope(same)
     oscillator = checked(oscillator)
     problem, units = canonical(oscillator, order_0_is_spring=True)
     without = endless(oscillator) or _endless_in_floating_point(oscillator)

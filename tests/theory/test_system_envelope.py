@@ -1,0 +1,232 @@
+"""The energy envelope of systems: against exact laws, against Monte Carlo, and against the Oscillator's envelope."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+import springpot as sp
+from springpot.theory import NotCovered, envelope, exact, linear, solve_all
+from springpot.theory.methods.systems.envelope import envelope_of_system
+from tests.sizes import validation
+
+WHITE, SPRING = sp.WhiteNoise(1.0), sp.Spring(1.0)
+MOMENTS = "x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square"
+
+
+def cubic(k3: float, k2: float = 0.0) -> sp.PolynomialSpring:
+    return sp.PolynomialSpring((0.0, k2, k3))
+
+
+def upper(position: float, restitution: float = 1.0) -> sp.Barrier:
+    return sp.Barrier(position, restitution, side="below")
+
+
+# --- exact limits --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parts", "error"),
+    [
+        ((SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), upper(1.2)), 1e-8),
+        ((sp.Constant(-2.0), sp.Dashpot(0.5), WHITE, sp.Barrier(0.0)), 1e-8),  # a weight on a floor
+        ((SPRING, sp.Dashpot(0.1), WHITE, sp.Barrier(30.0)), 1e-8),  # pressed against a wall
+        ((sp.Dashpot(0.3), WHITE, sp.Barrier(-1.0), upper(2.0)), 1e-8),  # no spring at all
+        ((sp.Constant(9.0), sp.Dashpot(0.3), WHITE, sp.Barrier(0.0), upper(1.0)), 1e-6),  # pushed to one of two walls
+        ((cubic(1.0), sp.Dashpot(3.0), WHITE), 1e-4),  # the slowest cycles have no frequency
+        ((SPRING, cubic(0.3), sp.Dashpot(0.4), WHITE, sp.Contact(-0.2, 50.0)), 1e-6),
+        ((SPRING, sp.Dashpot(2.4), WHITE, sp.Contact(-0.2, 5e4), sp.Contact(0.5, 1e3, 1.0, side="below")), 1e-5),
+        ((SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise(1e-4)), 1e-8),
+        ((SPRING, cubic(1.0), sp.Dashpot(0.2), sp.PoissonImpulses(100.0, 0.01)), 1e-8),
+    ],
+)
+def test_dashpots_with_white_noise_are_exact(parts, error: float) -> None:
+    found = envelope_of_system(sp.System(*parts))
+    white = [WHITE if isinstance(part, sp.PoissonImpulses) else part for part in parts]
+    true = exact(sp.System(*white))
+    for name in MOMENTS:
+        wanted = getattr(true, name)
+        assert getattr(found, name) == pytest.approx(wanted, rel=error, abs=1e-8, nan_ok=True), name
+    assert found.barrier_impact_rate == pytest.approx(true.barrier_impact_rate, rel=error)
+    assert found.barrier_impact_speed_mean == pytest.approx(true.barrier_impact_speed_mean, rel=error, nan_ok=True)
+
+
+def test_noise_that_multiplies_x() -> None:
+    """With a dashpot <x^2> = q / (2 c - q2), to the edge of what exists."""
+    for q2 in (0.1, 0.8):
+        parts = SPRING, sp.Dashpot(0.5), WHITE, sp.ParametricNoise(q2)
+        found = envelope_of_system(sp.System(*parts))
+        assert found.x_mean_square == pytest.approx(1.0 / (1.0 - q2), rel=1e-6)
+    too_much = sp.System(SPRING, sp.Dashpot(0.5), WHITE, sp.ParametricNoise(1.1))
+    assert "multiplies x feeds more" in str(envelope_of_system(too_much).stationary)
+
+
+@pytest.mark.parametrize(
+    ("parts", "error"),
+    [
+        ((sp.Springpot(0.3, 0.01), WHITE), 2e-5),
+        ((sp.Springpot(0.8, 0.01), WHITE), 1e-4),
+        ((sp.Series(sp.Springpot(0.4, 0.02), sp.Spring(1.0)), WHITE, sp.Constant(2.0)), 1e-4),
+        ((sp.Maxwell(0.01, 0.02), sp.Springpot(0.6, 0.005), sp.FilteredNoise(3.0, 0.4, 1.0)), 0.005),
+        ((sp.Circuit(0.1, 2.0, 0.5), sp.ColouredNoise(1.0, 0.2)), 0.01),
+        # damping that is not light: the action of the memory makes the first order in C exact
+        ((sp.Springpot(0.5, 0.3), WHITE), 0.01),
+        ((sp.Springpot(0.5, 0.3), sp.WhiteNoise(0.5), sp.ParametricNoise(0.1)), 0.01),
+    ],
+)
+def test_linear_systems_with_memory(parts, error: float) -> None:
+    system = sp.System(SPRING, *parts)
+    found, true = envelope_of_system(system), linear(system)
+    for name in ("x_mean", "x_mean_square", "v_mean_square"):
+        assert getattr(found, name) == pytest.approx(getattr(true, name), rel=error, abs=1e-9), name
+    if not math.isnan(true.harvested_power):
+        assert found.harvested_power == pytest.approx(true.harvested_power, rel=2.0 * error)
+
+
+# --- Monte Carlo ---------------------------------------------------------------------------------------------------
+
+MEASURED = [  # parts, then simulated numbers with their standard errors, and the error of the method
+    ((cubic(1.0), sp.Springpot(0.6, 0.3), WHITE), {"x_mean_square": (0.8291, 0.0027), "v_mean_square": (2.685, 0.014)},
+     0.01),
+    ((cubic(0.2), sp.Springpot(0.5, 0.5), WHITE), {"x_mean_square": (0.9316, 0.0028), "v_mean_square": (1.757, 0.007)},
+     0.01),
+    ((cubic(0.5), sp.Springpot(0.5, 0.2), WHITE, sp.Barrier(0.0, 0.95)),
+     {"x_mean": (1.0201, 0.0022), "x_mean_square": (1.518, 0.006), "v_mean_square": (4.335, 0.028),
+      "impact_rate": (0.4630, 0.0006)}, 0.01),
+    ((sp.Springpot(0.5, 0.3), WHITE, sp.Barrier(-1.0, 0.9), upper(0.7, 0.8)),
+     {"x_mean_square": (0.2480, 0.0003), "v_mean_square": (1.849, 0.007), "barrier_1": (0.2640, 0.0009),
+      "barrier_2": (0.3091, 0.0008)}, 0.015),
+    ((sp.Springpot(0.5, 0.3), WHITE, sp.Barrier(-1.0), upper(0.7)),
+     {"x_mean_square": (0.2550, 0.0002), "v_mean_square": (6.77, 0.09), "barrier_1": (0.545, 0.004)}, 0.015),
+    ((cubic(0.5), sp.Springpot(0.5, 0.2), sp.ColouredNoise(1.0, 0.3)),
+     {"x_mean_square": (0.949, 0.004), "v_mean_square": (2.140, 0.015)}, 0.03),
+    ((sp.Springpot(0.5, 0.4), WHITE, sp.Barrier(-0.2, 0.7)),
+     {"x_mean": (0.778, 0.003), "x_mean_square": (1.138, 0.004), "v_mean_square": (1.449, 0.004),
+      "impact_rate": (0.2934, 0.0005)}, 0.05),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "measured", "error"), MEASURED)
+def test_against_monte_carlo(parts, measured, error: float) -> None:
+    found = envelope_of_system(sp.System(SPRING, *parts))
+    for name, (value, standard_error) in measured.items():
+        wall = name.startswith("barrier")
+        ours = found.barrier_impact_rate[int(name[-1]) - 1] if wall else getattr(found, name)
+        assert abs(ours - value) < error * value + 3.0 * standard_error, name
+
+
+# --- the Oscillator's envelope -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("order", "coefficient", "wall", "error"),
+    [
+        (0.5, 0.02, sp.Barrier(-1.0, 0.98), 0.003),
+        (0.5, 0.05, None, 0.001),
+        (0.97, 0.2, sp.Barrier(0.0), 0.003),
+        (0.5, 0.2, sp.Barrier(-1.0, 0.9), 0.025),
+        validation(0.3, 0.3, sp.Barrier(0.0, 0.9), 0.04),
+        validation(0.8, 0.3, sp.Barrier(0.5), 0.02),
+    ],
+)
+def test_of_an_oscillator_it_is_near_the_oscillators(order: float, coefficient: float, wall, error: float) -> None:
+    asked = sp.Oscillator(1.3, sp.Springpot(order, coefficient), wall, sp.WhiteNoise(0.7))
+    ours, theirs = envelope_of_system(sp.System.of_oscillator(asked)), envelope(asked)
+    for name in MOMENTS:
+        assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=error, abs=1e-9, nan_ok=True), name
+    assert envelope(sp.System.of_oscillator(asked)).v_mean_square == theirs.v_mean_square  # which keeps its own method
+
+
+# --- symmetries and units ------------------------------------------------------------------------------------------
+
+
+def test_a_mirror_image() -> None:
+    memory = sp.Springpot(0.5, 0.2), WHITE
+    walls = sp.Barrier(-1.0, 0.9), sp.Contact(0.7, 9.0, side="below")
+    mirrored = upper(1.0, 0.9), sp.Contact(-0.7, 9.0)
+    one = envelope_of_system(sp.System(SPRING, cubic(1.0, 0.5), *memory, sp.Constant(0.3), *walls))
+    other = envelope_of_system(sp.System(SPRING, cubic(1.0, -0.5), *memory, sp.Constant(-0.3), *mirrored))
+    assert one.x_mean == pytest.approx(-other.x_mean, rel=1e-8)
+    for name in MOMENTS[1:]:
+        assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-8), name
+    assert one.barrier_impact_rate == pytest.approx(other.barrier_impact_rate, rel=1e-8)
+
+
+def test_other_units_of_length_and_time_and_a_mass() -> None:
+    """x -> L x, t -> T t, and everything times m."""
+    length, time, mass, a = 1e-3, 0.02, 0.2, 0.5
+    plain = sp.System(
+        SPRING, cubic(1.0, 0.5), sp.Springpot(a, 0.2), sp.VanDerPol(0.05), WHITE, sp.Circuit(0.3, 2.0, 0.5),
+        sp.Barrier(-1.0, 0.9),
+    )  # fmt: skip
+    rate, theta = mass / time**2, 1e-2
+    capacitance = theta**2 / (0.3**2 / 0.5 * rate)
+    same = sp.System(
+        sp.Mass(mass), sp.Spring(rate), sp.PolynomialSpring((0.0, 0.5 * rate / length, rate / length**2)),
+        sp.Springpot(a, 0.2 * mass * time ** (a - 2.0)), sp.VanDerPol(0.05 * mass / time / length**2, length),
+        sp.WhiteNoise(mass**2 * length**2 / time**3), sp.Circuit(theta, time / capacitance, capacitance),
+        sp.Barrier(-length, 0.9),
+    )  # fmt: skip
+    one, other = envelope_of_system(plain), envelope_of_system(same)
+    speed = length / time
+    units = dict(zip(MOMENTS, (length, length**2, speed**2, 1.0 / time, speed, speed**2), strict=True))
+    units["amplitude_mean_square"], units["harvested_power"] = length**2, mass * speed**2 / time
+    for name, unit in units.items():
+        assert getattr(other, name) == pytest.approx(getattr(one, name) * unit, rel=1e-6), name
+
+
+# --- what it does not cover ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parts", "sentence"),
+    [
+        ((sp.Spring(-1.0), cubic(1.0)), "not two wells"),
+        ((sp.Spring(-1.0), sp.Barrier(-1.0), upper(2.0)), "not two wells"),
+        ((SPRING, sp.Harmonic(1.0, 1.0)), "not harmonic"),
+        ((SPRING, sp.Contact(0.0, 5.0, dissipation=0.1)), "not the dissipation of contact"),
+        ((sp.Springpot(0.5, 0.1), sp.Barrier(-1.0), upper(1.0)), "needs a spring or a force"),
+        ((SPRING, sp.Springpot(0.3, 3.0), sp.Barrier(-1.5), upper(2.0)), "the memory is too strong"),
+    ],
+)
+def test_what_it_does_not_cover(parts, sentence: str) -> None:
+    with pytest.raises(NotCovered, match=sentence):
+        envelope(sp.System(WHITE, sp.Dashpot(0.1), *parts))
+
+
+@pytest.mark.parametrize(
+    ("parts", "sentence"),
+    [
+        ((SPRING, cubic(1.0), WHITE), "nothing dissipates energy"),
+        ((SPRING, cubic(1.0), sp.Dashpot(1.0)), "nothing excites the motion"),
+        ((SPRING, cubic(1.0), sp.Dashpot(1.0), sp.ParametricNoise(0.1)), "nothing excites the motion"),
+        ((sp.Dashpot(1.0), WHITE, sp.Barrier(0.0)), "no spring or wall holds"),
+    ],
+)
+def test_what_has_no_stationary_state_says_why(parts, sentence: str) -> None:
+    assert sentence in str(envelope_of_system(sp.System(*parts)).stationary)
+
+
+def test_warnings() -> None:
+    strong = sp.System(SPRING, cubic(0.1), sp.Springpot(0.5, 2.0), WHITE)
+    assert any("not light" in warning for warning in envelope(strong).warnings)
+    coloured = sp.System(SPRING, cubic(0.1), sp.Dashpot(0.1), sp.ColouredNoise(1.0, 0.3), sp.Barrier(0.0, 0.9))
+    found = envelope(coloured)
+    assert math.isnan(found.impact_rate)
+    assert any("barrier is struck infinitely often" in warning for warning in found.warnings)
+    slow = sp.System(SPRING, cubic(0.1), sp.Dashpot(0.1), sp.ColouredNoise(1.0, 300.0))
+    assert any("remembers longer" in warning for warning in envelope(slow).warnings)
+    rare = sp.System(SPRING, cubic(0.1), sp.Dashpot(0.1), sp.PoissonImpulses(1e-3, 1e3))
+    assert any("so rare" in warning for warning in envelope(rare).warnings)
+    assert not envelope(sp.System(SPRING, cubic(0.1), sp.Springpot(0.5, 0.1), WHITE)).warnings
+
+
+def test_it_is_one_of_the_methods() -> None:
+    device = sp.System(SPRING, cubic(1.0), sp.Springpot(0.5, 0.2), WHITE, sp.Barrier(-1.0, 0.9))
+    answers, _ = solve_all(device)
+    assert list(answers) == ["envelope"]
+    assert json.loads(json.dumps(answers["envelope"].to_dict()))["barrier_impact_rate"] == [
+        pytest.approx(answers["envelope"].impact_rate)
+    ]
