@@ -294,7 +294,8 @@ def _check_together(system: System) -> None:
     if system.of(ThermalNoise):
         for name, part in system.named():
             nonlinear = isinstance(part, PolynomialDashpot) and not part.is_linear
-            if nonlinear or isinstance(part, VanDerPol | Friction | Force):
+            lossy = isinstance(part, Contact) and part.dissipation > 0.0
+            if nonlinear or lossy or isinstance(part, VanDerPol | Friction | Force):
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
 
 

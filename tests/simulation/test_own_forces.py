@@ -126,6 +126,10 @@ def test_a_function_that_returns_no_number_is_said_with_the_parts_name(tmp_path:
         (lambda: sp.Recorded("abc", (1.0,)), "time must be a list of numbers"),
         (lambda: sp.Recorded((0.0, 1.0), (1.0, 1.0), on="roof"), "on must be"),
         (lambda: sp.System(sp.Spring(1.0), sp.Friction(0.1), sp.ThermalNoise(1.0)), "friction cannot be combined"),
+        (
+            lambda: sp.System(sp.Spring(1.0), sp.Contact(-1.0, 9.0, dissipation=0.1), sp.ThermalNoise(1.0)),
+            "contact cannot be combined with ThermalNoise",
+        ),
     ],
 )
 def test_wrong_numbers_are_refused(make, sentence: str) -> None:
