@@ -7,7 +7,18 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from springpot.parts import Barrier, Circuit, Contact, Mass, Maxwell, Series, Springpot, ThermalNoise, WhiteNoise
+from springpot.parts import (
+    Barrier,
+    Circuit,
+    Contact,
+    Mass,
+    Maxwell,
+    ParametricNoise,
+    Series,
+    Springpot,
+    ThermalNoise,
+    WhiteNoise,
+)
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import Parts
 from springpot.simulation.lanes import GROUP
@@ -59,11 +70,13 @@ def uncountable(system: System) -> str:
     'barrier is lossy, and no white noise acts '
     """
     white = any(noise.intensity > 0.0 for noise in system.of(WhiteNoise))
-    thermal = bool(system.of(ThermalNoise)) and system.damping > 0.0
+    dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
+    thermal = bool(system.of(ThermalNoise)) and dampers > 0.0
     for name, wall in system.named():
         if not isinstance(wall, Barrier) or wall.restitution == 1.0:
             continue
-        if not (white or thermal):
+        multiplied = bool(system.of(ParametricNoise)) and wall.position != 0.0
+        if not (white or thermal or multiplied):
             return (
                 f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest on "
                 "the wall after infinitely many impacts"

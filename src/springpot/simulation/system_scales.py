@@ -281,8 +281,6 @@ def system_scales(system: System) -> SystemScales:
                 rates.append(math.sqrt(part.stiffness))
             case Circuit():
                 rates.append(math.sqrt(part.coupling**2 / part.capacitance))
-            case FilteredNoise():
-                rates.append(0.5 * part.frequency)
             case Harmonic():
                 rates.append(0.5 * part.frequency)
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]

@@ -83,9 +83,10 @@ def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[st
     if isinstance(system, System):
         missed = step_biases_of_system(system, settings.step, values).get("impact_rate", 0.0)
         if missed > _MOST_MISSED * values.get("impact_rate", 0.0) > 0.0:
+            share = missed / values["impact_rate"]
+            low = f"may be {per_cent(share)} too low" if share < 1.0 else "is far too low"
             yield (
-                f"impact rate may be {per_cent(missed / values['impact_rate'])} too low at a step of "
-                f"{settings.step:g} s: the step misses slow impacts behind a lossy wall; energies are correct."
+                f"impact rate {low} at a step of {settings.step:g} s: the step misses slow impacts behind a lossy wall; energies are correct."
             )
 
 
