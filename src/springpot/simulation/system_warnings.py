@@ -86,7 +86,8 @@ def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[st
             share = missed / values["impact_rate"]
             low = f"may be {per_cent(share)} too low" if share < 1.0 else "is far too low"
             yield (
-                f"impact rate {low} at a step of {settings.step:g} s: the step misses slow impacts behind a lossy wall; energies are correct."
+                f"impact rate {low} at a step of {settings.step:g} s: the step misses slow impacts behind "
+                "a lossy wall; energies are correct."
             )
 
 
