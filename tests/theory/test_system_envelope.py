@@ -209,6 +209,15 @@ def test_what_has_no_stationary_state_says_why(parts, sentence: str) -> None:
     assert sentence in str(envelope_of_system(sp.System(*parts)).stationary)
 
 
+def test_matched_noise_needs_a_dissipator() -> None:
+    with pytest.raises(NotCovered, match="needs something that dissipates"):
+        envelope_of_system(sp.System(SPRING, sp.ThermalNoise(1.0)))
+    hot = sp.System(SPRING, cubic(1.0), sp.Springpot(0.5, 0.3), sp.ThermalNoise(0.7), sp.Barrier(-0.5), upper(0.6))
+    found, true = envelope_of_system(hot), exact(hot)
+    assert found.x_mean_square == pytest.approx(true.x_mean_square, rel=0.01)
+    assert found.impact_rate == pytest.approx(true.impact_rate, rel=0.02)
+
+
 def test_warnings() -> None:
     strong = sp.System(SPRING, cubic(0.1), sp.Springpot(0.5, 2.0), WHITE)
     assert any("not light" in warning for warning in envelope(strong).warnings)

@@ -450,6 +450,8 @@ def _range(problem: _Problem, ladder: _Ladder) -> tuple[float, float, float] | s
             rates = _rates(problem, cycles)
             slope = 2.0 * rates.loss / (rates.spread * cycles.period)
             known = np.isfinite(slope) & np.isfinite(rates.action) & (rates.action > 0.0)
+        if not np.any(known):
+            raise NotCovered(f"{_REACH}; here the energies are beyond double precision.")
         label, decades, slope, action = label[known], decades[known], slope[known], rates.action[known]
         fall = np.r_[0.0, np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(action))]
         near = np.log(action) - fall
@@ -559,6 +561,10 @@ def envelope_of_system(system: System) -> SystemResult:
         problem = _problem(unit)
         if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
             raise NotCovered(f"{_REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
+        if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
+            raise NotCovered(
+                "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
+            )
         law = _law(problem)
         stationary = law if isinstance(law, str) else _moments(system, problem, law)
         warnings = () if isinstance(law, str) else tuple(_warnings(problem, law))
