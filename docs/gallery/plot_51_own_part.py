@@ -2,62 +2,53 @@ r"""
 A part of your own
 ==================
 
-The kernel is composed of parts. A part is a ``NamedTuple`` of numbers, with compiled functions that the kernel
-calls. Here a hardening spring with the force :math:`-\kappa x^3` is added in a few lines, and checked against an
-exact result: with a dashpot and an elastic wall the density is :math:`\exp[-(2C/q)(v^2/2 + V(x))]`, whatever the
-potential :math:`V`. (The library has this spring, as `springpot.PolynomialSpring`: the other
-parts of a `springpot.System` are added in the same way. For a force that is just a function, take `springpot.Force`.)
+``sp.Force`` takes any function :math:`f(t, x, v)` that Numba can compile, in newtons, metres and seconds. Here a small
+magnet at :math:`x = 6` mm repels a mass of 50 g on a spring and a dashpot: the force is
+:math:`-c / (d - x)^2` with a distance of :math:`d = 6` mm, cut off 1 mm before the magnet. No theory knows the
+function, but with a dashpot and white noise the density is exact for any potential :math:`U`:
+:math:`p(x) \propto \exp(-2 c_1 U(x) / q)`, so the simulation can be checked.
 """
-
-from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import springpot as sp
-from springpot.simulation.forces import only_pushes
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.parts import answers, push
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+
+MASS, STIFFNESS, DAMPING, INTENSITY = 0.05, 400.0, 0.6, 2.5e-3  # kg, N/m, N s/m, N^2 s
+DISTANCE, SHORTEST = 6e-3, 1e-3  # m
 
 
-class HardeningSpring(NamedTuple):
-    """White noise, and a spring beside the linear one."""
-
-    strength: float  # of the noise
-    impulse: float  # kappa times the step
+def magnet(t, x, v):
+    """The force of a magnet of 1 N m^2; one function is compiled once, whatever its share."""
+    return -1.0 / max(DISTANCE - x, SHORTEST) ** 2
 
 
-only_pushes(HardeningSpring)
+def device(strength):
+    """A magnet of c = strength, in N m^2, beside a spring and a dashpot."""
+    return sp.System(
+        sp.Mass(MASS), sp.Spring(STIFFNESS), sp.Dashpot(DAMPING), sp.WhiteNoise(INTENSITY),
+        magnet=sp.Force(magnet, share=strength),
+    )  # fmt: skip
 
 
-@answers(push, HardeningSpring)
-def push_of_the_hardening_spring(force, slot, n, x, v, g, forcing, at, lane, weight):
-    """The impulses of step n, of the noise and of the spring: g is a standard normal."""
-    return force.strength * g, -force.impulse * x**3
+def exact(strength):
+    """Mean displacement of the Maxwell-Boltzmann law, in m."""
+    x = np.linspace(-0.02, 0.02, 40001)
+    far = np.maximum(DISTANCE - x, SHORTEST)
+    magnet = strength / far + strength * np.maximum(x - DISTANCE + SHORTEST, 0.0) / SHORTEST**2
+    weight = np.exp(-2.0 * DAMPING * (0.5 * STIFFNESS * x**2 + magnet) / INTENSITY)
+    return (weight @ x) / weight.sum()
 
 
-def x_mean_square(kappa, step=0.02):
-    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0))
-    settings = resolve(oscillator, paths=6400, duration=60.0, step=step, window=(15.0, 60.0), start="rest")
-    simulation = simulation_of(oscillator, settings)  # with unit scales, since this oscillator's are 1
-    load = HardeningSpring(simulation.parts.load.strength, kappa * step)
-    rows = simulation.with_parts(load=load).advance().rows
-    squares = rows[:, COLUMNS.index("x_square")] / np.diff(settings.window_steps)
-    return squares.mean(), squares.std(ddof=1) / np.sqrt(squares.size)
-
-
-kappas = np.array([0.0, 0.5, 1.0, 2.0, 4.0])
-value, error = np.array([x_mean_square(kappa) for kappa in kappas]).T
-fine, x = np.linspace(0.0, 4.0, 81), np.linspace(0.0, 6.0, 4001)
-density = np.exp(-2.0 * (x**2 / 2.0 + fine[:, None] * x**4 / 4.0))
-exact = (density @ x**2) / density.sum(axis=1)
+strengths = np.array([0.0, 4e-6, 1e-5])
+runs = [sp.run(device(strength), paths=4000) for strength in strengths]
+means, errors = np.array([(run.values["x_mean"], run.errors["x_mean"]) for run in runs]).T
+fine = np.linspace(0.0, 1.1e-5, 60)
 
 figure, axes = plt.subplots(figsize=(6.2, 3.9))
-sp.figures.bars(axes, kappas, value, error, size=4.0, label="Monte Carlo with the part, 95 %")
-axes.plot(fine, exact, "-", color=sp.figures.COLOURS["vermilion"], label="exact")
-axes.set(xlabel=r"hardening $\kappa$ (m$^{-2}$ s$^{-2}$)", ylabel=r"$\langle x^2\rangle$ (m$^2$)")
+axes.plot(1e6 * fine, [1e3 * exact(s) for s in fine], "-", color=sp.figures.COLOURS["vermilion"], label="exact")
+sp.figures.bars(axes, 1e6 * strengths, 1e3 * means, 1e3 * errors, size=5.0, label="Monte Carlo, 95 %")
+axes.set(xlabel=r"magnet $c$ (µN m$^2$)", ylabel=r"mean displacement $\langle x\rangle$ (mm)")
 axes.legend(frameon=False)
 plt.show()
-print("distance in standard errors:", np.round((value - np.interp(kappas, fine, exact)) / error, 1))
+print("distance in standard errors:", np.round((means - [exact(s) for s in strengths]) / errors, 1))
