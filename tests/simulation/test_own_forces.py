@@ -60,6 +60,18 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
     assert left == pytest.approx(energy, rel=1e-6)
 
 
+def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
+    t = np.linspace(0.0, 10.0, 101)
+    shaken = sp.System(
+        sp.Spring(4.0), sp.Dashpot(0.2), sp.Recorded(tuple(t), tuple(np.sin(2.0 * t))), sp.Barrier(-0.1, 0.5)
+    )
+    run = sp.run(shaken, paths=1)
+    assert run.warnings == ()
+    assert 2 <= run.values["impact_rate"] * run.settings.duration <= 40
+    noisy = sp.System(*shaken.parts, sp.ColouredNoise(0.1, 0.2))
+    assert np.isnan(sp.run(noisy, paths=64).values["impact_rate"])
+
+
 def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
     """Of x and v, with a mass, against the parts themselves: the same noise gives nearly the same paths."""
     given = {"paths": 1024, "step": 0.02, "duration": 40.0, "window": (10.0, 40.0), "start": "rest"}

@@ -10,10 +10,13 @@ import numpy.typing as npt
 from springpot.parts import (
     Barrier,
     Circuit,
+    ColouredNoise,
     Contact,
+    FilteredNoise,
     Mass,
     Maxwell,
     ParametricNoise,
+    PoissonImpulses,
     Series,
     Springpot,
     ThermalNoise,
@@ -72,16 +75,17 @@ def uncountable(system: System) -> str:
     white = any(noise.intensity > 0.0 for noise in system.of(WhiteNoise))
     dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
     thermal = bool(system.of(ThermalNoise)) and dampers > 0.0
+    smooth = system.of(ColouredNoise, FilteredNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
     for name, wall in system.named():
         if not isinstance(wall, Barrier) or wall.restitution == 1.0:
             continue
         multiplied = bool(system.of(ParametricNoise)) and wall.position != 0.0
-        if not (white or thermal or multiplied):
+        if smooth and not (white or thermal or multiplied):
             return (
                 f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest on "
                 "the wall after infinitely many impacts"
             )
-        if wall.restitution <= COLLAPSE_BELOW:
+        if wall.restitution <= COLLAPSE_BELOW and (white or thermal or multiplied):
             return (
                 f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
                 "white noise causes infinitely many impacts in a finite time"
