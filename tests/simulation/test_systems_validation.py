@@ -28,8 +28,9 @@ def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.005, *
     options = {"paths": 16_000, "duration": 120.0, "step": 0.025, "window": (40.0, 120.0), "seed": 11, **given}
     found = sp.run(system, **options)
     assert_agrees(found, exact, sharp=sharp)
-    residual, error = found.values["energy_residual"], found.errors["energy_residual"]
-    assert abs(residual) < 4 * error + 1e-12, f"energy_residual {residual} +- {error}"
+    if "energy_residual" in found.values:  # there is noise with independent increments
+        residual, error = found.values["energy_residual"], found.errors["energy_residual"]
+        assert abs(residual) < 4 * error + 1e-12, f"energy_residual {residual} +- {error}"
     return found
 
 

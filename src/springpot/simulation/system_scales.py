@@ -399,8 +399,9 @@ def oscillator_at_walls(system: System) -> Oscillator | None:
     --------
     >>> from springpot.parts import Spring
     >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
-    >>> oscillator_at_walls(system).barrier
-    Barrier(position=0.5, restitution=0.8, side='above')
+    >>> alike = oscillator_at_walls(system)
+    >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)  # the spring's force at the wall
+    (0.8, 2.0)
     """
     unit = system.per_unit_mass
     walls = unit.of(Barrier)
