@@ -400,7 +400,7 @@ def oscillator_at_walls(system: System) -> Oscillator | None:
     >>> from springpot.parts import Spring
     >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
     >>> alike = oscillator_at_walls(system)
-    >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)  # the spring's force at the wall
+    >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)
     (0.8, 2.0)
     """
     unit = system.per_unit_mass
