@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.oscillator import Oscillator
+from springpot.parts import ThermalNoise
 from springpot.simulation import parts
 from springpot.simulation.forces import White
 from springpot.simulation.kernel import COLUMNS, Memory
@@ -171,14 +172,14 @@ def _compose_system(
     linear = sum(abs(k) for k in (total.springs[1:2] or (0.0,))) + frequency**2
     springs = [0.0 if n == 1 and abs(k) < 1e-12 * linear else k for n, k in enumerate(beside.springs)]
     if total.temperature > 0.0:
-        name = unit.name_of(next(part for part in unit.parts if type(part).__name__ == "ThermalNoise"))
+        name = unit.name_of(unit.of(ThermalNoise)[0])
         beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
     scheme = settings.numerical_scheme
     answer = sum(answer_of_springpot(order, c, step) for order, c in total.springpots)
     answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
     at_this_step = scheme.at(frequency, answer, step, units.length)
     memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
-    load, named = forces_of(_with_springs(beside, springs), at_this_step.share, step, parts_of_step)
+    load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
     taps = tuple(arm for arm in total.arms if arm.name)
     if len(taps) > MOST_FORCES:
@@ -207,10 +208,6 @@ def _touching_speed(unit: System, scales: SystemScales, position: float, velocit
     energy = unit.potential.energy(np.append(scales.law.places, position))
     started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
     return math.sqrt(max(_FASTEST_FLIGHT**2 * scales.law.temperature, started))
-
-
-def _with_springs(total: Lowered, springs: Sequence[float]) -> Lowered:
-    return replace(total, springs=tuple(springs))
 
 
 def _start(x0: float, v0: float, frequency: float, early: float) -> Start:
@@ -286,9 +283,7 @@ def _memory(
         alone = len(springpots) == 1 and not arms
         whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
         advice = "use a larger one" if alone else "leave some out, or shorten the run"
-        raise ValueError(
-            f"{whose} {rates.size} memory modes, but the kernel holds at most {MOST_MODES}: {advice}."
-        )
+        raise ValueError(f"{whose} {rates.size} memory modes, but the kernel holds at most {MOST_MODES}: {advice}.")
     # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     size = rates.size + rates.size % 2
     padded, weighted = np.zeros(size), np.zeros(size)
