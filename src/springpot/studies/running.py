@@ -8,6 +8,7 @@ the same time: each takes the missing tasks in its own random order and skips th
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import queue
 import random
@@ -336,6 +337,8 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, W
         with client:
             yield client, None
         return
+    # a killed worker's connection may be found closed after silence_logs has ended
+    logging.getLogger("distributed.batched").setLevel(logging.CRITICAL)
     with dask.config.set({"distributed.scheduler.allowed-failures": 10}):
         with without_ctrl_c():
             cluster = distributed.LocalCluster(
