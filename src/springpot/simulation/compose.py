@@ -187,7 +187,7 @@ def _compose_system(
     modes = history.rates.size - len(total.arms)
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, frequency, _touching_speed(unit, scales, position, velocity) / units.speed, step),
+        wall=wall_of(total, _touching_speed(unit, scales, position, velocity) / units.speed, step),
         load=load,
         memory=memory,
         start=_start(x0, v0, frequency, 0.0),

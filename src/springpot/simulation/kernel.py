@@ -185,25 +185,9 @@ def _sweep(
     for lane in range(LANES):
         saved.x[lane], saved.v[lane] = now.x[lane], now.v[lane]
         now.x[lane], now.v[lane], clear[lane], sums = _four_steps(
-            scheme,
-            wall,
-            load,
-            memory,
-            p,
-            n,
-            now.x[lane],
-            now.v[lane],
-            g,
-            forcing,
-            h,
-            d,
-            seen,
-            c,
-            accumulators,
-            lane,
-            False,
-            watched,
-        )
+            scheme, wall, load, memory, p, n, now.x[lane], now.v[lane], g, forcing, h, d, seen, c, accumulators, lane,
+            False, watched,
+        )  # fmt: skip
         if watched:
             _put(terms, lane, sums)
 
@@ -335,46 +319,14 @@ def block(
         watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
         if watched:
             _sweep(
-                scheme,
-                wall,
-                load,
-                memory,
-                p,
-                n,
-                now,
-                saved,
-                clear,
-                g,
-                forcing,
-                h,
-                d,
-                seen,
-                c,
-                accumulators,
-                terms,
-                True,
-            )
+                scheme, wall, load, memory, p, n, now, saved,
+                clear, g, forcing, h, d, seen, c, accumulators, terms, True,
+            )  # fmt: skip
         else:
             _sweep(
-                scheme,
-                wall,
-                load,
-                memory,
-                p,
-                n,
-                now,
-                saved,
-                clear,
-                g,
-                forcing,
-                h,
-                d,
-                seen,
-                c,
-                accumulators,
-                terms,
-                False,
-            )
+                scheme, wall, load, memory, p, n, now, saved,
+                clear, g, forcing, h, d, seen, c, accumulators, terms, False,
+            )  # fmt: skip
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])

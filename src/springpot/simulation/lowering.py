@@ -442,7 +442,7 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
     return whole, tuple(named)
 
 
-def wall_of(total: Lowered, frequency: float, speed: float, step: float) -> Any:
+def wall_of(total: Lowered, speed: float, step: float) -> Any:
     """The wall of the kernel; ``speed`` is the largest one for which soft contacts are resolved."""
     if total.contacts and total.barriers:
         raise NotCovered("rigid walls and soft contacts cannot be simulated together: make both rigid or both soft.")

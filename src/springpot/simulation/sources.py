@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -229,14 +229,30 @@ def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
 
 
 @answers(supply, Filtered)
-def _supply_filtered(force, slot, group, first, stream, k0, k1, forcing):
+@answers(supply, Poisson)
+def _supply_in_parts(force, slot, group, first, stream, k0, k1, forcing):
     if force.parts == 1:
-        _next_impulses(force, slot, group, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, group, first, stream, k0, k1, forcing)
     else:
-        _next_impulses(force, slot, 2 * group, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, 2 * group, first, stream, k0, k1, forcing)
         _sum_pairs(forcing.given, slot, 0)
-        _next_impulses(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
         _sum_pairs(forcing.given, slot, 2)
+
+
+def four_impulses(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+    """Compiled code only: the impulses of four parts of a step."""
+    raise NotImplementedError
+
+
+@answers(four_impulses, Filtered)
+def _four_of_filtered(force, slot, group, first, stream, k0, k1, forcing):
+    _next_impulses(force, slot, group, first, stream, k0, k1, forcing)
+
+
+@answers(four_impulses, Poisson)
+def _four_of_poisson(force, slot, group, first, stream, k0, k1, forcing):
+    _next_shots(force, slot, group, first, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -322,17 +338,6 @@ def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
                 cosine * forcing.state[force.place * LANES + lane]
                 - sine * forcing.state[(force.place + 1) * LANES + lane]
             )
-
-
-@answers(supply, Poisson)
-def _supply_poisson(force, slot, group, first, stream, k0, k1, forcing):
-    if force.parts == 1:
-        _next_shots(force, slot, group, first, stream, k0, k1, forcing)
-    else:
-        _next_shots(force, slot, 2 * group, first, stream, k0, k1, forcing)
-        _sum_pairs(forcing.given, slot, 0)
-        _next_shots(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
-        _sum_pairs(forcing.given, slot, 2)
 
 
 @njit(**FAST)

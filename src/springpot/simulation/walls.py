@@ -6,7 +6,7 @@ The module's text of `springpot.simulation.parts` says what the kernel asks a wa
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -196,7 +196,8 @@ def _extras_of_pair(wall):
 
 
 @answers(clearance, Splitting, Pair)
-def _clearance_pair(scheme, wall, x0, xm, x):
+@answers(clearance, Splitting, Soft)
+def _clearance_between(scheme, wall, x0, xm, x):
     low, high = _reaches(scheme, wall.low, wall.high)
     return min(min(x0, min(xm, x)) - low, high - max(x0, max(xm, x)))
 
@@ -215,7 +216,8 @@ def _begin_pair(scheme, wall, x, v, early, accumulators, lane, weight):
 
 
 @answers(bounce, Splitting, Pair)
-def _bounce_pair(scheme, wall, x, v, accumulators, lane, before, after):
+@answers(bounce, Splitting, Soft)
+def _bounce_between(scheme, wall, x, v, accumulators, lane, before, after):
     xm, vm = _half_step_between(scheme, wall, x, v, accumulators, lane, before)
     xn, vn = _half_step_between(scheme, wall, xm, vm, accumulators, lane, after)
     return xm, vm, xn, vn
@@ -228,7 +230,22 @@ def _half_step_between(scheme, wall, x, v, accumulators, lane, weight):
     low, high = _reaches(scheme, wall.low, wall.high)
     if min(x, xh) > low and max(x, xh) < high:
         return xh, vh
+    return strike(wall, scheme, x, v, accumulators, lane, weight)
+
+
+def strike(wall: Any, scheme: Any, x: Any, v: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
+    """Compiled code only: half a step that may reach a wall on either side."""
+    raise NotImplementedError
+
+
+@answers(strike, Pair)
+def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
     return fly_between(wall, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step, accumulators, lane, weight)
+
+
+@answers(strike, Soft)
+def _strike_soft(wall, scheme, x, v, accumulators, lane, weight):
+    return _push_through(wall, scheme.frequency, x, v, 0.5 * scheme.step, accumulators, lane, weight)
 
 
 @njit(**INLINE)
@@ -305,33 +322,10 @@ def _extras_of_soft(wall):
     return 7
 
 
-@answers(clearance, Splitting, Soft)
-def _clearance_soft(scheme, wall, x0, xm, x):
-    low, high = _reaches(scheme, wall.low, wall.high)
-    return min(min(x0, min(xm, x)) - low, high - max(x0, max(xm, x)))
-
-
 @answers(begin, Splitting, Soft)
 def _begin_soft(scheme, wall, x, v, early, accumulators, lane, weight):
-    x, v = _half_step_soft(scheme, wall, x, v, accumulators, lane, weight)
+    x, v = _half_step_between(scheme, wall, x, v, accumulators, lane, weight)
     return x + early, v
-
-
-@answers(bounce, Splitting, Soft)
-def _bounce_soft(scheme, wall, x, v, accumulators, lane, before, after):
-    xm, vm = _half_step_soft(scheme, wall, x, v, accumulators, lane, before)
-    xn, vn = _half_step_soft(scheme, wall, xm, vm, accumulators, lane, after)
-    return xm, vm, xn, vn
-
-
-@njit(**INLINE)
-def _half_step_soft(scheme, wall, x, v, accumulators, lane, weight):
-    xh = scheme.cosine * x + scheme.sine_over_frequency * v
-    vh = scheme.cosine * v - scheme.sine_times_frequency * x
-    low, high = _reaches(scheme, wall.low, wall.high)
-    if min(x, xh) > low and max(x, xh) < high:
-        return xh, vh
-    return _push_through(wall, scheme.frequency, x, v, 0.5 * scheme.step, accumulators, lane, weight)
 
 
 @njit(**FAST)

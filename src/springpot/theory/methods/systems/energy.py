@@ -29,7 +29,13 @@ from springpot.parts import (
 from springpot.potential import Potential
 from springpot.system import System
 from springpot.theory.distributions import numbers_only, real_array
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system, walls_of
+from springpot.theory.methods.systems.result import (
+    SystemMoments,
+    SystemResult,
+    at_all_walls,
+    checked_system,
+    walls_of,
+)
 from springpot.theory.result import NoConvergence
 
 __all__ = ["ExactLaw", "exact_law"]
@@ -438,19 +444,13 @@ def _moments(system: System, law: _EnergyLaw) -> SystemMoments:
         rates.append(flux / law.total)
         speeds.append(first / flux if flux > 0.0 else math.nan)
         squares.append(second / flux if flux > 0.0 else math.nan)
-    struck = [(r, s, q) for r, s, q in zip(rates, speeds, squares, strict=True) if r > 0.0]
-    rate = math.fsum(r for r, _, _ in struck)
     omega = system.natural_frequency
     return SystemMoments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=x_mean,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        impact_rate=rate,
-        impact_speed_mean=sum(r * s for r, s, _ in struck) / rate if rate > 0.0 else math.nan,
-        impact_speed_mean_square=sum(r * q for r, _, q in struck) / rate if rate > 0.0 else math.nan,
-        barrier_impact_rate=tuple(rates),
-        barrier_impact_speed_mean=tuple(speeds),
+        **at_all_walls(rates, speeds, squares),
     )
 
 

@@ -35,7 +35,13 @@ from springpot.potential import Potential
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system, walls_of
+from springpot.theory.methods.systems.result import (
+    SystemMoments,
+    SystemResult,
+    at_all_walls,
+    checked_system,
+    walls_of,
+)
 
 __all__ = ["envelope_of_system"]
 
@@ -655,8 +661,6 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
         rates.append(math.nan if many else rate)
         means.append(law.average(hits * fast) / rate if rate > 0.0 and not many else math.nan)
         squares.append(law.average(hits * fast**2) / rate if rate > 0.0 and not many else math.nan)
-    total = math.fsum(rates) if not any(map(math.isnan, rates)) else math.nan
-    struck = [(r, s, q) for r, s, q in zip(rates, means, squares, strict=True) if r > 0.0]
     omega = system.natural_frequency
     harvested = law.average(law.rates.electric) * system.mass if problem.circuits else math.nan
     return SystemMoments(
@@ -664,11 +668,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
         x_mean=problem.origin + shift,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        impact_rate=total,
-        impact_speed_mean=sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
-        impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
-        barrier_impact_rate=tuple(rates),
-        barrier_impact_speed_mean=tuple(means),
+        **at_all_walls(rates, means, squares),
         harvested_power=math.nan if unit.of(ThermalNoise) else harvested,
     )
 

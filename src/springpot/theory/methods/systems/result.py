@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from springpot.parts import Barrier, Contact
 from springpot.system import System
 from springpot.theory.result import MOMENTS, Moments, NoStationaryState, no_answer
 
-__all__ = ["SystemMoments", "SystemResult", "checked_system", "walls_of"]
+__all__ = ["SystemMoments", "SystemResult", "at_all_walls", "checked_system", "walls_of"]
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,25 @@ class SystemMoments(Moments):
     barrier_impact_rate: tuple[float, ...] = ()
     barrier_impact_speed_mean: tuple[float, ...] = ()
     harvested_power: float = math.nan
+
+
+def at_all_walls(rates: Sequence[float], means: Sequence[float], squares: Sequence[float]) -> dict[str, Any]:
+    """The moments of impacts, from rate, mean speed and mean square speed at each wall; NaN where a rate is NaN.
+
+    Examples
+    --------
+    >>> at_all_walls([1.0, 3.0], [2.0, 4.0], [5.0, 17.0])["impact_speed_mean"]
+    3.5
+    """
+    total = math.nan if any(map(math.isnan, rates)) else math.fsum(rates)
+    struck = [(r, s, q) for r, s, q in zip(rates, means, squares, strict=True) if r > 0.0]
+    return {
+        "impact_rate": total,
+        "impact_speed_mean": sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
+        "impact_speed_mean_square": sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
+        "barrier_impact_rate": tuple(rates),
+        "barrier_impact_speed_mean": tuple(means),
+    }
 
 
 @dataclass(frozen=True)
