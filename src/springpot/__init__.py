@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.atlases import atlas
     from springpot.explanation import explain
+    from springpot.free_numbers import free
     from springpot.oscillator import Oscillator
     from springpot.parts import (
         Barrier,
@@ -51,8 +52,8 @@ __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
     "Harmonic", "Mass", "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot",
     "PolynomialSpring", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol",
-    "WhiteNoise", "atlas", "explain", "figures", "load_run", "open_study", "read_system", "run", "simulate", "study",
-    "theory", "to_toml",
+    "WhiteNoise", "atlas", "explain", "figures", "free", "load_run", "open_study", "read_system", "run", "simulate",
+    "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -61,6 +62,7 @@ _LATER = {
     "atlas": "springpot.atlases",
     "explain": "springpot.explanation",
     "figures": "springpot.figures",
+    "free": "springpot.free_numbers",
     "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
     "read_system": "springpot.system_file",

@@ -1,19 +1,61 @@
-"""Check of a number that a user gives."""
+"""Check of a number that a user gives, and numbers that are marked as free."""
 
 from __future__ import annotations
 
 import math
 import numbers
+from typing import Any
 
-__all__ = ["LARGEST", "finite_number"]
+__all__ = ["LARGEST", "Free", "finite_number"]
 
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
+
+
+class Free(float):
+    """A number to be found, marked by `springpot.free`: everywhere else it is the number at which the search starts.
+
+    Parameters
+    ----------
+    start : float
+        The number that it is.
+    name : str
+    low, high : float
+        Its bounds.
+
+    Notes
+    -----
+    Arithmetic gives plain numbers: ``2 * springpot.free("k", 1.0, (0.1, 10.0))`` is 2, and no longer free.
+
+    Examples
+    --------
+    >>> stiffness = Free(80.0, "k", 10.0, 200.0)
+    >>> stiffness, stiffness == 80.0, stiffness.high
+    (free('k', 80.0, (10.0, 200.0)), True, 200.0)
+    """
+
+    __slots__ = ("high", "low", "name")
+    name: str
+    low: float
+    high: float
+
+    def __new__(cls, start: float, name: str, low: float, high: float) -> Free:
+        number = super().__new__(cls, start)
+        number.name, number.low, number.high = name, low, high
+        return number
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return float(self), self.name, self.low, self.high
+
+    def __repr__(self) -> str:
+        return f"free({self.name!r}, {float(self)!r}, ({self.low!r}, {self.high!r}))"
 
 
 def finite_number(
     value: object, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False, hint: str = ""
 ) -> float:
     """Return ``value`` as a float, or raise one sentence that names the argument and its allowed range.
+
+    A `Free` number is returned as it is; its bounds must be allowed too.
 
     Parameters
     ----------
@@ -47,6 +89,13 @@ def finite_number(
     inside = (number > low if open_low else number >= low) and number <= high
     if not math.isfinite(number) or not inside:
         raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
+    if isinstance(value, Free):
+        for bound in (value.low, value.high):
+            try:
+                finite_number(bound, name, low=low, high=high, open_low=open_low)
+            except ValueError as fault:
+                raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
+        return value
     return number
 
 

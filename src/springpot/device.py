@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-from springpot.arguments import LARGEST, finite_number
+from springpot.arguments import LARGEST, Free, finite_number
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
@@ -84,6 +84,8 @@ def intensity_from_psd(psd: float, unit: DensityUnit, *, sides: Sides = 1, mass:
     1.0
     """
     psd = finite_number(psd, "psd", low=0.0, high=LARGEST, hint="It is a spectral density.")
+    if isinstance(psd, Free):
+        raise ValueError(f"psd must not be the free number {psd.name}: mark the intensity of a WhiteNoise instead.")
     return psd * _density_of_one(unit, sides, mass)
 
 

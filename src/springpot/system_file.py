@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from springpot.device import DensityUnit, Sides
 from springpot.faults import FileFault, listed, meant, shown
+from springpot.free_numbers import Free, free
 from springpot.parts import Force, WhiteNoise
 from springpot.system import KINDS, System, kind_of, usual_names
 from springpot.toml import read_toml
@@ -17,6 +18,24 @@ from springpot.toml import read_toml
 __all__ = ["read_system", "schema", "to_toml"]
 
 _KINDS = {name: kind for name, kind in KINDS.items() if kind is not Force}  # a function has no place in a file
+_A_NUMBER = {"$ref": "#/$defs/number"}
+_NUMBER = {
+    "oneOf": [
+        {"type": "number"},
+        {
+            "type": "object",
+            "title": "free",
+            "description": "A number to be found between low and high; elsewhere it has the value of start.",
+            "properties": {
+                "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
+                **{name: {"type": "number"} for name in ("start", "low", "high")},
+            },
+            "required": ["free", "start", "low", "high"],
+            "additionalProperties": False,
+        },
+    ]
+}
+_FREE = {"free": str, "start": float, "low": float, "high": float}
 _PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
 
 
@@ -129,6 +148,7 @@ def schema() -> dict[str, Any]:
         "properties": {"parts": {"type": "array", "minItems": 1, "items": {"oneOf": [*_schemas()]}}},
         "required": ["parts"],
         "additionalProperties": False,
+        "$defs": {"number": _NUMBER},
     }
 
 
@@ -174,8 +194,22 @@ def _build(kind: type, numbers: Mapping[str, Any], where: str) -> object:
             if not isinstance(value, Mapping):
                 raise ValueError(f"{where}.{name} must be a table of its numbers, not {shown(value)}.")
             value = _build(hints[name], value, f"{where}.{name}")
+        elif isinstance(value, Mapping):
+            value = _free(value, f"{where}.{name}")
+        elif isinstance(value, list):
+            items = enumerate(value)
+            value = [_free(v, f"{where}.{name}[{n}]") if isinstance(v, Mapping) else v for n, v in items]
         values[name] = value
     return _made(kind, values, where)
+
+
+def _free(table: Mapping[str, Any], where: str) -> Free:
+    """A free number from its table."""
+    _check_keys(table, _FREE, {*_FREE}, where)
+    try:
+        return free(table["free"], table["start"], (table["low"], table["high"]))
+    except (TypeError, ValueError) as fault:
+        raise ValueError(f"{where}.{fault}") from None
 
 
 def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
@@ -203,6 +237,9 @@ def _table(name: str, part: object) -> str:
 def _value(value: object) -> str:
     if isinstance(value, str):
         return json.dumps(value)
+    if isinstance(value, Free):
+        numbers = f"start = {float(value)!r}, low = {value.low!r}, high = {value.high!r}"
+        return f"{{ free = {json.dumps(value.name)}, {numbers} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(map(_value, value))}]"
     if is_dataclass(value):
@@ -248,8 +285,8 @@ def _schema_of(hint: Any) -> dict[str, Any]:
     if get_origin(hint) is Literal:
         return {"enum": [*get_args(hint)]}
     if get_origin(hint) is tuple:
-        return {"type": "array", "items": {"type": "number"}, "minItems": 1}
-    return {"type": "number"}
+        return {"type": "array", "items": _A_NUMBER, "minItems": 1}
+    return _A_NUMBER
 
 
 def _fields(kind: type) -> tuple[Field[Any], ...]:
