@@ -99,6 +99,10 @@ BAD = [
     (lambda: sp.PolynomialSpring(()), ValueError, "coefficients must be 1 to 9 numbers, not 0"),
     (lambda: sp.PolynomialSpring((0.0, 0.0)), ValueError, "coefficients must not all be 0"),
     (lambda: sp.PolynomialSpring((1.0, "2")), TypeError, r"coefficients\[1\] must be a real number"),
+    (lambda: sp.Barrier(0.0, lambda v: v.unknown), ValueError, "function of the speed, but at 1 m/s it failed"),
+    (lambda: sp.Barrier(0.0, lambda v: "0.5"), TypeError, "restitution of an impact at 1 m/s must be a real number"),
+    (lambda: sp.PowerRestitution(0.5, 0.0), ValueError, "speed must be"),
+    (lambda: sp.Oscillator(barrier=sp.Barrier(0.0, sp.PowerRestitution(0.5, 1.0))), ValueError, "a number as rest"),
     (lambda: sp.Dashpot(-1.0), ValueError, "coefficient must be in"),
     (lambda: sp.PolynomialDashpot((1.0, -1.0)), ValueError, "must not end with -1"),
     (lambda: sp.VanDerPol(0.1, 0.0), ValueError, "length must be a finite number greater than 0|length must be in"),
@@ -176,7 +180,7 @@ def test_a_file_gives_the_same_system_back(tmp_path) -> None:
 
 def test_a_function_has_no_place_in_a_file() -> None:
     own = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), magnet=sp.Force(lambda t, x, v: 0.1 / (x - 9.0) ** 2))
-    with pytest.raises(ValueError, match="magnet cannot be written to a file, because it is a function"):
+    with pytest.raises(ValueError, match="magnet cannot be written to a file, because it has a function"):
         sp.to_toml(own)
     with pytest.raises(ValueError, match=r"parts\[0\].kind must be one of"):
         sp.read_system({"parts": [{"kind": "force"}]})

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         VanDerPol,
         WhiteNoise,
     )  # fmt: skip
+    from springpot.parts.walls import PowerRestitution
     from springpot.simulation.loaded import load_run
     from springpot.simulation.run import run, simulate
     from springpot.studies import open_study, study
@@ -51,13 +52,14 @@ if TYPE_CHECKING:
 __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
     "Harmonic", "Mass", "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot",
-    "PolynomialSpring", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise", "VanDerPol",
-    "WhiteNoise", "atlas", "explain", "figures", "free", "load_run", "open_study", "read_system", "run", "simulate",
-    "study", "theory", "to_toml",
+    "PolynomialSpring", "PowerRestitution", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise",
+    "VanDerPol", "WhiteNoise", "atlas", "explain", "figures", "free", "load_run", "open_study", "read_system", "run",
+    "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
     "Oscillator": "springpot.oscillator",
+    "PowerRestitution": "springpot.parts.walls",
     "System": "springpot.system",
     "atlas": "springpot.atlases",
     "explain": "springpot.explanation",

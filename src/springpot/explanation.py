@@ -83,7 +83,7 @@ def equation(system: System) -> Iterator[str]:
     for name, part in system.named():
         if isinstance(part, Barrier):
             relation = ">=" if part.side == "above" else "<="
-            yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.restitution:.6g}"
+            yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.law()}"
         elif isinstance(part, Circuit):
             yield (
                 f"V ({name}): {part.capacitance:.6g} V' + V / {part.resistance:.6g} = {part.coupling:.6g} x', "
@@ -161,8 +161,8 @@ def _dissipates(part: object) -> bool:
     match part:
         case Springpot():
             return part.dissipates
-        case Barrier(restitution=restitution):
-            return restitution < 1.0
+        case Barrier():
+            return not part.is_elastic
         case Contact(dissipation=dissipation):
             return dissipation > 0.0
         case Dashpot(coefficient=coefficient):

@@ -20,6 +20,7 @@ from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 from springpot.faults import listed, shown
 from springpot.parts import Barrier, Springpot, WhiteNoise
+from springpot.parts.walls import restitution_at
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
 
@@ -63,6 +64,8 @@ class Oscillator:
             raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
         if not isinstance(self.barrier, Barrier | None):
             raise TypeError(f"barrier must be a Barrier or None, not {self.barrier!r}.")
+        if self.barrier is not None and callable(self.barrier.restitution):
+            raise ValueError("barrier must have a number as restitution: a System takes a law of the speed.")
         if not isinstance(self.excitation, WhiteNoise):
             raise TypeError(f"excitation must be a WhiteNoise, not {self.excitation!r}.")
         if self.excitation.on != "mass":
@@ -304,7 +307,7 @@ class Oscillator:
     @property
     def restitution(self) -> float:
         """r of the wall; NaN without one."""
-        return math.nan if self.barrier is None else self.barrier.restitution
+        return math.nan if self.barrier is None else restitution_at(self.barrier, 0.0)
 
     @property
     def direction(self) -> float:
@@ -316,7 +319,7 @@ class Oscillator:
     @property
     def dissipates(self) -> bool:
         """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
-        lossy = self.barrier is not None and self.barrier.restitution < 1.0
+        lossy = self.restitution < 1.0
         return lossy or self.springpot.dissipates
 
 

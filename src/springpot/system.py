@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -142,6 +142,15 @@ class System:
         return next(name for name, own in self.named() if own is part)
 
     @property
+    def with_functions(self) -> list[str]:
+        """The names of parts that are or have functions of the user."""
+        return [
+            name
+            for name, part in self.named()
+            if isinstance(part, Force) or (isinstance(part, Barrier) and _is_function(part.restitution))
+        ]
+
+    @property
     def mass(self) -> float:
         """m in kg; 1 without a `Mass`."""
         return next((mass.value for mass in self.of(Mass)), 1.0)
@@ -225,6 +234,8 @@ class System:
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
                 raise NotCovered(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
+            if isinstance(part, Barrier) and callable(part.restitution):
+                raise NotCovered(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
             raise NotCovered(f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}.")
         pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
@@ -248,10 +259,20 @@ def _numbers_of(part: Any) -> dict[str, Any]:
     """The fields of a part; a function as its name."""
     if isinstance(part, Force):
         return {"function": getattr(part.function, "__qualname__", repr(part.function)), "share": part.share}
-    return asdict(part)
+    numbers = asdict(part)
+    if isinstance(part, Barrier) and _is_function(part.restitution):
+        numbers["restitution"] = getattr(part.restitution, "__qualname__", repr(part.restitution))
+    return numbers
 
 
-_CANONICAL = "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall, and white noise"
+def _is_function(value: object) -> bool:
+    return callable(value) and not is_dataclass(value)
+
+
+_CANONICAL = (
+    "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall whose restitution "
+    "is a number, and white noise"
+)
 
 
 def _check_part(part: object) -> None:

@@ -127,9 +127,8 @@ def check_writable(system: System) -> None:
     ValueError
         If it has a function.
     """
-    for name, part in system.named():
-        if isinstance(part, Force):
-            raise ValueError(f"{name} cannot be written to a file, because it is a function.")
+    for name in system.with_functions:
+        raise ValueError(f"{name} cannot be written to a file, because it has a function.")
 
 
 def schema() -> dict[str, Any]:
@@ -190,12 +189,13 @@ def _build(kind: type, numbers: Mapping[str, Any], where: str) -> object:
     _check_keys(numbers, hints, needed, where)
     values = {}
     for name, value in numbers.items():
-        if is_dataclass(hints[name]):
-            if not isinstance(value, Mapping):
-                raise ValueError(f"{where}.{name} must be a table of its numbers, not {shown(value)}.")
-            value = _build(hints[name], value, f"{where}.{name}")
-        elif isinstance(value, Mapping):
+        inner = _table_of(hints[name])
+        if inner is hints[name] and not isinstance(value, Mapping):
+            raise ValueError(f"{where}.{name} must be a table of its numbers, not {shown(value)}.")
+        if isinstance(value, Mapping) and (inner is None or "free" in value):
             value = _free(value, f"{where}.{name}")
+        elif isinstance(value, Mapping) and inner is not None:
+            value = _build(inner, value, f"{where}.{name}")
         elif isinstance(value, list):
             items = enumerate(value)
             value = [_free(v, f"{where}.{name}[{n}]") if isinstance(v, Mapping) else v for n, v in items]
@@ -210,6 +210,12 @@ def _free(table: Mapping[str, Any], where: str) -> Free:
         return free(table["free"], table["start"], (table["low"], table["high"]))
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
+
+
+def _table_of(hint: Any) -> type | None:
+    """The dataclass that a value is, or may be instead of a number."""
+    choices = [hint, *get_args(hint)]
+    return next((choice for choice in choices if isinstance(choice, type) and is_dataclass(choice)), None)
 
 
 def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
@@ -282,6 +288,8 @@ def _schema(kind: type) -> dict[str, Any]:
 def _schema_of(hint: Any) -> dict[str, Any]:
     if is_dataclass(hint) and isinstance(hint, type):
         return _schema(hint)
+    if inner := _table_of(hint):
+        return {"anyOf": [_A_NUMBER, _schema(inner)]}
     if get_origin(hint) is Literal:
         return {"enum": [*get_args(hint)]}
     if get_origin(hint) is tuple:

@@ -16,6 +16,7 @@ from scipy import integrate
 from springpot.simulation.forces import only_pushes
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras, push
+from springpot.simulation.restitution import Fixed
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.statistics import standard_error
@@ -65,10 +66,10 @@ def _bounce_slot(scheme, wall, x, v, accumulators, lane, before, after):  # type
     """Half a step at a time above the wall on the side of the motion: it is too short to reach the other one."""
     phase = 0.5 * scheme.frequency * scheme.step
     side = 1.0 if v <= 0.0 else -1.0
-    xm, vm = fly(-wall.half, 1.0, scheme.frequency, side * x, side * v, phase, accumulators, lane, before)
+    xm, vm = fly(-wall.half, Fixed(1.0), scheme.frequency, side * x, side * v, phase, accumulators, lane, before)
     xm, vm = side * xm, side * vm
     side = 1.0 if vm <= 0.0 else -1.0
-    xn, vn = fly(-wall.half, 1.0, scheme.frequency, side * xm, side * vm, phase, accumulators, lane, after)
+    xn, vn = fly(-wall.half, Fixed(1.0), scheme.frequency, side * xm, side * vm, phase, accumulators, lane, after)
     return xm, vm, side * xn, side * vn
 
 

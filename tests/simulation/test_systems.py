@@ -15,13 +15,17 @@ import pytest
 
 import springpot as sp
 from springpot.parts import WhiteNoise
+from springpot.parts.walls import slow_restitution
 from springpot.simulation.adapted import adapt
 from springpot.simulation.lanes import LANES
 from springpot.simulation.lowering import lower
+from springpot.simulation.observers import NO_OBSERVERS, Accumulators
+from springpot.simulation.restitution import Fixed, Power
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.system_scales import system_scales
 from springpot.simulation.units import Units
+from springpot.simulation.walls import Pair, fly_between
 
 from .problems import assert_agrees
 from .systems import boltzmann, circuit, filtered, poisson_fourth_moment, rates_of_walls, white
@@ -329,8 +333,9 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
 @pytest.mark.parametrize(
     ("parts", "words"),
     [
-        ((sp.Contact(-1.0, 50.0), sp.Barrier(1.0, side="below")), "rigid walls and soft contacts"),
-        ((sp.Contact(-1.0, 50.0), sp.Contact(-2.0, 50.0)), "two soft contacts"),
+        (tuple(sp.Contact(-1.0, 50.0 + n) for n in range(7)), "7 contacts, but the kernel holds only 6"),
+        ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, side="below")), "contact_1 is so stiff that half a step"),
+        ((sp.Barrier(-1.0, lambda v: float(f"{v:.1f}")),), "barrier has a restitution that Numba cannot compile"),
         ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
         (tuple(sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 6)), "memory modes"),
         (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(9)), "forces"),
@@ -339,6 +344,18 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
 def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         sp.run(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
+
+
+def test_restitution_that_falls_with_the_speed() -> None:
+    """One impact of a flight: at 16 times the speed half the restitution, and the energy that the wall took."""
+    extras, frequency, speed = np.zeros(5 * LANES), 1e-3, 32.0
+    sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), extras, NO_OBSERVERS)
+    wall = Pair(-1.0, 1.0, Power(0.5, 2.0, 0.25), Fixed(0.9))
+    x, v = fly_between(wall, frequency, 0.0, -speed, frequency * 1.5 / speed, sums, 0, 1.0)
+    assert (x, v) == pytest.approx((-1.0 + 0.5 * 0.25, 0.25 * speed), rel=1e-6)
+    assert extras[3 * LANES] == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
+    assert sums.impacts[0] == 1.0
+    assert slow_restitution(sp.Barrier(0.0, sp.PowerRestitution(0.5, 2.0))) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -98,6 +98,51 @@ def test_soft_stops(contacts: tuple[Any, ...], step: float, energy: Any) -> None
     check(sp.System(SPRING, sp.Dashpot(0.5), *contacts, WHITE), exact, step=step, paths=24_000)
 
 
+@pytest.mark.parametrize(
+    "stops",
+    [
+        (sp.Contact(-0.3, 20.0), sp.Barrier(-0.6), sp.Barrier(1.0, side="below")),
+        (sp.Contact(-0.2, 20.0, 1.0), sp.Contact(-0.5, 60.0), sp.Contact(0.4, 30.0, side="below")),
+    ],
+    ids=["rubber-before-steel", "two-on-one-side"],
+)
+def test_several_stops_on_one_side(stops: tuple[Any, ...]) -> None:
+    system = sp.System(SPRING, sp.Dashpot(0.5), WHITE, *stops)
+    law = sp.theory.exact(system)
+    exact = {name: getattr(law, name) for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate")}
+    names = [name for name, part in system.named() if part in stops]
+    exact |= {f"{name}_impact_rate": rate for name, rate in zip(names, law.barrier_impact_rate, strict=True)}
+    check(system, exact, step=0.01)
+
+
+def _eight_tenths(speed: float) -> float:
+    return 0.8
+
+
+def test_a_law_of_restitution_that_is_a_number() -> None:
+    parts = SPRING, sp.Springpot(0.5, 0.5), WHITE
+    stop = sp.Barrier(0.5, 0.8, "below")
+    given = {"paths": 500, "duration": 60.0, "window": (20.0, 60.0), "step": 0.02, "seed": 3}
+    number = sp.run(sp.System(*parts, sp.Barrier(-0.3, 0.8), stop), **given)
+    for law in (_eight_tenths, sp.PowerRestitution(0.8, 1.0, 1e-12)):
+        found = sp.run(sp.System(*parts, sp.Barrier(-0.3, law), stop), **given)
+        for name, value in number.values.items():
+            assert found.values[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0])
+def test_a_restitution_that_falls_with_the_speed(order: float) -> None:
+    """The energy that the wall takes balances that of the noise, and the envelope is near."""
+    wall = sp.Barrier(-0.3, sp.PowerRestitution(0.9, 0.5, 0.1))
+    system = sp.System(SPRING, sp.Springpot(order, 0.05), sp.WhiteNoise(0.1), wall)
+    found = check(system, {}, duration=160.0, window=(60.0, 160.0))
+    taken = found.values["barrier_power"] + found.values["damping_power"]
+    assert taken == pytest.approx(0.05, rel=0.01)
+    theory = sp.theory.envelope(system).stationary
+    assert found.values["x_mean_square"] == pytest.approx(theory.x_mean_square, rel=0.03)
+    assert found.values["barrier_impact_rate"] == pytest.approx(theory.impact_rate, rel=0.05)
+
+
 @pytest.mark.parametrize("scale", [1.0, 2e-3])
 def test_van_der_pol_and_rayleigh_with_a_wall(scale: float) -> None:
     """In another unit of length, too."""

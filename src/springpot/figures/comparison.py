@@ -65,7 +65,7 @@ _SHOWN = ("x", "v", "amplitude", "impact_speed")
 
 
 def _title(o: Oscillator) -> str:
-    wall = "no wall" if o.barrier is None else f"$b$ = {o.barrier.position:g} m, $r$ = {o.barrier.restitution:g}"
+    wall = "no wall" if o.barrier is None else f"$b$ = {o.barrier.position:g} m, $r$ = {o.restitution:g}"
     return (
         rf"$\alpha$ = {o.springpot.order:g}, $C$ = {o.springpot.coefficient:g} s$^{{\alpha-2}}$"
         "\n"

@@ -10,6 +10,7 @@ import numpy as np
 
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact, ThermalNoise
+from springpot.parts.walls import slow_restitution
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
 from springpot.simulation.decision import NORMAL, Known
@@ -183,7 +184,7 @@ def _bias_weight(problem: Oscillator | System, name: str) -> float:
 def _system_bias_weight(system: System, name: str) -> float:
     """As for an oscillator; where slow impacts are not added, the order is that of the lossiest wall's impact rate."""
     walls = system.of(Barrier)
-    lossy = [wall.restitution for wall in walls if wall.restitution < 1.0]
+    lossy = [slow_restitution(wall) for wall in walls if not wall.is_elastic]
     if lossy and "impact" in name:
         added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
         order = slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0)

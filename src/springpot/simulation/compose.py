@@ -26,12 +26,13 @@ from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_FORCES, MOST_MODES
 from springpot.simulation.lowering import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.parts import Start, answer_of_springpot
+from springpot.simulation.restitution import Fixed
 from springpot.simulation.scales import Scales
 from springpot.simulation.schemes import NumericalScheme
 from springpot.simulation.settings import Settings
 from springpot.simulation.system_scales import BoltzmannLaw, SystemScales, boltzmann_law
 from springpot.simulation.units import Units
-from springpot.simulation.walls import NoWall, Pair, Rigid, Soft
+from springpot.simulation.walls import NoWall, Pair, Rigid, Soft, sums_of
 from springpot.system import System
 
 __all__ = ["Floats", "Parts", "compose"]
@@ -93,13 +94,9 @@ class Parts:
         """The numbers of a row by name, each with the factor from the kernel's units."""
         units = self.units
         square = units.speed**2
-        upper = {"upper_impacts": 1.0, "upper_speeds": units.speed, "upper_squares": square}
         extra = {f"work of {named.name}": square for named in self.named}
-        if isinstance(self.wall, Soft):
-            extra |= {"contact_work": square, "contact_loss": square, "contact_time": units.time,
-                      "contact_depth": units.length}  # fmt: skip
-        if isinstance(self.wall, Pair | Soft):
-            extra |= upper
+        factors = {"impacts": 1.0, "speeds": units.speed, "time": units.time, "depth": units.length}
+        extra |= {name: factors.get(name.split()[-1], square) for name in sums_of(self.wall)}
         extra |= {f"voltage of {tap.name}": tap.volts**2 for tap in self.taps}
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
@@ -140,7 +137,8 @@ def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scal
     drive = _drive(order, scale, x0, settings)
     early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
     barrier = oscillator.barrier
-    wall = NoWall(0.0) if barrier is None else Rigid(units.into(barrier.position, 0.0)[0], barrier.restitution)
+    place = 0.0 if barrier is None else units.into(barrier.position, 0.0)[0]
+    wall = NoWall(0.0) if barrier is None else Rigid(place, Fixed(oscillator.restitution))
     memory, history = _memory([(order, coefficient)], [], scheme, step, settings)
     return Parts(
         scheme=at_this_step,
@@ -187,7 +185,7 @@ def _compose_system(
     modes = history.rates.size - len(total.arms)
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, _touching_speed(unit, scales, position, velocity) / units.speed, step),
+        wall=wall_of(total, _touching_speed(unit, scales, position, velocity) / units.speed, units.speed, step),
         load=load,
         memory=memory,
         start=_start(x0, v0, frequency, 0.0),

@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import intrinsic
 
 __all__ = [
-    "FAST", "GROUP", "INLINE", "LANES", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES", "MOST_STATES",
+    "FAST", "GROUP", "INLINE", "LANES", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES", "MOST_STATES",
     "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
 ]  # fmt: skip
 
@@ -23,7 +23,8 @@ GROUP = 4  # steps between two updates of the memory modes; one Philox block giv
 MOST_MODES = 128
 MOST_FORCES = 8  # named ones, and taps
 MOST_STATES = 160  # numbers that forces keep for each path
-MOST_EXTRAS = 8  # sums of a wall
+MOST_CONTACTS = 6
+MOST_EXTRAS = 8 + 4 * MOST_CONTACTS  # sums of the walls
 
 # without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
 FAST: dict[str, Any] = {

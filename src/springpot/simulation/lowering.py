@@ -43,7 +43,8 @@ from springpot.parts import (
     WhiteNoise,
 )
 from springpot.simulation import forces, sources, walls
-from springpot.simulation.lanes import MOST_FORCES, MOST_STATES
+from springpot.simulation.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
+from springpot.simulation.restitution import rule_of
 from springpot.simulation.units import Units
 from springpot.simulation.user_forces import user_force
 
@@ -120,9 +121,9 @@ class Lowered:
     temperature : float
         kT of matched noise; 0 without.
     forces : tuple of Named
-    barriers : tuple of Barrier
-    contacts : tuple of Contact
-        Both in the kernel's units.
+    barriers : tuple of (str, Barrier)
+    contacts : tuple of (str, Contact)
+        With their names, in the kernel's units; a restitution that depends on the speed is in the user's.
     """
 
     springs: tuple[float, ...] = ()
@@ -133,8 +134,8 @@ class Lowered:
     poisson: float = 0.0
     temperature: float = 0.0
     forces: tuple[Named, ...] = ()
-    barriers: tuple[Barrier, ...] = ()
-    contacts: tuple[Contact, ...] = ()
+    barriers: tuple[tuple[str, Barrier], ...] = ()
+    contacts: tuple[tuple[str, Contact], ...] = ()
 
     def __add__(self, other: Lowered) -> Lowered:
         size = max(len(self.springs), len(other.springs))
@@ -360,14 +361,15 @@ def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(barriers=(Barrier(part.position / units.length, part.restitution, part.side),))
+    return Lowered(barriers=((name, Barrier(part.position / units.length, part.restitution, part.side)),))
 
 
 @lower.register
 def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
     stiffness = part.stiffness * units.length ** (part.exponent - 1.0) * units.time**2
     dissipation = part.dissipation * units.speed
-    return Lowered(contacts=(Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.side),))
+    contact = Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.side)
+    return Lowered(contacts=((name, contact),))
 
 
 def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
@@ -442,36 +444,49 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
     return whole, tuple(named)
 
 
-def wall_of(total: Lowered, speed: float, step: float) -> Any:
-    """The wall of the kernel; ``speed`` is the largest one for which soft contacts are resolved."""
-    if total.contacts and total.barriers:
-        raise NotCovered("rigid walls and soft contacts cannot be simulated together: make both rigid or both soft.")
-    if total.contacts:
-        return _soft(total.contacts, speed, step)
-    low = [wall for wall in total.barriers if wall.side == "above"]
-    high = [wall for wall in total.barriers if wall.side == "below"]
-    if not high:
-        return walls.Rigid(low[0].position, low[0].restitution) if low else walls.NoWall(0.0)
-    below = low[0] if low else Barrier(-_FAR, 1.0)
-    return walls.Pair(below.position, high[0].position, below.restitution, high[0].restitution)
+def wall_of(total: Lowered, speed: float, unit: float, step: float) -> Any:
+    """The wall of the kernel.
+
+    Parameters
+    ----------
+    total : Lowered
+    speed : float
+        The largest one for which soft contacts are resolved.
+    unit : float
+        The kernel's unit of speed, in m/s.
+    step : float
+    """
+    low = [(name, wall) for name, wall in total.barriers if wall.side == "above"]
+    high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
+    if not total.contacts and not high:
+        return walls.Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit)) if low else walls.NoWall(0.0)
+    below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
+    rigid = walls.Pair(
+        below[1].position, above[1].position, rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
+    )
+    return _soft(total, rigid, speed, step) if total.contacts else rigid
 
 
-def _soft(contacts: Sequence[Contact], speed: float, step: float) -> walls.Soft:
-    low = [contact for contact in contacts if contact.side == "above"]
-    high = [contact for contact in contacts if contact.side == "below"]
-    if len(low) > 1 or len(high) > 1:
-        raise NotCovered("two soft contacts on one side cannot be simulated: combine them in one.")
-    substeps = max(math.ceil(0.5 * step / (contact_time(c, speed) / _SUBSTEPS)) for c in contacts)
-    if substeps > _MOST_SUBSTEPS:
-        raise ValueError(
-            f"the contact is so stiff that half a step would need {substeps} parts: use a Barrier, which is the limit."
-        )
-    below = low[0] if low else Contact(-_FAR, 1.0)
-    above = high[0] if high else Contact(_FAR, 1.0, side="below")
+def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls.Soft:
+    if len(total.contacts) > MOST_CONTACTS:
+        raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
+    substeps = 1
+    for name, contact in total.contacts:
+        needed = math.ceil(0.5 * step / (contact_time(contact, speed) / _SUBSTEPS))
+        if needed > _MOST_SUBSTEPS:
+            raise ValueError(
+                f"{name} is so stiff that half a step would need {needed} parts: use a Barrier, which is the limit."
+            )
+        substeps = max(substeps, needed)
+    away = {"above": 1.0, "below": -1.0}
+    numbers = [(c.position, away[c.side], c.stiffness, c.exponent, c.dissipation) for _, c in total.contacts]
     return walls.Soft(
-        below.position, above.position, below.stiffness, above.stiffness, below.exponent, above.exponent,
-        below.dissipation, above.dissipation, substeps,
-    )  # fmt: skip
+        max([rigid.low, *(c.position for _, c in total.contacts if c.side == "above")]),
+        min([rigid.high, *(c.position for _, c in total.contacts if c.side == "below")]),
+        rigid if total.barriers else walls.NoWall(0.0),
+        np.array(numbers).ravel(),
+        substeps,
+    )
 
 
 def contact_time(contact: Contact, speed: float) -> float:

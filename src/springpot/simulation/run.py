@@ -15,7 +15,6 @@ import numpy.typing as npt
 from springpot.faults import NotCovered, listed, meant
 from springpot.options import Options
 from springpot.oscillator import Oscillator
-from springpot.parts import Force
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
 from springpot.simulation.distributions import Distribution
@@ -169,8 +168,8 @@ def _check_names(simulation: Simulation, wanted: Requested) -> None:
 
 @contextmanager
 def _faults_of_own_forces(problem: Oscillator | System) -> Iterator[None]:
-    """An error that a user's own force raises is said with the name of the part."""
-    own = [] if isinstance(problem, Oscillator) else [n for n, part in problem.named() if isinstance(part, Force)]
+    """An error that a user's own function raises is said with the name of the part."""
+    own = [] if isinstance(problem, Oscillator) else problem.with_functions
     try:
         yield
     except Exception as fault:

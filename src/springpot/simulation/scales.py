@@ -70,12 +70,12 @@ def _energy_time(oscillator: Oscillator) -> float:
     elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
     rate = 2.0 * averaging(elastic).decay_rate / _slowing(oscillator)
     growth = 0.0
-    if barrier is not None and barrier.restitution < 1.0:
+    if barrier is not None and oscillator.restitution < 1.0:
         gap = max(0.0, -oscillator.direction * barrier.position)
         intensity = oscillator.excitation.intensity
         # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
         struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
-        lossy = replace(oscillator, barrier=Barrier(0.0, barrier.restitution))
+        lossy = replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))
         impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
         rate += struck * impacts
         growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0

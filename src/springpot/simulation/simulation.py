@@ -191,7 +191,7 @@ class Simulation:
         steps, time = high - low, (high - low) * self.settings.step
         column = dict(zip(COLUMNS, rows.T, strict=True))
         stiffness = oscillator.natural_frequency**2
-        restitution = 1.0 if oscillator.barrier is None else oscillator.barrier.restitution
+        restitution = 1.0 if oscillator.barrier is None else oscillator.restitution
         spent = column["power"] / steps
         spent = spent + 0.5 * (1.0 - restitution**2) * column["impact_speed_squares"] / time
         gained = (column["energy_last"] - column["energy_first"]) / time

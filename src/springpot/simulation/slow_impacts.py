@@ -46,7 +46,7 @@ SPAN = 3.0  # K is estimated from the impacts slower than this, in units of sqrt
 
 def impacts_are_countable(oscillator: Oscillator) -> bool:
     """Whether there is a wall and its restitution gives a finite impact rate and mean impact speed."""
-    return oscillator.barrier is not None and oscillator.barrier.restitution > COLLAPSE_BELOW
+    return oscillator.barrier is not None and oscillator.restitution > COLLAPSE_BELOW
 
 
 def extrapolation_step(oscillator: Oscillator) -> float:
@@ -102,7 +102,7 @@ def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square
     """
     if oscillator.barrier is None or not impact_speed_mean_square > 0.0:
         return 0.0
-    restitution = oscillator.barrier.restitution
+    restitution = oscillator.restitution
     blur = oscillator.excitation.intensity * step / impact_speed_mean_square
     front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
     order, missed = slow_impact_order(restitution), 0.0
@@ -159,10 +159,10 @@ def slow_impacts(oscillator: Oscillator, step: float, distribution: Distribution
     None without noise, without impacts, or with infinitely many impacts.
     """
     wall, q = oscillator.barrier, oscillator.excitation.intensity
-    if wall is None or wall.restitution <= COLLAPSE_BELOW or not (q > 0.0 and distribution.size > 0.0):
+    if wall is None or oscillator.restitution <= COLLAPSE_BELOW or not (q > 0.0 and distribution.size > 0.0):
         return None
-    blur, power = math.sqrt(q * step), slow_impact_power(wall.restitution)
-    limit = math.exp(-3.6 * (wall.restitution - COLLAPSE_BELOW))
+    blur, power = math.sqrt(q * step), slow_impact_power(oscillator.restitution)
+    limit = math.exp(-3.6 * (oscillator.restitution - COLLAPSE_BELOW))
     counted = float(np.interp(SPAN * blur, distribution.edges, _shares(distribution), left=0.0, right=1.0))
     return SlowImpacts(blur, power, limit, counted / (SPAN**power - limit), _pressed(oscillator))
 
@@ -208,7 +208,7 @@ def impact_step_biases(oscillator: Oscillator, step: float, values: dict[str, fl
     {'impact_rate': 0.0086, 'impact_speed_mean': 0.0252, 'impact_speed_mean_square': 0.028}
     """
     speed = values["impact_speed_mean_square"]
-    if oscillator.barrier is None or not (speed > 0.0 and oscillator.barrier.restitution > COLLAPSE_BELOW):
+    if oscillator.barrier is None or not (speed > 0.0 and oscillator.restitution > COLLAPSE_BELOW):
         return {}
     missed = min((MARGIN_PRESSED if _pressed(oscillator) else MARGIN) * missed_impacts(oscillator, step, speed), 0.95)
     biases = {"impact_rate": missed / (1.0 - missed) * values["impact_rate"]}

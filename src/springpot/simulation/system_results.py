@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -22,6 +23,7 @@ from springpot.parts import (
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.parts.walls import slow_restitution
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import Parts
 from springpot.simulation.lanes import GROUP
@@ -77,7 +79,7 @@ def uncountable(system: System) -> str:
     thermal = bool(system.of(ThermalNoise)) and dampers > 0.0
     smooth = system.of(ColouredNoise, FilteredNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
     for name, wall in system.named():
-        if not isinstance(wall, Barrier) or wall.restitution == 1.0:
+        if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
             continue
         multiplied = bool(system.of(ParametricNoise)) and wall.position != 0.0
         if smooth and not (white or thermal or multiplied):
@@ -85,9 +87,10 @@ def uncountable(system: System) -> str:
                 f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest on "
                 "the wall after infinitely many impacts"
             )
-        if wall.restitution <= COLLAPSE_BELOW and (white or thermal or multiplied):
+        slow = slow_restitution(wall)
+        if slow <= COLLAPSE_BELOW and (white or thermal or multiplied):
             return (
-                f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+                f"restitution {slow:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
                 "white noise causes infinitely many impacts in a finite time"
             )
     return ""
@@ -106,7 +109,7 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
     low, high = settings.window_steps
     steps, time, mass = high - low, (high - low) * settings.step, system.mass
     column = dict(zip(parts.columns, rows.T, strict=True))
-    lost = _lost_at_walls(system, parts, column)
+    lost = _lost_at_walls(system, column)
     found = {
         "x_mean": column["x"] / steps,
         "x_mean_square": column["x_square"] / steps,
@@ -127,7 +130,7 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
     fed = gained + column["power"] / steps + sum(lost.values(), np.zeros(len(rows))) / time
     fed = fed - sum((w for named, w in works.items() if named.does != "expected"), np.zeros(len(rows)))
     if isinstance(parts.wall, Soft):
-        fed = fed - (column["contact_work"] + column["contact_loss"]) / time
+        fed = fed - (column["contacts' work"] + sum(lost.values(), np.zeros(len(rows)))) / time
     expected = parts.expected_power + sum(float(w.mean()) for named, w in works.items() if named.does == "expected")
     supplied, total = expected, fed
     for named, work in works.items():
@@ -165,47 +168,53 @@ def _has_damping(system: System) -> bool:
     return bool(pots or system.damping or system.of(Series, Maxwell, Circuit))
 
 
-def _sides(system: System) -> dict[str, str]:
-    """The side of each wall and contact by its name."""
-    return {name: part.side for name, part in system.named() if isinstance(part, Barrier | Contact)}
-
-
-def _at_wall(column: dict[str, Floats], side: str, sides: dict[str, str]) -> tuple[Floats, Floats, Floats]:
-    """Impacts, speeds and squares of one wall."""
+def _at_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats, Floats]]:
+    """Impacts, speeds and squares of each wall and contact, by its name."""
     whole = column["impacts"], column["impact_speeds"], column["impact_speed_squares"]
-    if "upper_impacts" not in column:
-        return whole
-    upper = column["upper_impacts"], column["upper_speeds"], column["upper_squares"]
-    if side == "below":
-        return upper
-    if "below" not in sides.values():
-        return whole
-    return whole[0] - upper[0], whole[1] - upper[1], whole[2] - upper[2]
+    contacts = itertools.count()
+    found = {}
+    for name, part in system.named():
+        if isinstance(part, Contact):
+            found[name] = _sums(column, f"contact {next(contacts)}")
+        elif isinstance(part, Barrier) and part.side == "below":
+            found[name] = _sums(column, "upper")
+    for name, part in system.named():  # the impacts of a lower wall are what is left of all
+        if isinstance(part, Barrier) and part.side == "above":
+            others = [*found.values()]
+            for other in others:
+                whole = whole[0] - other[0], whole[1] - other[1], whole[2] - other[2]
+            found[name] = whole
+    return {name: found[name] for name, part in system.named() if isinstance(part, Barrier | Contact)}
 
 
-def _lost_at_walls(system: System, parts: Parts, column: dict[str, Floats]) -> dict[str, Floats]:
-    """Energy that each rigid wall took, by its name; of soft contacts together."""
-    if isinstance(parts.wall, Soft):
-        return {"contact": column["contact_loss"]}
-    sides = _sides(system)
-    return {
-        name: 0.5 * (1.0 - part.restitution**2) * _at_wall(column, part.side, sides)[2]
-        for name, part in system.named()
-        if isinstance(part, Barrier)
-    }
+def _sums(column: dict[str, Floats], where: str) -> tuple[Floats, Floats, Floats]:
+    return column[f"{where} impacts"], column[f"{where} speeds"], column[f"{where} squares"]
+
+
+def _lost_at_walls(system: System, column: dict[str, Floats]) -> dict[str, Floats]:
+    """Energy that each wall and contact took, by its name."""
+    contacts, struck, lost = itertools.count(), _at_walls(system, column), {}
+    for name, part in system.named():
+        if isinstance(part, Contact):
+            lost[name] = column[f"contact {next(contacts)} loss"]
+        elif isinstance(part, Barrier):
+            lost[name] = (
+                column["lower loss" if part.side == "above" else "upper loss"]
+                if callable(part.restitution)
+                else 0.5 * (1.0 - part.restitution**2) * struck[name][2]
+            )
+    return lost
 
 
 def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:
     """Impact speeds, and rate and speed of every wall."""
-    sides = _sides(system)
-    if not sides:
+    if not system.of(Barrier, Contact):
         return {}
     found = {
         "impact_speed_mean": ratio(column["impact_speeds"], column["impacts"]),
         "impact_speed_mean_square": ratio(column["impact_speed_squares"], column["impacts"]),
     }
-    for name, side in sides.items():
-        impacts, speeds, _ = _at_wall(column, side, sides)
+    for name, (impacts, speeds, _) in _at_walls(system, column).items():
         found[f"{name}_impact_rate"] = (float(impacts.mean()) / time, impacts / time)
         found[f"{name}_impact_speed_mean"] = ratio(speeds, impacts)
     return found
@@ -229,7 +238,7 @@ def _of_circuits(system: System, parts: Parts, column: dict[str, Floats], settin
 def _of_contacts(parts: Parts, column: dict[str, Floats], time: float) -> dict[str, Floats]:
     if not isinstance(parts.wall, Soft):
         return {}
-    return {"contact_share": column["contact_time"] / time, "contact_penetration": column["contact_depth"]}
+    return {"contact_share": column["contacts' time"] / time, "contact_penetration": column["contacts' depth"]}
 
 
 def errors_of_the_start_of_system(

@@ -36,6 +36,7 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.parts.walls import restitution_at
 from springpot.potential import Potential
 from springpot.simulation.scales import Scales, scales_of
 from springpot.system import System
@@ -207,7 +208,7 @@ def dissipated(unit: System, law: BoltzmannLaw) -> float:
                 rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
             case Barrier():
                 flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
-                power += flux * (1.0 - part.restitution**2) * theta
+                power += flux * (1.0 - restitution_at(part, math.sqrt(2.0 * theta)) ** 2) * theta
     return rate * theta + power
 
 
@@ -393,7 +394,8 @@ def typical_frequency(problem: Oscillator | System) -> float:
 def oscillator_at_walls(system: System) -> Oscillator | None:
     """An oscillator with the walls of a system: their restitution, the white noise, and what presses the mass on them.
 
-    Near a wall only these matter for slow impacts.  None if the rigid walls differ in restitution or there is none.
+    Near a wall only these matter for slow impacts.  None if the rigid walls differ in restitution, if that
+    depends on the speed, or if there is no wall.
 
     Examples
     --------
@@ -406,7 +408,8 @@ def oscillator_at_walls(system: System) -> Oscillator | None:
     unit = system.per_unit_mass
     walls = unit.of(Barrier)
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    if len({wall.restitution for wall in walls}) != 1 or unit.of(Contact) or not intensity > 0.0:
+    numbers = {wall.restitution for wall in walls}
+    if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not intensity > 0.0:
         return None
     frequency = system_scales(system).law.frequency
     directions = {"above": 1.0, "below": -1.0}

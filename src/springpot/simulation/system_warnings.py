@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from springpot.faults import listed
 from springpot.oscillator import Oscillator
-from springpot.parts import Barrier, Force, Recorded, ThermalNoise, WhiteNoise
+from springpot.parts import Barrier, Recorded, ThermalNoise, WhiteNoise
+from springpot.parts.walls import restitution_at
 from springpot.simulation.cost import per_cent
 from springpot.simulation.forgetting import MOST_TRANSIENT
 from springpot.simulation.kernel import COLUMNS
@@ -38,8 +39,9 @@ def step_biases_of_system(system: System, step: float, values: dict[str, float])
     if uncountable(system) or not intensity > 0.0 or "impact_rate" not in values:
         return {}
     for wall in unit.of(Barrier):
-        if wall.restitution < 1.0:
-            alone = Oscillator(barrier=Barrier(0.0, wall.restitution), excitation=WhiteNoise(intensity))
+        slow = restitution_at(wall, math.sqrt(intensity * step))  # of the impacts that a step can miss
+        if slow < 1.0:
+            alone = Oscillator(barrier=Barrier(0.0, slow), excitation=WhiteNoise(intensity))
             for name, bias in impact_step_biases(alone, step, values).items():
                 biases[name] = max(bias, biases.get(name, 0.0))
     return biases
@@ -56,7 +58,7 @@ def doubts_of_system(
     if not isinstance(system, System):
         raise TypeError("the simulation must be of a system.")
     if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
-        own = listed([name for name, part in system.named() if isinstance(part, Force)], "or")
+        own = listed(system.with_functions, "or")
         cause = f": the function of {own} returns no number, or the step is too long." if own else (
             ": a much finer step may help."
         )  # fmt: skip

@@ -8,13 +8,12 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba import float64, njit
-from numba.core.errors import NumbaError
+from numba import float64
 
-from springpot.faults import cause_of
 from springpot.simulation.forces import register_damper
-from springpot.simulation.lanes import INLINE, LANES
+from springpot.simulation.lanes import LANES
 from springpot.simulation.parts import answers, damp
+from springpot.simulation.user_functions import inlined
 
 __all__ = ["user_force"]
 
@@ -41,12 +40,7 @@ def user_force(function: Callable[[float, float, float], float], name: str) -> A
     ValueError
         If Numba cannot compile the function, or it does not return a number.
     """
-    plain = getattr(function, "py_func", function)
-    try:
-        njit(float64(float64, float64, float64))(plain)
-    except (NumbaError, TypeError) as reason:
-        raise ValueError(f"{name} has a function that Numba cannot compile: {cause_of(reason)}") from None
-    inner = njit(**INLINE)(plain)
+    inner = inlined(function, float64(float64, float64, float64), f"{name} has a function")
     make: Any = namedtuple  # a type checker wants the name to be known
     kind = make(f"UserForce{next(_numbers)}", _FIELDS)
     kind.__module__ = "__user__"  # so that its kernels are not kept on disk

@@ -1,4 +1,4 @@
-"""Walls in the kernel: none, a rigid one below the motion, one on either side, soft contacts.
+"""Walls in the kernel: none, a rigid one below the motion, one on either side, soft contacts before either.
 
 The module's text of `springpot.simulation.parts` says what the kernel asks a wall.
 """
@@ -9,13 +9,17 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.lanes import FAST, INLINE, LANES
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Euler, Splitting, answers, begin, bounce, clearance, drift, extras
+from springpot.simulation.restitution import Fixed, lossless, rebound, takings
 
-__all__ = ["NoWall", "Pair", "Rigid", "Soft", "fly", "fly_between"]
+__all__ = ["NoWall", "Pair", "Rigid", "Soft", "fly", "fly_between", "sums_of"]
+
+Floats = npt.NDArray[np.float64]
 
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
@@ -32,40 +36,66 @@ class Rigid(NamedTuple):
     """A rigid wall under x >= position."""
 
     position: float
-    restitution: float
+    rule: Any  # of restitution
 
 
 class Pair(NamedTuple):
-    """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one."""
+    """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one.
 
-    low: float
-    high: float
-    low_restitution: float
-    high_restitution: float
-
-
-class Soft(NamedTuple):
-    """Soft contacts below ``low`` and above ``high``, advanced in short steps of their own.
-
-    The sums kept are: work done on the mass, dissipated energy, time in contact, largest penetration, and impacts,
-    speeds and squares at the upper contact.  Without one of the contacts its stiffness is 0 and its place infinite.
+    After them come the losses, first at the lower wall, of rules of restitution that need a sum.
     """
 
     low: float
     high: float
-    low_stiffness: float
-    high_stiffness: float
-    low_exponent: float
-    high_exponent: float
-    low_dissipation: float
-    high_dissipation: float
+    low_rule: Any
+    high_rule: Any
+
+
+class Soft(NamedTuple):
+    """Soft contacts, and perhaps rigid walls behind them; they are advanced in short steps of their own.
+
+    The sums kept are those of the rigid walls, work done on the mass, time in contact, largest penetration, and of each
+    contact impacts, speeds, squares and dissipated energy.
+    """
+
+    low: float  # what is touched first on either side, infinitely far where there is nothing
+    high: float
+    rigid: Any  # Pair or NoWall
+    contacts: Floats  # five numbers of each: place, direction of its force, stiffness, exponent, dissipation
     substeps: int  # of half a step
 
 
+def sums_of(wall: NoWall | Rigid | Pair | Soft) -> tuple[str, ...]:
+    """The names of the sums that a wall keeps, in their order.
+
+    Examples
+    --------
+    >>> sums_of(Rigid(0.0, Fixed(0.5))), sums_of(Pair(0.0, 1.0, Fixed(0.5), Fixed(0.5)))
+    ((), ('upper impacts', 'upper speeds', 'upper squares'))
+    """
+    each = "impacts", "speeds", "squares"
+    match wall:
+        case Rigid():
+            return () if isinstance(wall.rule, Fixed) else ("lower loss",)
+        case Pair():
+            rules = ("lower loss", wall.low_rule), ("upper loss", wall.high_rule)
+            losses = (name for name, rule in rules if not isinstance(rule, Fixed))
+            return *(f"upper {name}" for name in each), *losses
+        case Soft():
+            own = (f"contact {n} {name}" for n in range(wall.contacts.size // 5) for name in (*each, "loss"))
+            return *sums_of(wall.rigid), "contacts' work", "contacts' time", "contacts' depth", *own
+        case _:
+            return ()
+
+
 @answers(extras, NoWall)
-@answers(extras, Rigid)
 def _no_extras(wall):
     return 0
+
+
+@answers(extras, Rigid)
+def _extras_of_rigid(wall):
+    return takings(wall.rule)
 
 
 @answers(clearance, Euler, NoWall)
@@ -89,7 +119,7 @@ def _begin_free(scheme, wall, x, v, early, accumulators, lane, weight):
 @answers(begin, Splitting, Rigid)
 def _begin_splitting(scheme, wall, x, v, early, accumulators, lane, weight):
     phase = 0.5 * scheme.frequency * scheme.step
-    x, v = fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, accumulators, lane, weight)
+    x, v = fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
     return max(x + early, wall.position), v
 
 
@@ -123,7 +153,7 @@ def _half_step(scheme, wall, x, v, accumulators, lane, weight):
     if min(x, xh) > _reach(scheme, wall):
         return xh, vh
     phase = 0.5 * scheme.frequency * scheme.step
-    return fly(wall.position, wall.restitution, scheme.frequency, x, v, phase, accumulators, lane, weight)
+    return fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
 
 
 @answers(bounce, Splitting, Rigid)
@@ -134,7 +164,7 @@ def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
 
 
 @njit(**FAST)
-def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weight):
+def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
     Returns x and v; impacts are added to the accumulators.  When the flights of a chattering sequence are shorter than
@@ -150,10 +180,10 @@ def fly(position, restitution, frequency, x, v, phase, accumulators, lane, weigh
             add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
             struck = True
             x = position
-            u = restitution * arriving
+            u = rebound(rule, arriving, frequency, accumulators, 0, lane, weight)
         if position > 0.0 and x == position and u >= 0.0:  # a preload brings the mass back to the wall
             hop = 2.0 * math.atan2(u, position)
-            if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
+            if lossless(rule) and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
                 if whole > 0.0:
                     add_impacts(accumulators, lane, weight, whole, frequency * u)
@@ -186,13 +216,13 @@ def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
     xm, _, xn, vn = drift(scheme, x, v)
     if clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0:
         add_impacts(accumulators, lane, before, 1.0, -vn)
-        vn = -wall.restitution * vn
+        vn = rebound(wall.rule, -vn, 1.0, accumulators, 0, lane, before)
     return xn, vn, xn, vn
 
 
 @answers(extras, Pair)
 def _extras_of_pair(wall):
-    return 3
+    return 3 + takings(wall.low_rule) + takings(wall.high_rule)
 
 
 @answers(clearance, Splitting, Pair)
@@ -249,8 +279,8 @@ def _strike_soft(wall, scheme, x, v, accumulators, lane, weight):
 
 
 @njit(**INLINE)
-def _add_to_upper(accumulators, first, lane, weight, count, speed):
-    """Add impacts at the upper wall, whose sums are the three from number ``first`` on."""
+def _add_to(accumulators, first, lane, weight, count, speed):
+    """Add impacts at one wall, whose sums are the three from number ``first`` on."""
     accumulators.extras[first * LANES + lane] += weight * count
     accumulators.extras[(first + 1) * LANES + lane] += weight * count * speed
     accumulators.extras[(first + 2) * LANES + lane] += weight * count * speed * speed
@@ -275,20 +305,24 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
         if struck != 0:
             add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
             if struck > 0:
-                _add_to_upper(accumulators, 0, lane, weight, 1.0, frequency * arriving)
+                _add_to(accumulators, 0, lane, weight, 1.0, frequency * arriving)
             x = wall.low if struck < 0 else wall.high
-            u = -struck * (wall.low_restitution if struck < 0 else wall.high_restitution) * arriving
+            if struck < 0:
+                u = rebound(wall.low_rule, arriving, frequency, accumulators, 3, lane, weight)
+            else:
+                place = 3 + takings(wall.low_rule)
+                u = -rebound(wall.high_rule, arriving, frequency, accumulators, place, lane, weight)
         pressed_down = wall.low > 0.0 and x == wall.low and u >= 0.0
         if pressed_down or (wall.high < 0.0 and x == wall.high and u <= 0.0):
-            restitution = wall.low_restitution if pressed_down else wall.high_restitution
+            elastic = lossless(wall.low_rule) if pressed_down else lossless(wall.high_rule)
             hop = 2.0 * math.atan2(abs(u), abs(x))
-            if restitution == 1.0 and hop > SHORTEST_ELASTIC_HOP * phase:
+            if elastic and hop > SHORTEST_ELASTIC_HOP * phase:
                 # hops that stay clear of the other wall are counted in one go
                 whole = np.floor(left / hop) if u * u + x * x < (wall.high if pressed_down else wall.low) ** 2 else 0.0
                 if whole > 0.0:
                     add_impacts(accumulators, lane, weight, whole, frequency * abs(u))
                     if not pressed_down:
-                        _add_to_upper(accumulators, 0, lane, weight, whole, frequency * abs(u))
+                        _add_to(accumulators, 0, lane, weight, whole, frequency * abs(u))
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck != 0 else 0.0
@@ -319,7 +353,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
 
 @answers(extras, Soft)
 def _extras_of_soft(wall):
-    return 7
+    return extras(wall.rigid) + 3 + 4 * (wall.contacts.size // 5)
 
 
 @answers(begin, Splitting, Soft)
@@ -328,41 +362,76 @@ def _begin_soft(scheme, wall, x, v, early, accumulators, lane, weight):
     return x + early, v
 
 
+def travel(
+    rigid: Any, frequency: Any, x: Any, v: Any, c: Any, s: Any, accumulators: Any, lane: Any, weight: Any
+) -> Any:
+    """Compiled code only: flight over a phase of cosine ``c`` and sine ``s`` behind soft contacts."""
+    raise NotImplementedError
+
+
+@answers(travel, NoWall)
+def _travel_freely(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+    return c * x + s / frequency * v, c * v - s * frequency * x
+
+
+@answers(travel, Pair)
+def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+    xn, vn = c * x + s / frequency * v, c * v - s * frequency * x
+    near = 2.0 * s * s  # a short flight leaves the line between its ends by less than this part of x
+    if min(x, xn) > rigid.low + near * abs(rigid.low) and max(x, xn) < rigid.high - near * abs(rigid.high):
+        return xn, vn
+    return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
+
+
 @njit(**FAST)
 def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
-    """Half a step in ``substeps`` of exact flight, contact, exact flight.  An impact is the first touch."""
-    square = frequency * frequency
+    """Half a step in ``substeps`` of exact flight, contacts, exact flight.  An impact is the first touch."""
+    square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
     energy = v * v + square * x * x
     short = time / wall.substeps
     c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
     for _ in range(wall.substeps):
-        before, speed = x, v
-        x, v = c * x + s / frequency * v, c * v - s * frequency * x
-        below, above = wall.low - x, x - wall.high
-        if below > 0.0 or above > 0.0:
-            stiffness = wall.low_stiffness if below > 0.0 else wall.high_stiffness
-            exponent = wall.low_exponent if below > 0.0 else wall.high_exponent
-            dissipation = wall.low_dissipation if below > 0.0 else wall.high_dissipation
-            depth = max(below, above)
-            force = depth if exponent == 1.0 else depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
-            force *= short * stiffness
-            away = 1.0 if below > 0.0 else -1.0
-            damping = 0.5 * force * dissipation
-            later = (v * (1.0 - damping) + away * force) / (1.0 + damping)
+        before, first = x, v * v + square * x * x
+        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+        pushed, damped, deepest = 0.0, 0.0, 0.0
+        for n in range(count):
+            depth, force = _force_of_contact(wall.contacts, n, x, short)
+            pushed += wall.contacts[5 * n + 1] * force
+            damped += 0.5 * force * wall.contacts[5 * n + 4]
+            deepest = max(deepest, depth)
+        if deepest > 0.0:
+            later = (v * (1.0 - damped) + pushed) / (1.0 + damped)
             middle = 0.5 * (v + later)
             v = later
-            accumulators.extras[LANES + lane] += weight * 2.0 * damping * middle * middle
-            accumulators.extras[2 * LANES + lane] += weight * short
+            for n in range(count):
+                depth, force = _force_of_contact(wall.contacts, n, x, short)
+                place = (own + 6 + 4 * n) * LANES + lane
+                accumulators.extras[place] += weight * force * wall.contacts[5 * n + 4] * middle * middle
+            accumulators.extras[(own + 1) * LANES + lane] += weight * short
             if weight > 0.0:
-                accumulators.extras[3 * LANES + lane] = max(accumulators.extras[3 * LANES + lane], depth)
-        x, v = c * x + s / frequency * v, c * v - s * frequency * x
-        touched = -1 if x < wall.low <= before else 1 if x > wall.high >= before else 0
-        if touched != 0:
-            # the speed at the place of the contact, by the energy of the flight towards it
-            place = wall.low if touched < 0 else wall.high
-            at_touch = math.sqrt(max(speed * speed + square * (before - place) * (before + place), 0.0))
-            add_impacts(accumulators, lane, weight, 1.0, at_touch)
-            if touched > 0:
-                _add_to_upper(accumulators, 4, lane, weight, 1.0, at_touch)
-    accumulators.extras[lane] += weight * 0.5 * (v * v + square * x * x - energy)
+                place = (own + 2) * LANES + lane
+                accumulators.extras[place] = max(accumulators.extras[place], deepest)
+        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+        last = v * v + square * x * x
+        for n in range(count):
+            place, away = wall.contacts[5 * n], wall.contacts[5 * n + 1]
+            if away * (x - place) < 0.0 <= away * (before - place):
+                # the speed there by the energy of the flight towards it, in which another contact may take part
+                joint = deepest > away * (place - x)
+                there = first + (last - first) * (place - before) / (x - before) if joint else first
+                speed = math.sqrt(max(there - square * place * place, 0.0))
+                add_impacts(accumulators, lane, weight, 1.0, speed)
+                _add_to(accumulators, own + 3 + 4 * n, lane, weight, 1.0, speed)
+    accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - energy)
     return x, v
+
+
+@njit(**INLINE)
+def _force_of_contact(contacts, n, x, short):
+    """Depth of contact ``n``, and the impulse of its elastic force in a short step."""
+    depth = contacts[5 * n + 1] * (contacts[5 * n] - x)
+    if depth <= 0.0:
+        return 0.0, 0.0
+    exponent = contacts[5 * n + 3]
+    force = depth if exponent == 1.0 else depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
+    return depth, short * contacts[5 * n + 2] * force

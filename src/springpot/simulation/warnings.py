@@ -153,7 +153,7 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
         )
     if oscillator.barrier is not None and not impacts_are_countable(oscillator):
         sentences.append(
-            f"restitution {oscillator.barrier.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+            f"restitution {oscillator.restitution:g} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
             "white noise causes infinitely many impacts in a finite time, so impact rate and speeds are undefined; "
             "energies are still correct."
         )
@@ -168,7 +168,7 @@ def _about_slow_impacts(simulation: Simulation, values: dict[str, float]) -> lis
     missed = missed_impacts(oscillator, settings.step, values["impact_speed_mean_square"])
     if missed <= MOST_MISSED:
         return []
-    order = slow_impact_order(oscillator.barrier.restitution)
+    order = slow_impact_order(oscillator.restitution)
     return [
         f"impact rate is about {per_cent(missed)} too low and the mean impact speed "
         f"{per_cent(missed / (1.0 - missed))} too high at a step of {settings.step:g} s: the step misses slow impacts "

@@ -151,7 +151,7 @@ def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tup
         position = position / units.length
     elif position:
         position = math.copysign(math.inf, position)
-    return Problem(order, c, position, wall.restitution), units
+    return Problem(order, c, position, oscillator.restitution), units
 
 
 def endless(oscillator: Oscillator) -> str | None:

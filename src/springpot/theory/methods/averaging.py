@@ -354,9 +354,9 @@ def _check_covered(oscillator: Oscillator, form: str) -> None:
         )
     if form == "printed" and wall is None:
         raise NotCovered("The printed formula covers an elastic wall at position 0, not an oscillator without a wall.")
-    if form == "printed" and wall is not None and wall.restitution < 1.0:
+    if form == "printed" and wall is not None and oscillator.restitution < 1.0:
         raise NotCovered(
-            f"The printed formula covers an elastic wall (restitution 1), not restitution {wall.restitution:g}."
+            f"The printed formula covers an elastic wall (restitution 1), not restitution {oscillator.restitution:g}."
         )
 
 
@@ -397,7 +397,7 @@ def _impact_decay(oscillator: Oscillator, frequency: float) -> float:
     """The wall's part of beta: one impact, and a factor r on the amplitude, in each half period."""
     if oscillator.barrier is None:
         return 0.0
-    return -frequency / math.pi * math.log(oscillator.barrier.restitution) + 0.0
+    return -frequency / math.pi * math.log(oscillator.restitution) + 0.0
 
 
 def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moments | str:
@@ -429,7 +429,7 @@ def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
         else "The motion between impacts is at one frequency w, which the springpot's in-phase force sets.",
         "The past motion is a steady oscillation: the start no longer matters.",
     )
-    if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
+    if oscillator.barrier is None or oscillator.restitution == 1.0:
         return common
     return (*common, "An impact takes little energy: it multiplies the amplitude by r once in each half period.")
 

@@ -303,8 +303,8 @@ def _check_covered(oscillator: Oscillator) -> None:
     wall, alpha = oscillator.barrier, oscillator.springpot.order
     if wall is None:
         return
-    if wall.restitution < 1.0:
-        raise NotCovered(f"{_REACH}, not a wall of restitution {wall.restitution:g}.")
+    if oscillator.restitution < 1.0:
+        raise NotCovered(f"{_REACH}, not a wall of restitution {oscillator.restitution:g}.")
     if alpha < 1.0 and oscillator.dissipates:
         raise NotCovered(f"{_REACH}, not order {alpha:g} with a wall.")
 

@@ -310,13 +310,15 @@ def _check_covered(oscillator: Oscillator, alpha: float) -> None:
             f"The memory closure covers a gap up to {_GAP:g} / c in units of sqrt(q / Omega^3) "
             f"(c = C Omega^(alpha-2) = {c:.3g}), not {-b:g}."
         )
-    if wall.restitution < _LOSSY / ROUNDED:
-        raise NotCovered(f"The memory closure covers a restitution of at least {_LOSSY:g}, not {wall.restitution:g}.")
+    if oscillator.restitution < _LOSSY / ROUNDED:
+        raise NotCovered(
+            f"The memory closure covers a restitution of at least {_LOSSY:g}, not {oscillator.restitution:g}."
+        )
     if not oscillator.dissipates:
         return
     if alpha == 0.0:
         raise NotCovered("The memory closure covers alpha > 0: at alpha = 0 the springpot is a spring without memory.")
-    loss = light_loss(alpha, c, wall.restitution)
+    loss = light_loss(alpha, c, oscillator.restitution)
     if loss < least_loss(c):
         raise NotCovered(
             f"The memory closure with a wall covers losses of at least {least_loss(c):.2g} Omega per unit of energy "

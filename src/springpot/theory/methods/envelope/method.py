@@ -422,7 +422,7 @@ def _endless_in_floating_point(oscillator: Oscillator) -> str | None:
     wall, element = oscillator.barrier, oscillator.springpot
     loss = oscillator.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0)
     if wall is not None:
-        loss += 1.0 - wall.restitution
+        loss += 1.0 - oscillator.restitution
     if loss < _SMALLEST_LOSS:
         return f"There is no stationary state in floating point: the loss {loss:.2g} of a cycle is too small."
     return None
@@ -472,7 +472,7 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
         "cycle, and as a second, softer spring against slow changes of this mean.",
         "The past motion is stationary: the start no longer matters.",
     )
-    if oscillator.barrier is None or oscillator.barrier.restitution == 1.0:
+    if oscillator.barrier is None or oscillator.restitution == 1.0:
         return common
     return (*common, "During an impact and the short flight after it the springpot is treated as a dashpot.")
 
@@ -480,18 +480,18 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
 def _warnings(oscillator: Oscillator, settled: Balance | None) -> tuple[str, ...]:
     c, wall = oscillator.dimensionless_coefficient, oscillator.barrier
     sentences: list[str] = []
-    if wall is not None and COLLAPSE_BELOW < wall.restitution < 0.5:
+    if wall is not None and COLLAPSE_BELOW < oscillator.restitution < 0.5:
         sentences.append(
             "Many impacts are slow: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
             "with a preload, where impact speeds are 9 % too high; below r = 0.25 it was compared with Monte Carlo at "
             "order 1 only."
         )
-    if wall is not None and wall.restitution < 1.0 and c > DAMPINGS[-1]:
+    if wall is not None and oscillator.restitution < 1.0 and c > DAMPINGS[-1]:
         sentences.append(
             f"The dashpot is too strong for the table of lossy walls (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 "
             "impact rate and speeds were up to 15 % off; use the Fokker-Planck equation."
         )
-    if wall is not None and wall.restitution <= COLLAPSE_BELOW:
+    if wall is not None and oscillator.restitution <= COLLAPSE_BELOW:
         sentences.append(
             f"Below restitution {COLLAPSE_BELOW:.3f} there are infinitely many slow impacts: impact rate and speeds "
             "do not exist."

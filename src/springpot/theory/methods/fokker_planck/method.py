@@ -167,8 +167,8 @@ def _check_covered(oscillator: Oscillator) -> None:
         raise NotCovered(f"{_REACH}, not order {alpha:g}.")
     if not oscillator.dissipates:
         return
-    if wall.restitution < _LOWEST:
-        raise NotCovered(f"{_REACH} (in practice {_LOWEST:g}), not restitution {wall.restitution:g}.")
+    if oscillator.restitution < _LOWEST:
+        raise NotCovered(f"{_REACH} (in practice {_LOWEST:g}), not restitution {oscillator.restitution:g}.")
     if not _LIGHTEST <= c <= _STRONGEST:
         raise NotCovered(f"{_REACH} and C/Omega in [{_LIGHTEST:g}, {_STRONGEST:g}], not {c:.3g}.")
     k = oscillator.dimensionless_position * math.sqrt(2.0 * c)

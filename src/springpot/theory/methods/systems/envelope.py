@@ -31,6 +31,7 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.parts.walls import restitution_at, slow_restitution
 from springpot.potential import Potential
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -57,6 +58,7 @@ _SETTLED = 1e-10, 1e-4, 200  # of the cycles' own stiffness: change at the end, 
 _ROUGHLY = 1e-5, 1e-2, 40  # the same in the search
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _FAR = 42.0  # the density ends where its share in the mean energy has fallen by e^-42
+_REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the typical energy and beyond
 _STRONG, _TOO_STRONG = 1.0, 3.0  # loss in a cycle over the energy: above them moments can be off by some 5 and 10 %
 
@@ -413,9 +415,24 @@ def _rates(problem: _Problem, cycles: _Cycles) -> _Rates:
         speed = _speed_at(problem, cycles, place)
         struck.append(speed)
         if isinstance(wall, Barrier):
-            r_square = wall.restitution**2
+            r_square = _restitution(wall, speed) ** 2
             loss = loss + np.nan_to_num(speed) ** 2 * (1.0 - r_square) / (1.0 + r_square) / cycles.period
     return _Rates(loss, spread, action, electric, tuple(struck))
+
+
+def _restitution(wall: Barrier, speed: FloatArray) -> float | FloatArray:
+    """r of the impacts of a cycle that reaches the wall with this speed in the middle of its loss.
+
+    The squares of the speeds before and after an impact have that of ``speed`` as their mean.
+    """
+    if not callable(wall.restitution):
+        return wall.restitution
+    law = np.vectorize(lambda v: restitution_at(wall, v), otypes=[float])
+    known = np.nan_to_num(speed)
+    r = np.clip(law(known), 0.0, 1.0)
+    for _ in range(_REBOUNDS):
+        r = np.clip(law(known * np.sqrt(2.0 / (1.0 + r**2))), 0.0, 1.0)
+    return np.asarray(r)
 
 
 def _slope(problem: _Problem, w: FloatArray) -> FloatArray:
@@ -654,7 +671,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
     v_square = law.average(cycles.v_square)
     rates, means, squares = [], [], []
     for wall, speed in zip(walls_of(unit), law.rates.struck, strict=True):
-        before = math.sqrt(2.0 / (1.0 + wall.restitution**2)) if isinstance(wall, Barrier) else 1.0
+        before = np.sqrt(2.0 / (1.0 + _restitution(wall, speed) ** 2)) if isinstance(wall, Barrier) else 1.0
         hits, fast = np.isfinite(speed) / cycles.period, before * np.nan_to_num(speed)
         rate = law.average(hits)
         many = isinstance(wall, Barrier) and _endless(unit, wall) and rate > 0.0
@@ -677,7 +694,8 @@ def _endless(unit: System, wall: Barrier) -> bool:
     """Whether a wall is struck infinitely often: by slow impacts, or without white noise."""
     white = any(noise.intensity > 0.0 for noise in unit.of(WhiteNoise))
     smooth = not white and not unit.of(PoissonImpulses) and not unit.of(ThermalNoise)
-    return wall.restitution <= COLLAPSE_BELOW or (wall.restitution < 1.0 and smooth)
+    slow = slow_restitution(wall)
+    return slow <= COLLAPSE_BELOW or (slow < 1.0 and smooth)
 
 
 def _warnings(problem: _Problem, law: _Law) -> Iterator[str]:
