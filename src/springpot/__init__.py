@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from springpot import figures, theory
     from springpot.atlases import atlas
     from springpot.explanation import explain
+    from springpot.explorer.commands import explore
     from springpot.free_numbers import free
     from springpot.oscillator import Oscillator
     from springpot.parts import (
@@ -53,8 +54,8 @@ __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
     "Harmonic", "Mass", "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot",
     "PolynomialSpring", "PowerRestitution", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise",
-    "VanDerPol", "WhiteNoise", "atlas", "explain", "figures", "free", "load_run", "open_study", "read_system", "run",
-    "simulate", "study", "theory", "to_toml",
+    "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "figures", "free", "load_run", "open_study",
+    "read_system", "run", "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -63,6 +64,7 @@ _LATER = {
     "System": "springpot.system",
     "atlas": "springpot.atlases",
     "explain": "springpot.explanation",
+    "explore": "springpot.explorer.commands",
     "figures": "springpot.figures",
     "free": "springpot.free_numbers",
     "load_run": "springpot.simulation",

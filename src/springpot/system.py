@@ -299,11 +299,6 @@ def _check_together(system: System) -> None:
         raise ValueError("a system must have one Mass at most: this one has a single coordinate.")
     if len(system.parts) == len(system.of(Mass)):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
-    if system.of(Mass):
-        try:
-            _ = system.per_unit_mass
-        except ValueError as fault:
-            raise ValueError(f"the parts divided by the mass must be as without one: {fault}") from None
     _check_walls(system)
     if ends := system.potential.open_ends():
         raise ValueError(
@@ -318,6 +313,11 @@ def _check_together(system: System) -> None:
             lossy = isinstance(part, Contact) and part.dissipation > 0.0
             if nonlinear or lossy or isinstance(part, VanDerPol | Friction | Force):
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
+    if system.of(Mass):
+        try:
+            _ = system.per_unit_mass
+        except ValueError as fault:
+            raise ValueError(f"the parts divided by the mass must be as without one: {fault}") from None
 
 
 def _check_walls(system: System) -> None:

@@ -19,6 +19,7 @@ from springpot.cli.flags import (
     STANDARD,
     Flags,
     OscillatorFile,
+    PageFile,
     RunSettings,
     SystemFile,
     Threads,
@@ -439,6 +440,7 @@ def validity(
 
 @app.command
 def explore(
+    file: PageFile = None,
     *,
     port: Annotated[Whole, Parameter(help="Port to listen on; 0 takes any free port.")] = 8765,
     host: Annotated[str, Parameter(help="Numerical address to listen on; the default serves this computer only.")] = (
@@ -450,9 +452,12 @@ def explore(
 
     Example: springpot explore --port 0
     """
-    from springpot.explorer.commands import open_page
+    from springpot.explorer.commands import open_file, open_page
 
-    open_page(host=host, port=port, browser=browser)
+    if file is None:
+        open_page(host=host, port=port, browser=browser)
+    else:
+        open_file(file, host=host, port=port, browser=browser)
     return 0
 
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from springpot.system import System
 
 __all__ = [
-    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "RunSettings", "SystemFile",
+    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "PageFile", "RunSettings",
+    "SystemFile",
     "Threads", "oscillator_of", "problem_of", "with_flags",
 ]  # fmt: skip
 
@@ -192,6 +193,15 @@ OscillatorFile = Annotated[
     _file(
         "A system of parts, in a file that ends with .toml, instead of the flags below.  Here it must be an "
         "oscillator: a linear spring, one springpot or dashpot, at most one rigid wall, and white noise."
+    ),
+]
+
+PageFile = Annotated[
+    str | None,
+    Parameter(
+        metavar="FILE",
+        converter=_toml_file,
+        help="A system of parts, in a file that ends with .toml: a slider for each number.  An oscillator if left out.",
     ),
 ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import lru_cache
@@ -27,7 +27,7 @@ from springpot.theory import (
 from springpot.theory import recommended as best_of
 from springpot.theory.registry import METHODS, Method
 
-__all__ = ["ORDERS", "along_the_order", "growth", "solve", "table"]
+__all__ = ["ORDERS", "POINTS", "along_the_order", "densities_of", "growth", "plain", "plain_number", "solve", "table"]
 
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
@@ -61,13 +61,13 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
         "recommended": best or None,
         "drawn": [name for name in (best, beside) if name in answers] if best else [],
         "statements": statements,
-        "places": {name: _plain(place) for name, place in places.items()},
+        "places": {name: plain(place) for name, place in places.items()},
         "methods": {
             name: {
-                "moments": {moment: _number(value) for moment, value in asdict(answer.moments).items()},
+                "moments": {moment: plain_number(value) for moment, value in asdict(answer.moments).items()},
                 "warnings": list(answer.warnings),
                 "assumptions": list(answer.assumptions),
-                "densities": _densities(answer, places),
+                "densities": densities_of(answer, places),
             }
             for name, answer in answers.items()
         },
@@ -94,14 +94,15 @@ def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
     return places
 
 
-def _densities(answer: Result, places: dict[str, Floats]) -> dict[str, list[float | None]]:
+def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
+    """The densities that a method has, at these places; None where one is not a number."""
     curves = {}
     for name, place in places.items():
         curve = getattr(answer, f"{name}_density", None)
         if curve is None:
             continue
         try:
-            curves[name] = _plain(curve(place))
+            curves[name] = plain(curve(place))
         except (NotCovered, NoStationaryState, NoConvergence):
             continue
     return curves
@@ -114,18 +115,18 @@ def growth(
 
     Without a stationary state averaging still has the growing response.
     """
-    curves = {name: [_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
+    curves = {name: [plain_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
     if not from_rest:
         return curves
     for name, answer in answers.items():
         if isinstance(answer, Envelope | Exact):
             with suppress(NotCovered, NoStationaryState, NoConvergence):
-                curves[name] = _plain(answer.amplitude_mean_square_at(times))
+                curves[name] = plain(answer.amplitude_mean_square_at(times))
     for name in AVERAGING:
         with suppress(NotCovered):
             growing = METHODS[name].solve(oscillator)
             assert isinstance(growing, Averaging)
-            curves[name] = _plain(growing.mean_square(times))
+            curves[name] = plain(growing.mean_square(times))
     return curves
 
 
@@ -181,14 +182,16 @@ def _ends_first(count: int) -> list[int]:
 
 def _amplitude(method: Method, oscillator: Oscillator) -> float | None:
     try:
-        return _number(method.solve(oscillator).amplitude_mean_square)
+        return plain_number(method.solve(oscillator).amplitude_mean_square)
     except (NotCovered, NoStationaryState, NoConvergence):
         return None
 
 
-def _number(value: float) -> float | None:
+def plain_number(value: float) -> float | None:
+    """A number for JSON; None if it is not finite."""
     return float(f"{value:.7g}") if math.isfinite(value) else None
 
 
-def _plain(values: npt.ArrayLike) -> list[float | None]:
-    return [_number(float(value)) for value in np.asarray(values)]
+def plain(values: npt.ArrayLike) -> list[float | None]:
+    """Numbers for JSON."""
+    return [plain_number(float(value)) for value in np.asarray(values)]

@@ -1,17 +1,66 @@
-"""``springpot explore``: open the page."""
+"""``springpot explore`` and `springpot.explore`: open the page."""
 
 from __future__ import annotations
 
 import sys
 import threading
 import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from springpot.interrupt import leave_at_once
+from springpot.oscillator import Oscillator
+from springpot.system import System
 
-__all__ = ["open_page"]
+if TYPE_CHECKING:
+    from springpot.explorer.question import Opened
+
+__all__ = ["explore", "open_file", "open_page"]
 
 
-def open_page(*, host: str, port: int, browser: bool) -> None:
+def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int = 8765, browser: bool = True) -> None:
+    """Open a page in the browser with a slider for each number of a system, and serve it until Ctrl-C.
+
+    Parameters
+    ----------
+    problem : System or Oscillator
+    host : str
+        Numerical address to listen on; the default serves this computer only.
+    port : int
+        0 for any free port.
+    browser : bool
+        Whether to open the page in the browser, or only print its address.
+
+    Raises
+    ------
+    TypeError
+        If it is neither a System nor an Oscillator.
+    ValueError, OSError
+        One sentence, if address or port cannot be used.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> sp.explore(sp.System(sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0)))  # doctest: +SKIP
+    """
+    if isinstance(problem, Oscillator):
+        problem = System.of_oscillator(problem)
+    if not isinstance(problem, System):
+        raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
+    from springpot.explorer.question import Opened
+
+    open_page(host=host, port=port, browser=browser, opened=Opened(problem))
+
+
+def open_file(file: str, *, host: str, port: int, browser: bool) -> None:
+    """The same for a system's file."""
+    from springpot.explorer.question import Opened
+    from springpot.system_file import read_system
+
+    open_page(host=host, port=port, browser=browser, opened=Opened(read_system(file), Path(file).name))
+
+
+def open_page(*, host: str, port: int, browser: bool, opened: Opened | None = None) -> None:
     """Serve the page until Ctrl-C.
 
     Parameters
@@ -22,6 +71,8 @@ def open_page(*, host: str, port: int, browser: bool) -> None:
         0 for any free port.
     browser : bool
         Whether to open the page in the browser.
+    opened : Opened, optional
+        The system that the page is of; an oscillator if left out.
 
     Raises
     ------
@@ -46,4 +97,4 @@ def open_page(*, host: str, port: int, browser: bool) -> None:
         if browser:
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
-    serve([listening], ready)
+    serve([listening], ready, opened)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from springpot.explorer.protocol import Problem
+import re
 
-__all__ = ["as_command", "as_python"]
+from springpot.explorer.protocol import Problem, SystemProblem
+from springpot.faults import listed
+from springpot.parts import Recorded
+from springpot.system import System
+
+__all__ = ["as_command", "as_python", "command_of_system", "python_of_system"]
 
 
 def as_command(problem: Problem) -> str:
@@ -52,3 +57,54 @@ for method, answer in answers.items():
 for method, statement in statements.items():
     print(f"{{method}}: {{statement}}")
 """
+
+
+def command_of_system(file: str, asked: SystemProblem) -> str:
+    """The command that gives the page's numbers, with the system's file.
+
+    Examples
+    --------
+    >>> command_of_system("device.toml", SystemProblem(kind="system", seed=3))
+    'springpot simulate device.toml --paths 10000 --seed 3'
+    """
+    start = " --start rest" if asked.start == "rest" else ""
+    return f"springpot simulate {file} --paths {asked.paths} --seed {asked.seed}{start}"
+
+
+def python_of_system(system: System, file: str, asked: SystemProblem) -> str:
+    """A program that prints the page's numbers, and those of all analytical methods.
+
+    A system with a record is read from its file, for a record is long.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> python_of_system(System(Spring(2.0)), "device.toml", SystemProblem(kind="system")).splitlines()[3]
+    '    spring=sp.Spring(stiffness=2.0),'
+    """
+    start = ', start="rest"' if asked.start == "rest" else ""
+    if system.with_functions:
+        made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
+    elif system.of(Recorded):
+        made = f'system = sp.read_system("{file}")'
+    else:
+        parts = "\n".join(f"    {name}={_made(part)}," for name, part in system.named())
+        made = f"system = sp.System(\n{parts}\n)"
+    return f"""\
+import springpot as sp
+
+{made}
+run = sp.run(system, paths={asked.paths}, seed={asked.seed}{start})
+for name, value in run.values.items():
+    print(f"{{name}}: {{value:.5g}} +- {{run.errors[name]:.2g}}")
+answers, statements = sp.theory.solve_all(system)
+for method, answer in answers.items():
+    print(f"{{method}}: <x^2> = {{answer.x_mean_square:.5g}} m2")
+for method, statement in statements.items():
+    print(f"{{method}}: {{statement}}")
+"""
+
+
+def _made(part: object) -> str:
+    """A part as a program makes it; parts of a part too."""
+    return re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", repr(part))

@@ -8,8 +8,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ParamSpec, TypeVar
 
+from springpot.explorer.question import Opened
 from springpot.oscillator import Oscillator
 from springpot.processors import threads_available
+from springpot.system import System
 
 __all__ = ["Engine"]
 
@@ -23,6 +25,11 @@ _T = TypeVar("_T")
 class Engine:
     """Loads theory and kernel while the page is already shown, and computes outside the event loop.
 
+    Parameters
+    ----------
+    opened : Opened, optional
+        The system that the page is of; an oscillator if left out.
+
     Attributes
     ----------
     theory_ready, kernel_ready : asyncio.Event
@@ -30,19 +37,24 @@ class Engine:
         For one ensemble.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, opened: Opened | None = None) -> None:
+        self.opened = opened
         self.theory_ready, self.kernel_ready = asyncio.Event(), asyncio.Event()
         self.threads = max(1, threads_available() // KERNELS)
         self._theory = ThreadPoolExecutor(1, "theory")
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._pilots = ThreadPoolExecutor(1, "pilots")
         self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
+        self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
     async def load(self) -> None:
         """Import the modules and compile the kernels."""
         await self.think(_load_theory)
         self.theory_ready.set()
-        await self.simulate(_load_kernel)
+        if self.opened is None:
+            await self.simulate(_load_kernel)
+        else:
+            await self.simulate(_import_simulation)  # the kernel of a system is compiled when it is asked for
         self.kernel_ready.set()
 
     async def think(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
@@ -56,6 +68,18 @@ class Engine:
     async def pilot(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
         """Run the search for a stationary start, which may take seconds; one at a time."""
         return await self._on(self._pilots, function, *args, **kwargs)
+
+    def have_kernel(self, problem: Oscillator | System) -> None:
+        """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
+        from springpot.simulation.settings import resolve
+        from springpot.simulation.simulation import simulation_of
+
+        short = resolve(problem, paths=1, start="rest", threads=1)
+        simulation = simulation_of(problem, short).but(duration=short.step, window=(0.0, short.step))
+        kind = _kind_of(simulation.parts)
+        if kind not in self._kernels:
+            simulation.advance()
+            self._kernels.add(kind)
 
     @staticmethod
     async def _on(pool: ThreadPoolExecutor, function: Callable[..., _T], *args: Any, **kwargs: Any) -> _T:
@@ -97,3 +121,14 @@ def _load_kernel() -> None:
     gathering.grow()
     gathering.distributions()
     record(gathering.simulation, 0)
+
+
+def _import_simulation() -> None:
+    from springpot.explorer import gathering, motion  # noqa: F401
+
+
+def _kind_of(parts: Any) -> Any:
+    """What a kernel is compiled for: the types of a problem's parts, not their numbers."""
+    from numba import typeof
+
+    return tuple(typeof(part) for part in (parts.scheme, parts.wall, parts.load, parts.memory, parts.drive))

@@ -12,14 +12,15 @@ from numba import cfunc
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.forgetting import is_stationary
-from springpot.simulation.kernel import COLUMNS
+from springpot.simulation.forgetting import MOST_TRANSIENT, is_stationary
 from springpot.simulation.lanes import FAST, GROUP, LANES
 from springpot.simulation.observers import HEADER, ON_STEPS, Observer
-from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import Settings
+from springpot.simulation.settings import Settings, default_start
 from springpot.simulation.simulation import Simulation
+from springpot.simulation.system_scales import scales_of_problem, typical_frequency
+from springpot.simulation.system_warnings import doubts_of_system
 from springpot.simulation.warnings import doubts
+from springpot.system import System
 
 __all__ = ["BINS", "Gathering", "growth_times"]
 
@@ -31,15 +32,15 @@ MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 Floats = npt.NDArray[np.float64]
 
 
-def growth_times(oscillator: Oscillator, settings: Settings) -> Floats:
+def growth_times(problem: Oscillator | System, settings: Settings) -> Floats:
     """Centres of the BINS of time over which the transient is shown, in s."""
-    steps = _growth_steps(oscillator, settings)
+    steps = _growth_steps(problem, settings)
     edges = np.ceil(np.arange(BINS + 1) * steps / BINS)
     return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * settings.step)
 
 
-def _growth_steps(oscillator: Oscillator, settings: Settings) -> int:
-    shown = max(SHOWN_RELAXATIONS * scales_of(oscillator).energy_time, 15.0 / oscillator.natural_frequency)
+def _growth_steps(problem: Oscillator | System, settings: Settings) -> int:
+    shown = max(SHOWN_RELAXATIONS * scales_of_problem(problem).energy_time, 15.0 / typical_frequency(problem))
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 
 
@@ -60,14 +61,32 @@ def _growth_part() -> Any:
     return cfunc(ON_STEPS, **FAST)(on_steps)
 
 
+@cache
+def _square_part() -> Any:
+    first = len(HEADER)
+    length, lanes = HEADER.index("length"), HEADER.index("lanes")
+
+    def on_steps(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
+        for j in range(GROUP):
+            if low <= n + j < high:
+                total = 0.0
+                for lane in range(int(array[lanes])):
+                    total += x[j * LANES + lane] ** 2
+                array[first + (n + j) * BINS // high] += array[length] ** 2 * total
+
+    return cfunc(ON_STEPS, **FAST)(on_steps)
+
+
 class Gathering:
-    """Paths of one oscillator, simulated a few blocks at a time.
+    """Paths of one problem, simulated a few blocks at a time.
 
     Paths, and the numbers of all paths, are those of `springpot.simulate` with the same settings, bit for bit.
 
     Parameters
     ----------
     simulation : Simulation
+    of_system : bool
+        Whether the mean over time is that of x^2, instead of the A^2 of an oscillator.
 
     Examples
     --------
@@ -82,16 +101,16 @@ class Gathering:
     True
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, *, of_system: bool = False) -> None:
         self.simulation, settings = simulation, simulation.settings
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
-        self._rows = np.empty((settings.paths, len(COLUMNS)))
+        self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
         self._sketch = sketches(GROUP * settings.step * simulation.scales.fastest_rate)
         self._counts = np.zeros((1, self._sketch.initial.size))
-        steps = _growth_steps(simulation.oscillator, settings)
+        steps = _growth_steps(simulation.problem, settings)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
-        self._growth = Observer(_growth_part(), None, np.zeros(BINS), per_path=False)
+        self._growth = Observer(_square_part() if of_system else _growth_part(), None, np.zeros(BINS), per_path=False)
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
         self._sums, self._squares, self._batches = np.zeros(BINS), np.zeros(BINS), 0
         self._blocks = 1
@@ -104,7 +123,17 @@ class Gathering:
     @property
     def stationary(self) -> bool:
         """Whether the averages are stationary, as in the theory."""
-        return is_stationary(self.simulation.oscillator, self.simulation.settings)
+        problem, settings = self.simulation.problem, self.simulation.settings
+        if isinstance(problem, Oscillator):
+            return is_stationary(problem, settings)
+        left = np.exp(-settings.window[0] / self.simulation.scales.relaxation_time)
+        there_is_one = default_start(problem)[0] == "stationary"
+        return there_is_one and settings.start == "stationary" and bool(left <= MOST_TRANSIENT or self._drawn)
+
+    @property
+    def _drawn(self) -> bool:
+        """Whether the paths start from the stationary law itself."""
+        return self.simulation.parts.law is not None
 
     def grow(self) -> None:
         """Simulate a few more blocks, for about AT_ONCE seconds."""
@@ -137,14 +166,15 @@ class Gathering:
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as in a run."""
         values, errors = self.estimates()
-        return doubts(self.simulation, values, errors, self._rows[: self.paths])
+        say = doubts_of_system if isinstance(self.simulation.problem, System) else doubts
+        return say(self.simulation, values, errors, self._rows[: self.paths])
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
         return distributions_in(self.simulation, self._counts)
 
     def growth(self) -> tuple[Floats, Floats]:
-        """<A^2> in each of BINS of time since the start, and its standard error (NaN while there is one block)."""
+        """<A^2> (<x^2> of a system) in each of BINS of time, and its standard error (NaN while there is one block)."""
         n = self._batches
         mean = self._sums / n
         if n < 2:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lfilter
 
 from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, Circuit, Contact
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Simulation
+from springpot.system import System
 
 __all__ = ["Motion", "Player", "blocks", "record"]
 
@@ -36,6 +39,10 @@ class Motion:
         In m and m/s.
     impacts : ndarray of int
         Steps with an impact.
+    struck : ndarray of int
+        Which wall or contact, in the order of the parts.
+    voltages : ndarray, shape (circuits, steps + 1)
+        Of each circuit, in V.
     """
 
     path: int
@@ -43,6 +50,8 @@ class Motion:
     x: Floats
     v: Floats
     impacts: npt.NDArray[np.intp]
+    struck: npt.NDArray[np.intp] | None = None
+    voltages: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def steps(self) -> int:
@@ -76,18 +85,59 @@ def record(simulation: Simulation, number: int) -> Motion:
     length = min(simulation.settings.steps, MOST_STEPS) * step
     single = simulation.but(paths=1, record=1, threads=1, duration=length, window=(0.0, length))
     x, v = single.advance(skipped=number * LANES).record[0].T.copy()
-    return Motion(number * LANES, step, x, v, impacts(simulation.oscillator, step, x, v))
+    problem = simulation.problem
+    steps, walls = marks(problem, step, x, v)
+    of_system = isinstance(problem, System)
+    return Motion(number * LANES, step, x, v, steps, walls if of_system else None, voltages(problem, step, x))
 
 
-def impacts(oscillator: Oscillator, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
-    """Steps in which a recorded path turned round near the wall: for marks in the picture only."""
-    if oscillator.barrier is None:
-        return np.zeros(0, np.intp)
-    sign = oscillator.direction
-    gap, speed = sign * (x - oscillator.barrier.position), sign * v
+def impacts(problem: Oscillator | System, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
+    """Steps in which a recorded path turned round near a wall, or first touched a soft contact: for marks only."""
+    return marks(problem, step, x, v)[0]
+
+
+def marks(
+    problem: Oscillator | System, step: float, x: Floats, v: Floats
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """The same, and the number of the wall or contact among them."""
+    if isinstance(problem, Oscillator):
+        walls: tuple[Barrier | Contact, ...] = () if problem.barrier is None else (problem.barrier,)
+    else:
+        walls = problem.of(Barrier, Contact)
+    found = [_struck(wall, step, x, v) for wall in walls]
+    steps = np.concatenate([np.zeros(0, np.intp), *found])
+    numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
+    order = np.argsort(steps, kind="stable")
+    return steps[order], numbers[order]
+
+
+def _struck(wall: Barrier | Contact, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
+    sign = 1.0 if wall.side == "above" else -1.0
+    gap, speed = sign * (x - wall.position), sign * v
+    if isinstance(wall, Contact):
+        return np.flatnonzero((gap[:-1] > 0.0) & (gap[1:] <= 0.0))
     fastest = np.maximum(np.abs(speed[:-1]), np.abs(speed[1:]))
     near = np.minimum(gap[:-1], gap[1:]) <= step * fastest
     return np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0) & near)
+
+
+def voltages(problem: Oscillator | System, step: float, x: Floats) -> Floats:
+    """The voltage of each circuit along a path, from rest: Cp V' + V / R = theta x', with straight lines for x.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> system = System(Spring(1.0), Circuit(coupling=2.0, resistance=1e9, capacitance=1.0))
+    >>> voltages(system, 0.1, np.array([0.0, 1.0, 1.0])).round(6)
+    array([[0., 2., 2.]])
+    """
+    circuits = () if isinstance(problem, Oscillator) else problem.of(Circuit)
+    found = np.zeros((len(circuits), x.size))
+    for row, circuit in zip(found, circuits, strict=True):
+        decay = step / circuit.time
+        gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
+        row[1:] = lfilter([gain], [1.0, -np.exp(-decay)], np.diff(x))
+    return found
 
 
 class Player:
@@ -122,7 +172,8 @@ class Player:
     def due(self) -> list[npt.ArrayLike]:
         """The part to be shown next: (begin, spacing, path, end of the path), x, v, times and speeds of impacts.
 
-        Empty if there is no new sample.
+        The speed of an impact on a wall that the mass strikes from below is negative.  Of a system the numbers of the
+        walls that were struck follow, and the present voltages of its circuits.  Empty if there is no new sample.
         """
         motion, stride = self.motion, self._stride
         end = int(self._now) // stride * stride + 1
@@ -132,7 +183,8 @@ class Player:
         begin = max(self._shown, end - 1 - (MOST_POINTS - 1) * stride)
         taken = slice(begin, end, stride)
         marked = int(np.searchsorted(motion.impacts, end - 1))
-        struck = motion.impacts[self._marked : marked][-MOST_POINTS:]
+        new = slice(max(self._marked, marked - MOST_POINTS), marked)
+        struck = motion.impacts[new]
         self._marked = marked
         self._shown = begin + ((end - 1 - begin) // stride + 1) * stride
         return [
@@ -140,5 +192,6 @@ class Player:
             motion.x[taken],
             motion.v[taken],
             (struck + 0.5) * motion.step,
-            np.abs(motion.v[struck]),
+            -motion.v[struck],
+            *(() if motion.struck is None else (motion.struck[new], motion.voltages[:, end - 1])),
         ]

@@ -9,9 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from springpot.oscillator import Oscillator
 
-__all__ = ["LONGEST_MESSAGE", "Message", "NextPath", "Play", "Problem", "Step", "parse"]
+__all__ = [
+    "LONGEST_MESSAGE", "AnyMessage", "File", "Message", "NextPath", "Play", "Problem", "Step", "SystemProblem", "parse",
+]  # fmt: skip
 
-LONGEST_MESSAGE = 2048  # bytes; the page's longest one has some 400
+LONGEST_MESSAGE = 16_384  # bytes; an oscillator's has some 400, a system's 50 for each number that was changed
+MOST_NUMBERS = 400
 MOST_PATHS = 100_000
 FARTHEST_WALL = 20.0  # in units of the length scale
 STRONGEST = 1000.0  # C in units of Omega^(2 - alpha)
@@ -63,6 +66,37 @@ class Problem(BaseModel):
         return Oscillator.from_numbers(**self.model_dump(include=numbers | wall), barrier=self.wall)
 
 
+class SystemProblem(BaseModel):
+    """Numbers of the system whose file was opened, and the number of paths; the tab starts from the beginning.
+
+    Parameters
+    ----------
+    generation : int
+        As of a `Problem`.
+    numbers : dict
+        Those that differ from the file, by the names of their sliders.
+    seed, paths, start
+        As of a `Problem`.
+    """
+
+    model_config = _STRICT
+
+    kind: Literal["system"]
+    generation: _Generation = 0
+    numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
+    seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1
+    paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
+    start: Literal["rest", "stationary"] = "stationary"
+
+
+class File(BaseModel):
+    """Send the system's file, with the numbers of now."""
+
+    model_config = _STRICT
+
+    kind: Literal["file"]
+
+
 class Play(BaseModel):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
@@ -89,11 +123,12 @@ class NextPath(BaseModel):
     kind: Literal["next-path"]
 
 
-Message = Annotated[Problem | Play | Step | NextPath, Field(discriminator="kind")]
-_MESSAGES: TypeAdapter[Problem | Play | Step | NextPath] = TypeAdapter(Message)
+AnyMessage = Problem | SystemProblem | File | Play | Step | NextPath
+Message = Annotated[AnyMessage, Field(discriminator="kind")]
+_MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Message)
 
 
-def parse(text: object) -> Problem | Play | Step | NextPath:
+def parse(text: object) -> AnyMessage:
     """Parse and validate a message of a tab.
 
     Parameters
@@ -138,9 +173,12 @@ def parse(text: object) -> Problem | Play | Step | NextPath:
     return message
 
 
+_KINDS = ("problem", "system", "file", "play", "step", "next-path")
+
+
 def _sentence(error: ValidationError) -> str:
     """The first error that pydantic reports, without the input, which may be long or not printable."""
     first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    places = [str(place)[:40] for place in first["loc"] if place not in ("problem", "play", "step", "next-path")]
+    places = [str(place)[:40] for place in first["loc"] if place not in _KINDS]
     reason = first["msg"][:160]
     return f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}."

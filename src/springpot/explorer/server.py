@@ -27,8 +27,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from springpot.explorer.engine import Engine
 from springpot.explorer.methods import method_list
-from springpot.explorer.protocol import LONGEST_MESSAGE, parse
+from springpot.explorer.protocol import LONGEST_MESSAGE, SystemProblem, parse
+from springpot.explorer.question import Opened
 from springpot.explorer.session import Session
+from springpot.explorer.views import opened_script
 from springpot.interrupt import sigterm_as_ctrl_c
 
 if TYPE_CHECKING:
@@ -151,14 +153,17 @@ def allowed_hosts(address: str, port: int) -> Callable[[str], bool]:
     return allowed
 
 
-def application(allowed: Callable[[str], bool]) -> ASGIApp:
+def application(allowed: Callable[[str], bool], opened: Opened | None = None) -> ASGIApp:
     """The page as an ASGI application.
 
     Parameters
     ----------
     allowed : callable
         Tells whether a Host header is this server's.
+    opened : Opened, optional
+        The system that the page is of; an oscillator if left out.
     """
+    problem_script, method_script = opened_script(opened), method_list(of_system=opened is not None)
     mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
     open_tabs: set[WebSocket] = set()
     first_tab = asyncio.Event()
@@ -171,7 +176,7 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        app.state.engine = engine = Engine()
+        app.state.engine = engine = Engine(opened)
         loading = asyncio.create_task(load(engine))
         yield
         loading.cancel()
@@ -181,7 +186,10 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
         return FileResponse(STATIC / "index.html")
 
     async def methods(_: Request) -> Response:
-        return Response(method_list(), media_type="text/javascript")
+        return Response(method_script, media_type="text/javascript")
+
+    async def problem(_: Request) -> Response:
+        return Response(problem_script, media_type="text/javascript")
 
     async def tab(websocket: WebSocket) -> None:
         await websocket.accept()
@@ -198,6 +206,7 @@ def application(allowed: Callable[[str], bool]) -> ASGIApp:
     routes = [
         Route("/", page),
         Route("/methods.js", methods),
+        Route("/opened.js", problem),
         WebSocketRoute("/live", tab),
         Mount("/static", StaticFiles(directory=STATIC)),
     ]
@@ -231,14 +240,18 @@ async def _listen(websocket: WebSocket, session: Session) -> None:
         if not allowance.take():
             await websocket.close(1008, "too many messages: reload the page.")
             return
+        asked = None
         try:
-            session.receive(parse(event.get("text")))
-        except ValueError as error:
-            refused += 1
+            message = parse(event.get("text"))
+            if isinstance(message, SystemProblem):
+                asked = message.generation
+            session.receive(message)
+        except (TypeError, ValueError) as error:
+            refused += asked is None  # what a system refuses, a person may ask again and again
             if refused > MOST_REFUSED:
                 await websocket.close(1008, "too many invalid messages: reload the page.")
                 return
-            session.refuse(str(error))
+            session.refuse(str(error), asked)
 
 
 async def _send(websocket: WebSocket, session: Session) -> None:
@@ -287,7 +300,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     return listening
 
 
-def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
+def serve(sockets: Sequence[socket.socket], ready: Callable[[], None], opened: Opened | None = None) -> None:
     """Serve the page until Ctrl-C or SIGTERM, which raise KeyboardInterrupt.
 
     Ctrl-C stays ignored where it was, as in the background of a script.
@@ -298,6 +311,8 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
         Listening, see `listen_on`.
     ready : callable
         Called when the server is ready.
+    opened : Opened, optional
+        The system that the page is of.
     """
     import logging
 
@@ -323,7 +338,7 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None]) -> None:
 
     logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors that hostile clients cause are not logged
     config = uvicorn.Config(
-        application(allowed_hosts(address, port)),
+        application(allowed_hosts(address, port), opened),
         lifespan="on",
         log_config=None,
         access_log=False,

@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.explorer import frames
-from springpot.explorer.copies import as_command, as_python
 from springpot.explorer.engine import Engine
-from springpot.explorer.protocol import NextPath, Play, Problem, Step
+from springpot.explorer.protocol import AnyMessage, File, NextPath, Play, Problem, Step, SystemProblem
+from springpot.explorer.question import Question, question_of
 from springpot.oscillator import Oscillator, Springpot
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import Player
-    from springpot.options import StartKind
+    from springpot.system import System
 
 __all__ = ["Session"]
 
@@ -36,6 +36,7 @@ SETTLE = 0.15  # s without a new problem before the slow curve over the order is
 HISTOGRAM_BINS = 60
 DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
+NOTICED = 0.7  # s, after which a compilation is said
 
 
 class Session:
@@ -49,8 +50,8 @@ class Session:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._question: Problem | None = None  # the newest
-        self._problem: Problem | None = None  # the one that is being answered
+        self._newest: Question | None = None
+        self._question: Question | None = None  # the one that is being answered
         self._asked = asyncio.Event()
         self._slots: dict[str, str | bytes] = {}
         self._player: Player | None = None
@@ -63,12 +64,20 @@ class Session:
 
     # --- messages from the tab --------------------------------------------------------------------------------------
 
-    def receive(self, message: Problem | Play | Step | NextPath) -> None:
-        """Take a message that `springpot.explorer.protocol.parse` has accepted."""
+    def receive(self, message: AnyMessage) -> None:
+        """Take a message that `springpot.explorer.protocol.parse` has accepted.
+
+        Raises
+        ------
+        ValueError
+            If its numbers make no system: the work goes on as before.
+        """
         match message:
-            case Problem():
-                self._question = message
+            case Problem() | SystemProblem():
+                self._newest = question_of(message, self._engine.opened)
                 self._asked.set()
+            case File():
+                self._send_file()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -81,9 +90,17 @@ class Session:
             case NextPath():
                 self._next_path.set()
 
-    def refuse(self, sentence: str) -> None:
-        """Tell the tab why a message was refused."""
-        self._post("refused", sentence=sentence)
+    def refuse(self, sentence: str, asked: int | None = None) -> None:
+        """Tell the tab why a message was refused, and the number of the question if it was one."""
+        self._post("refused", sentence=sentence, asked=asked)
+
+    def _send_file(self) -> None:
+        question = self._question
+        if question is None or question.system is None:
+            raise ValueError("file: no system is open.")
+        from springpot.system_file import to_toml
+
+        self._post("file", name=question.file, text=to_toml(question.system))
 
     # --- messages to the tab ----------------------------------------------------------------------------------------
 
@@ -92,8 +109,8 @@ class Session:
         now = time.monotonic()
         elapsed, self._last = min(now - self._last, LONGEST_WAIT), now
         messages, self._slots = list(self._slots.values()), {}
-        player, problem = self._player, self._problem
-        if player is not None and problem is not None:
+        player, question = self._player, self._question
+        if player is not None and question is not None:
             from springpot.explorer.motion import NUDGE
 
             if self._playing:
@@ -102,13 +119,13 @@ class Session:
                 player.forward(NUDGE * self._nudges)
             self._nudges = 0
             if part := player.due():
-                messages.append(frames.pack(frames.MOTION, problem.generation, part))
+                messages.append(frames.pack(frames.MOTION, question.generation, part))
             if player.ended and self._playing:
                 self._next_path.set()
         return messages
 
     def _post(self, kind: str, **content: Any) -> None:
-        generation = 0 if self._problem is None else self._problem.generation
+        generation = 0 if self._question is None else self._question.generation
         self._slots[kind] = json.dumps({"kind": kind, "generation": generation, **content}, allow_nan=False)
 
     # --- the work ---------------------------------------------------------------------------------------------------
@@ -122,49 +139,80 @@ class Session:
                 self._asked.clear()
                 if work is not None:
                     await _drop(work)
-                self._problem = problem = self._question
-                assert problem is not None
+                self._question = question = self._newest
+                assert question is not None
                 self._player = None
                 self._slots = {kind: text for kind, text in self._slots.items() if kind in ("status", "refused")}
-                self._post("accepted", command=as_command(problem), python=as_python(problem))
+                self._post("accepted", command=question.command, python=question.python)
+                first = self._curve if question.system is None else self._view
                 work = asyncio.gather(
-                    *(self._guarded(part, problem) for part in (self._curve, self._theory, self._simulation))
+                    *(self._guarded(part, question) for part in (first, self._theory, self._simulation))
                 )
         finally:
             if work is not None:
                 await _drop(work)
 
-    async def _guarded(self, part: Callable[[Problem], Awaitable[None]], problem: Problem) -> None:
+    async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""
         try:
-            await part(problem)
+            await part(question)
         except Exception as error:
             text = " ".join(str(error).split())[:400]
             self._post("trouble", sentence=text if isinstance(error, ValueError) else f"{type(error).__name__}: {text}")
 
-    async def _theory(self, problem: Problem) -> None:
-        engine, oscillator = self._engine, problem.oscillator()
+    async def _view(self, question: Question) -> None:
+        """The equation of a system, and how far it moves."""
+        await self._engine.theory_ready.wait()
+        assert question.system is not None
+        self._post("view", **await self._engine.think(_view_of, question.system))
+
+    async def _theory(self, question: Question) -> None:
+        engine = self._engine
         await engine.theory_ready.wait()
         self._post("status", theory=True, kernel=engine.kernel_ready.is_set())
-        from springpot.explorer import answers
+        if question.system is None:
+            await self._theory_of_oscillator(question)
+        else:
+            await self._theory_of_system(question, question.system)
 
+    async def _theory_of_oscillator(self, question: Question) -> None:
+        from springpot.explorer import answers, gathering
+        from springpot.simulation.settings import resolve
+
+        engine, oscillator = self._engine, question.oscillator
         solved = await engine.think(answers.solve, oscillator)
         self._post("theory", **await engine.think(answers.table, oscillator, *solved))
+        await engine.kernel_ready.wait()
+        self._post("status", theory=True, kernel=True)
+        settings = await engine.simulate(
+            resolve, oscillator, paths=question.paths, seed=question.seed, start="rest", threads=1
+        )
+        times = gathering.growth_times(oscillator, settings)
+        curves = await engine.think(answers.growth, oscillator, solved[0], times, from_rest=question.start == "rest")
+        self._post("growth", times=times.tolist(), methods=curves)
+
+    async def _theory_of_system(self, question: Question, system: System) -> None:
+        from springpot.explorer import system_answers
+
+        engine, answers, statements = self._engine, dict[str, Any](), dict[str, str]()
+        for name in system_answers.names(system):  # one by one: the next question waits for one at most
+            answer, statement = await engine.think(system_answers.solve, system, name)
+            if answer is None:
+                statements[name] = statement
+            else:
+                answers[name] = answer
+        self._post("theory", **await engine.think(system_answers.table, system, answers, statements))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer import gathering
         from springpot.simulation.settings import resolve
 
-        settings = await engine.simulate(
-            resolve, oscillator, paths=problem.paths, seed=problem.seed, start="rest", threads=1
-        )
-        times = gathering.growth_times(oscillator, settings)
-        from_rest = _start(problem, oscillator) == "rest"
-        curves = await engine.think(answers.growth, oscillator, solved[0], times, from_rest=from_rest)
-        self._post("growth", times=times.tolist(), methods=curves)
+        settings = await engine.simulate(resolve, question.problem, paths=question.paths, start="rest", threads=1)
+        times = gathering.growth_times(question.problem, settings)
+        self._post("growth", times=times.tolist(), methods=system_answers.lines(answers, times.size))
 
-    async def _simulation(self, problem: Problem) -> None:
-        engine, oscillator = self._engine, problem.oscillator()
+    async def _simulation(self, question: Question) -> None:
+        engine, problem = self._engine, question.problem
         await engine.kernel_ready.wait()
         from springpot.explorer import gathering
         from springpot.simulation.adapted import adapt
@@ -173,10 +221,10 @@ class Session:
 
         settings = await engine.simulate(
             resolve,
-            oscillator,
-            paths=problem.paths,
-            seed=problem.seed,
-            start=_start(problem, oscillator),
+            problem,
+            paths=question.paths,
+            seed=question.seed,
+            start=question.start,
             threads=engine.threads,
         )
         if settings.steps * settings.paths > MOST_WORK:
@@ -184,23 +232,36 @@ class Session:
                 f"paths: {settings.paths} paths of {settings.steps} steps take too long for a page: use at most "
                 f"{int(MOST_WORK / settings.steps)}, or the command."
             )
+        if question.system is not None:
+            await self._compiled(problem)
         adapted = None
         if settings.start == "stationary":
             self._post("searching")
             with stopping() as check:
-                adapted = await engine.pilot(adapt, oscillator, settings, progress=check)
-        simulation = await engine.simulate(simulation_of, oscillator, settings, adapted)
-        growing = await engine.simulate(gathering.Gathering, simulation)
-        await asyncio.gather(self._show(problem, growing), self._gather(growing))
+                adapted = await engine.pilot(adapt, problem, settings, progress=check)
+        simulation = await engine.simulate(simulation_of, problem, settings, adapted)
+        growing = await engine.simulate(gathering.Gathering, simulation, of_system=question.system is not None)
+        await asyncio.gather(self._show(question, growing), self._gather(growing))
 
-    async def _show(self, problem: Problem, growing: Gathering) -> None:
+    async def _compiled(self, problem: Oscillator | System) -> None:
+        """Have the kernel for this kind of problem; say so if it takes long."""
+        having = asyncio.ensure_future(self._engine.simulate(self._engine.have_kernel, problem))
+        try:
+            done, _ = await asyncio.wait([having], timeout=NOTICED)
+            if not done:
+                self._post("compiling")
+            await having
+        finally:
+            having.cancel()
+
+    async def _show(self, question: Question, growing: Gathering) -> None:
         """Record and play one path after the other, for the moving mass."""
         from springpot.explorer import motion
 
         number = 0
         while True:
             recorded = await self._engine.simulate(motion.record, growing.simulation, number)
-            self._player = motion.Player(recorded, natural_frequency=problem.natural_frequency)
+            self._player = motion.Player(recorded, natural_frequency=question.frequency)
             self._next_path.clear()
             await self._next_path.wait()
             number = (number + 1) % motion.blocks(growing.simulation.settings)
@@ -211,14 +272,16 @@ class Session:
             if not self._playing:
                 self._may_run.clear()  # a single step
             report, densities, growth = await self._engine.simulate(_grown, growing)
-            problem = self._problem
-            assert problem is not None
+            question = self._question
+            assert question is not None
+            if question.system is not None:
+                report |= _of_system(question.system, report["values"])
             self._post("estimates", **report)
-            self._slots["densities"] = frames.pack(frames.DENSITIES, problem.generation, densities)
-            self._slots["grown"] = frames.pack(frames.GROWTH, problem.generation, growth)
+            self._slots["densities"] = frames.pack(frames.DENSITIES, question.generation, densities)
+            self._slots["grown"] = frames.pack(frames.GROWTH, question.generation, growth)
 
-    async def _curve(self, problem: Problem) -> None:
-        engine, oscillator = self._engine, problem.oscillator()
+    async def _curve(self, question: Question) -> None:
+        engine, oscillator = self._engine, question.oscillator
         await engine.theory_ready.wait()
         from springpot.explorer.answers import along_the_order
 
@@ -251,11 +314,19 @@ def stopping() -> Iterator[Callable[[float], None]]:
         unwanted.set()
 
 
-def _start(problem: Problem, oscillator: Oscillator) -> StartKind:
-    """The start of the page's run: from rest if there is no stationary state."""
-    from springpot.simulation.settings import default_start
+def _view_of(system: System) -> dict[str, Any]:
+    from springpot.explanation import equation
+    from springpot.explorer.views import sizes
 
-    return "rest" if problem.start == "rest" else default_start(oscillator)[0]
+    return {"equation": [*equation(system)], "sizes": sizes(system)}
+
+
+def _of_system(system: System, values: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of the parts with their words and units, and why impacts cannot be counted."""
+    from springpot.explorer.views import labels
+    from springpot.simulation.system_results import uncountable
+
+    return {"labels": labels(system, [*values]), "undefined": uncountable(system)}
 
 
 async def _drop(work: asyncio.Future[Any]) -> None:
@@ -288,7 +359,8 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
     densities: list[Any] = []
     distributions = growing.distributions()
     for name in DENSITIES:
-        edges, density, _ = distributions[name].density(HISTOGRAM_BINS)
+        found = distributions.get(name)
+        edges, density = ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
         densities += [edges, density]
     return report, densities, list(growing.growth())
 

@@ -19,7 +19,9 @@ export class Connection extends EventTarget {
   constructor(state) {
     super();
     this.state = state;
-    this.generation = 0;
+    this.generation = 0; // of the question that is answered
+    this.newest = 0; // of the one that was asked last
+    this.waiting = new Map(); // those of a system that were not taken yet
     this.frames = 0; // binary ones received, for whoever measures
     this.timer = null;
     this.lastAsked = 0;
@@ -52,8 +54,10 @@ export class Connection extends EventTarget {
   receive(data) {
     const message = typeof data === "string" ? JSON.parse(data) : unpack(data);
     if (typeof data !== "string") this.frames += 1;
+    if (this.waiting.has(message.generation) && message.kind === "accepted") this.taken(message.generation);
+    if (message.kind === "refused" && message.asked !== null && message.asked !== this.newest) return; // a newer one is on its way
     // answers to a question of before are of no use
-    if (message.generation !== this.generation && !["status", "refused"].includes(message.kind)) return;
+    if (message.generation !== this.generation && !["status", "refused", "file"].includes(message.kind)) return;
     this.say(message.kind, message);
   }
 
@@ -69,11 +73,28 @@ export class Connection extends EventTarget {
     const wait = now ? 0 : Math.max(0, this.lastAsked + LEAST_GAP - performance.now());
     this.timer = setTimeout(() => {
       this.lastAsked = performance.now();
-      this.generation += 1;
-      this.say("asked", this.state.problem(this.generation));
-      this.send(this.state.problem(this.generation));
+      this.newest += 1;
+      const problem = this.state.problem(this.newest);
+      // a system may not be possible: until the server has taken it, the one before goes on
+      if (problem.kind === "system") this.waiting.set(this.newest, { problem, values: { ...this.state.values } });
+      else this.begin(problem);
+      this.send(problem);
     }, wait);
   }
+
+  begin(problem) {
+    this.generation = problem.generation;
+    this.say("asked", problem);
+  }
+
+  taken(generation) {
+    const { problem, values } = this.waiting.get(generation);
+    for (const older of [...this.waiting.keys()].filter((one) => one <= generation)) this.waiting.delete(older);
+    this.good = values;
+    this.begin(problem);
+  }
+
+  file() { this.send({ kind: "file" }); }
 
   setPlay(play) {
     this.play = play;

@@ -1,21 +1,9 @@
 // Sliders and fields: what a person changes, and how it is shown.
 
-import { PARAMETERS, checked, lengthScale, rangeOf, tidy } from "./state.js";
+import { OPENED, ofSystem } from "./problem.js";
+import { DEFAULTS, PARAMETERS, checked, lengthScale, rangeOf, tidy } from "./state.js";
 import { plain, short } from "./numbers.js";
 import { CHOICES } from "./units.js";
-
-// kind: of the units to choose from; other: what the parameter is called in them
-const LABELS = {
-  order: { symbol: "α", name: "order", hint: "0 spring – 1 dashpot" },
-  coefficient: { symbol: "C", name: "springpot", unit: "s^(α−2)", dimensionless: "c = C Ω^(α−2)" },
-  natural_frequency: { symbol: "Ω", name: "natural frequency", kind: "frequency", other: { Hz: { symbol: "f" } } },
-  intensity: {
-    symbol: "q", name: "noise intensity", kind: "excitation",
-    other: { psd: { symbol: "S", name: "one-sided PSD" }, g: { symbol: "S", name: "one-sided PSD" } },
-  },
-  position: { symbol: "b", name: "wall at", kind: "length", dimensionless: "√(q/Ω³)", hint: "gap < 0" },
-  restitution: { symbol: "r", name: "restitution", hint: "lossy – elastic" },
-};
 
 export const PRESETS = {
   paper: { label: "The paper: wall at rest, elastic", note: "Half-order springpot at C = Ω = q = 1, the middle of the paper's figure.", values: {} },
@@ -35,22 +23,55 @@ export class Controls {
     this.state = state;
     this.rows = {};
     const sliders = form.querySelector("#sliders");
-    for (const name of Object.keys(PARAMETERS)) sliders.append(this.row(name));
-    this.wall = form.querySelector("#wall");
-    sliders.insertBefore(this.wall.closest("label"), this.rows.position.element);
-    this.wall.addEventListener("change", () => state.set({ wall: this.wall.checked }));
+    this.refused = null; // the number that the system does not take, and why
+    if (ofSystem) this.parts(sliders, form);
+    else {
+      for (const name of Object.keys(PARAMETERS)) sliders.append(this.row(name));
+      this.wall = form.querySelector("#wall");
+      sliders.insertBefore(this.wall.closest("label"), this.rows.position.element);
+      this.wall.addEventListener("change", () => state.set({ wall: this.wall.checked }));
+    }
     this.simple(form, "paths", "change");
     this.simple(form, "start", "change");
     this.simple(form, "seed", "input");
     form.querySelector("#seed").addEventListener("blur", () => this.show());
     form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
-    for (const radio of form.querySelectorAll("[name=units]")) {
-      radio.addEventListener("change", () => state.setUnits(radio.value));
+    if (!ofSystem) {
+      for (const radio of form.querySelectorAll("[name=units]")) {
+        radio.addEventListener("change", () => state.setUnits(radio.value));
+      }
+      this.presets(form);
     }
-    this.presets(form);
     form.addEventListener("submit", (event) => event.preventDefault());
     this.form = form;
     state.onChange(() => this.show());
+  }
+
+  // the numbers of a system, under the name of each part
+  parts(sliders, form) {
+    for (const { name, title, note } of OPENED.parts) {
+      const own = Object.keys(PARAMETERS).filter((number) => number.startsWith(`${name}-`));
+      const group = document.createElement("section");
+      group.className = "part";
+      group.append(Object.assign(document.createElement("h3"), { textContent: title }), ...own.map((number) => this.row(number)));
+      if (note) group.firstChild.append(" ", Object.assign(document.createElement("small"), { textContent: note }));
+      sliders.append(group);
+    }
+    form.querySelector("#to-file").addEventListener("click", () => this.set(Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, DEFAULTS[name]])), null));
+  }
+
+  // a change by hand; if the system does not take it, the reason is shown beside this number
+  set(changes, name) {
+    this.touched = name;
+    this.refused = null;
+    this.state.set(changes);
+  }
+
+  // what was not taken stays in its field, with the reason, until the field is left or another number is changed
+  refuse(sentence, values) {
+    this.refused = this.touched ? { name: this.touched, sentence } : null;
+    this.state.restore(values);
+    return Boolean(this.refused);
   }
 
   simple(form, name, event) {
@@ -78,23 +99,26 @@ export class Controls {
   }
 
   row(name) {
-    const { name: said, kind } = LABELS[name];
+    const { said, kind } = PARAMETERS[name], whose = ofSystem ? `${OPENED.parts.find((part) => name.startsWith(`${part.name}-`)).title}, ${said}` : said;
     const element = document.createElement("div");
     element.className = "parameter";
     const choices = kind ? Object.entries(CHOICES[kind]).map(([key, unit]) => `<option value="${key}">${unit.name}</option>`).join("") : "";
     element.innerHTML = `
       <label for="field-${name}"><i></i> <span></span> <small class="hint"></small></label>
-      <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${said}">
-      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${said}">${choices}</select>` : ""}</span>
+      <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${whose}">
+      <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${whose}">${choices}</select>` : ""}</span>
       <small class="range" id="range-${name}" hidden></small>`;
     const slider = element.querySelector("[type=range]"), field = element.querySelector("[type=number]");
     const choice = element.querySelector("select");
-    slider.addEventListener("input", () => this.state.set({ [name]: this.fromSlider(name, Number(slider.value)) }));
+    slider.addEventListener("input", () => this.set({ [name]: this.fromSlider(name, Number(slider.value)) }, name));
     field.addEventListener("input", () => {
       const value = this.fromField(name);
-      if (value === null) mark(field, false); else this.state.set({ [name]: value });
+      if (value === null) mark(field, false); else this.set({ [name]: value }, name);
     });
-    field.addEventListener("blur", () => this.show());
+    field.addEventListener("blur", () => {
+      if (this.refused?.name === name) this.refused = null;
+      this.show();
+    });
     choice?.addEventListener("change", () => this.state.setShown(kind, choice.value));
     this.rows[name] = {
       element, slider, field, choice, decades: 0,
@@ -106,7 +130,7 @@ export class Controls {
 
   // what a number in the page's own units is multiplied with to be shown
   factor(name) {
-    const { kind } = LABELS[name];
+    const { kind } = PARAMETERS[name];
     return kind && this.state.units === "si" ? CHOICES[kind][this.state.shown[kind]].factor : 1;
   }
 
@@ -117,15 +141,15 @@ export class Controls {
 
   // the ends of a logarithmic slider move by whole decades to where a value from elsewhere lies
   ends(name) {
-    const { from, to } = PARAMETERS[name], { decades } = this.rows[name];
-    return [from * 10 ** decades, to * 10 ** decades];
+    const { begin, end } = PARAMETERS[name], { decades } = this.rows[name];
+    return [begin * 10 ** decades, end * 10 ** decades];
   }
 
   reach(name, value) {
-    const { from, to, log } = PARAMETERS[name], [low, high] = this.ends(name);
+    const { begin, end, log } = PARAMETERS[name], [low, high] = this.ends(name);
     if (!log || !(value > 0) || (value > low * 0.999 && value < high * 1.001)) return;
-    const usual = value >= from && value <= to;
-    this.rows[name].decades = usual ? 0 : Math.round(Math.log10(value / Math.sqrt(from * to)));
+    const usual = value >= begin && value <= end;
+    this.rows[name].decades = usual ? 0 : Math.round(Math.log10(value / Math.sqrt(begin * end)));
   }
 
   fromSlider(name, place) {
@@ -146,32 +170,32 @@ export class Controls {
   show() {
     const { values, units, shown } = this.state, si = units === "si";
     for (const [name, row] of Object.entries(this.rows)) {
-      const label = LABELS[name], choice = si ? shown[label.kind] : undefined, factor = this.factor(name);
+      const label = PARAMETERS[name], choice = si ? shown[label.kind] : undefined, factor = this.factor(name);
       const said = { ...label, ...label.other?.[choice] };
       const unit = si ? (choice ? CHOICES[label.kind][choice].name : label.unit ?? "") : label.dimensionless ?? "";
       const [low, high] = rangeOf(name, values).map((end) => end * factor);
       this.reach(name, values[name]);
       row.slider.value = this.toSlider(name, values[name]);
       row.slider.setAttribute("aria-valuetext", `${short(values[name] * factor)} ${unit}`);
-      if (document.activeElement !== row.field || this.fromField(name) !== values[name]) {
+      const refused = this.refused?.name === name;
+      if (document.activeElement !== row.field || (!refused && this.fromField(name) !== values[name])) {
         row.field.value = plain(values[name] * factor);
       }
-      Object.assign(row.field, { min: low, max: high, title: `from ${short(low, 3)} to ${short(high, 3)}` });
-      row.range.textContent = row.field.title;
-      mark(row.field, (name === "position" && !values.wall) || (low <= values[name] * factor && values[name] * factor <= high));
+      if (ofSystem) {
+        row.range.textContent = refused ? this.refused.sentence : "a number";
+        mark(row.field, !refused);
+      } else {
+        Object.assign(row.field, { min: low, max: high, title: `from ${short(low, 3)} to ${short(high, 3)}` });
+        row.range.textContent = row.field.title;
+        mark(row.field, (name === "position" && !values.wall) || (low <= values[name] * factor && values[name] * factor <= high));
+      }
       row.symbol.textContent = said.symbol;
-      row.name.textContent = said.name;
+      row.name.textContent = said.said;
       row.hint.textContent = said.hint ?? "";
       row.unit.textContent = row.choice && si ? "" : unit;
       if (row.choice) Object.assign(row.choice, { hidden: !si, value: choice ?? row.choice.value });
     }
-    this.rows.coefficient.symbol.textContent = si ? "C" : "c";
-    for (const name of ["natural_frequency", "intensity"]) this.rows[name].element.hidden = !si;
-    for (const name of ["position", "restitution"]) {
-      this.rows[name].slider.disabled = this.rows[name].field.disabled = !values.wall;
-      this.rows[name].element.classList.toggle("off", !values.wall);
-    }
-    this.wall.checked = values.wall;
+    if (!ofSystem) this.showOscillator(values, si);
     for (const name of ["paths", "start", "seed"]) {
       const field = this.form.querySelector(`#${name}`);
       if (field.tagName === "SELECT" && ![...field.options].some((o) => o.value === String(values[name]))) {
@@ -180,7 +204,17 @@ export class Controls {
       if (document.activeElement !== field || field.tagName === "SELECT") field.value = values[name];
       mark(field, true);
     }
-    this.form.querySelector(`[name=units][value=${units}]`).checked = true;
+  }
+
+  showOscillator(values, si) {
+    this.rows.coefficient.symbol.textContent = si ? "C" : "c";
+    for (const name of ["natural_frequency", "intensity"]) this.rows[name].element.hidden = !si;
+    for (const name of ["position", "restitution"]) {
+      this.rows[name].slider.disabled = this.rows[name].field.disabled = !values.wall;
+      this.rows[name].element.classList.toggle("off", !values.wall);
+    }
+    this.wall.checked = values.wall;
+    this.form.querySelector(`[name=units][value=${si ? "si" : "dimensionless"}]`).checked = true;
     this.showPreset();
   }
 

@@ -7,10 +7,12 @@ import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
 import { pinOf, showPinned, snapshot } from "./pinned.js";
+import { OPENED, circuitsOf, elementsOf, isThermal, ofSystem, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
+import { makePartsCard, showEquation, startSystem } from "./system.js";
 import { State, lengthScale } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
-import { showTiles } from "./tiles.js";
+import { nameTiles, showTiles } from "./tiles.js";
 import { Track } from "./track.js";
 import { copy, csv, png, save, say } from "./share.js";
 import { grouped, short, typeset, withError } from "./numbers.js";
@@ -32,10 +34,13 @@ const view = {
   theory: null, growth: null, curve: null,
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
   measured: null, densities: null, grown: null, marker: null, copies: null, pin: null,
+  sizes: OPENED.sizes, // of a system: how fast and how far it moves, roughly
   get values() { return state.values; },
+  get frequency() { return this.sizes?.frequency ?? state.values.natural_frequency; },
+  get walls() { return wallsOf(state.values); },
   get si() { return state.units === "si"; },
   timeWindow() {
-    const wide = SHOWN_RADIANS / state.values.natural_frequency;
+    const wide = SHOWN_RADIANS / this.frequency;
     return track.now.t > wide ? [track.now.t - wide, track.now.t] : [0, wide];
   },
 };
@@ -46,10 +51,13 @@ const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
 
 startTheme(element("theme"));
+if (ofSystem) startSystem(element);
+nameTiles(element);
 const controls = new Controls(state, element("form"));
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set({ order }) });
+const partsCard = makePartsCard(element("parts-table"));
 const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
 
 // --- answers -------------------------------------------------------------------------------------------------------
@@ -64,6 +72,18 @@ on("status", ({ theory, kernel }) => {
   if (kernel) status("live", "live");
   else status("loading", theory ? "loading the kernel (the first time it is compiled)…" : "loading theory and kernel…");
 });
+on("compiling", () => {
+  status("loading", "compiling, once for this kind of system…");
+  element("tile-paths-note").textContent = "compiling, once for this kind of system…";
+});
+on("view", ({ equation, sizes }) => {
+  showEquation(element, equation);
+  view.sizes = sizes;
+  setSpeed();
+  setBounds();
+  dirty.add("motion");
+});
+on("file", ({ name, text }) => save(name, new Blob([text], { type: "application/toml" })));
 on("asked", (problem) => {
   question = problem;
   track.restart();
@@ -74,7 +94,11 @@ on("asked", (problem) => {
   showOld();
 });
 on("accepted", (message) => { view.copies = message; notice("question", ""); });
-on("refused", ({ sentence }) => notPossible(sentence));
+on("refused", ({ sentence, asked }) => {
+  if (asked === null || !connection.good) return notPossible(sentence);
+  // the last good state stays, and goes on; beside the number stands why
+  if (!controls.refuse(sentence, connection.good)) notice("question", `Not possible: ${sentence}`);
+});
 on("trouble", ({ sentence }) => notPossible(sentence));
 on("searching", () => { element("tile-paths-note").textContent = "finding the stationary start…"; });
 on("theory", (message) => {
@@ -82,7 +106,7 @@ on("theory", (message) => {
     view.drawn.clear();
     for (const name of message.drawn) view.drawn.add(name);
   }
-  for (const { moments } of Object.values(message.methods)) moments.x_rms = rootOf(moments.x_mean_square);
+  for (const { moments } of Object.values(message.methods)) addRoots(moments);
   take("theory", message);
   setBounds();
 });
@@ -90,8 +114,8 @@ on("growth", (message) => take("growth", message));
 on("curve", (message) => take("curve", message));
 on("estimates", (message) => {
   const { values, errors } = message;
-  values.x_rms = rootOf(values.x_mean_square);
-  errors.x_rms = values.x_rms > 0 && errors.x_mean_square !== null ? errors.x_mean_square / (2 * values.x_rms) : null;
+  addRoots(values, errors);
+  if (ofSystem) status("live", "live");
   view.measured = message;
   view.marker = { order: question.order, value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
   for (const name of ["numbers", "curve"]) dirty.add(name);
@@ -99,20 +123,34 @@ on("estimates", (message) => {
 on("densities", ({ arrays }) => {
   view.densities = {};
   Object.keys(DENSITIES).forEach((name, i) => { view.densities[name] = { edges: arrays[2 * i], density: arrays[2 * i + 1] }; });
+  if (view.measured?.undefined) view.densities.impact_speed = { edges: [], density: [] }; // of as many as the step counts
+  if (ofSystem) setBounds();
   for (const name of Object.keys(DENSITIES)) dirty.add(name);
+  if (ofSystem) drawnChanged();
 });
 on("grown", ({ arrays: [mean, error] }) => { view.grown = { mean, error }; dirty.add("growth"); });
 on("motion", ({ arrays }) => {
   const hits = track.take(arrays);
-  if (hits) for (const hit of track.hits.slice(-Math.min(hits, 4))) scene.flash(hit.speed);
+  if (hits) for (const hit of track.hits.slice(-Math.min(hits, 4))) scene.flash(hit);
   stretch(arrays[1], arrays[2]);
   dirty.add("motion");
 });
 
+function addRoots(values, errors) {
+  for (const [name, square] of [["x_rms", "x_mean_square"], ["v_rms", "v_mean_square"]]) {
+    const root = values[name] = rootOf(values[square]);
+    if (errors) errors[name] = root > 0 && errors[square] !== null ? errors[square] / (2 * root) : null;
+  }
+}
 const rootOf = (square) => (square >= 0 && square !== null ? Math.sqrt(square) : null);
 
 // neither seed nor paths matter to any of them
-function dependsOn({ order, start, coefficient, natural_frequency, intensity, wall, position, restitution }) {
+function dependsOn(asked) {
+  if (!ofSystem) return ofOscillator(asked);
+  const all = JSON.stringify(asked.numbers);
+  return { theory: all, growth: all + asked.start, curve: "" };
+}
+function ofOscillator({ order, start, coefficient, natural_frequency, intensity, wall, position, restitution }) {
   const all = [coefficient, natural_frequency, intensity, ...(wall ? [position, restitution] : [])];
   return { theory: String([...all, order]), growth: String([...all, order, start]), curve: String(all) };
 }
@@ -150,9 +188,15 @@ function notPossible(sentence) {
 
 function setBounds() {
   const places = view.theory?.places ?? {}, { values } = state;
-  if (places.x) {
+  if (places.x && !ofSystem) {
     [view.low, view.high] = [places.x[0], places.x[places.x.length - 1]];
     view.fastest = places.v[places.v.length - 1];
+  } else if (ofSystem) {
+    const { edges } = view.densities?.x ?? {};
+    const measured = edges?.length > 2, from = places.x ?? [view.sizes.low, view.sizes.high];
+    [view.low, view.high] = measured ? [edges[0], edges[edges.length - 1]] : [from[0], from[from.length - 1]];
+    const speeds = view.densities?.v?.edges;
+    view.fastest = measured && speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
   } else {
     const scale = lengthScale(values);
     view.low = values.wall ? values.position : -3 * scale;
@@ -163,10 +207,11 @@ function setBounds() {
 
 // rare large motions, and growing ones, make room for themselves
 function stretch(x, v) {
-  const slack = 0.15 * (view.high - view.low);
+  const slack = 0.15 * (view.high - view.low), rigid = view.walls.filter(({ soft }) => !soft);
+  const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
   for (const value of x) {
-    if (value > view.high) view.high = value + slack;
-    if (value < view.low - 1e-3 * slack && !(state.values.wall && value >= state.values.position - slack)) view.low = value - slack;
+    if (value > view.high && value <= roof) view.high = Math.min(value + slack, roof);
+    if (value < view.low - 1e-3 * slack && value >= floor) view.low = Math.max(value - slack, floor);
   }
   for (const value of v) if (Math.abs(value) > view.fastest) view.fastest = 1.15 * Math.abs(value);
 }
@@ -174,7 +219,7 @@ function stretch(x, v) {
 // --- drawing -------------------------------------------------------------------------------------------------------
 
 // the answer to trust, if there is one to this question
-const trusted = () => (view.old.theory ? null : view.theory?.methods[view.theory.recommended]);
+const trusted = () => (view.old.theory ? null : view.theory?.methods[view.theory.shown ?? view.theory.recommended]);
 
 function rmsSpeed() {
   const square = (trusted()?.moments ?? view.measured?.values)?.v_mean_square;
@@ -182,10 +227,17 @@ function rmsSpeed() {
 }
 
 const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) });
-const boundsOf = () => [Math.min(view.low, view.values.wall ? view.values.position : view.low), view.high];
+// with every wall that is not far away
+function boundsOf() {
+  const wide = view.high - view.low, near = view.walls.filter(({ position }) => !ofSystem || (position > view.low - 1.2 * wide && position < view.high + 1.2 * wide));
+  const soft = ofSystem ? 0.03 * wide : 0;
+  return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
+    Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
+}
 
 function drawMotion() {
-  scene.draw({ values: view.values, unit: unitsOf().length, bounds: boundsOf(), rms: rmsSpeed() });
+  const { values, walls } = view;
+  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: unitsOf().length, bounds: boundsOf(), rms: rmsSpeed() });
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();
   const places = Math.min(Math.max(Math.round(2.6 - Math.log10(until - since)), 0), 8); // a tenth of a second in 40
   element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(places)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
@@ -194,9 +246,9 @@ function drawMotion() {
 function drawTraces() {
   const units = unitsOf(), bounds = boundsOf(), pad = 0.04 * (bounds[1] - bounds[0]);
   phase.draw({
-    values: view.values, bounds: [bounds[0] - pad, bounds[1]], fastest: view.fastest, units,
-    mu: view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square ?? 0,
-    window: SHOWN_RADIANS / view.values.natural_frequency,
+    values: view.values, walls: view.walls, bounds: [bounds[0] - pad, bounds[1] + (ofSystem ? pad : 0)], fastest: view.fastest, units,
+    mu: ofSystem ? 0 : view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square ?? 0,
+    window: SHOWN_RADIANS / view.frequency,
   });
   panels.traceX.update();
   panels.traceV.update();
@@ -205,14 +257,15 @@ function drawTraces() {
 function drawNumbers() {
   const { measured, theory } = view, old = view.old.theory;
   table.show(view, old);
+  partsCard(view);
   showTiles(view, element, playing);
   showPinned(view, element);
   showStart();
   element("pin").disabled = !measured?.complete || old;
   if (measured?.complete && !old && view.spoken !== connection.generation) {
     view.spoken = connection.generation;
-    const { factor, name: unit } = unitOf("x_rms", state), answer = theory?.methods[theory.recommended];
-    const theirs = answer ? `, ${METHODS[theory.recommended].label} ${short(answer.moments.x_rms * factor)}` : "";
+    const { factor, name: unit } = unitOf("x_rms", state), best = theory?.shown ?? theory?.recommended, answer = theory?.methods[best];
+    const theirs = answer ? `, ${METHODS[best].label} ${short(answer.moments.x_rms * factor)}` : "";
     element("spoken").textContent = `x rms by Monte Carlo ${withError(measured.values.x_rms * factor, measured.errors.x_rms * factor)}${theirs} ${unit}.`;
   }
   element("results").dataset.complete = String(Boolean(measured?.complete && theory) && !old);
@@ -225,6 +278,7 @@ function showStart() {
   const window = measured ? ` All other numbers are averages over ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}.` : "";
   element("growth-note").textContent = (fromRest
     ? "Mean over all paths, which start at rest, with two standard errors on either side. Methods without a transient are horizontal lines."
+    : isThermal ? "Mean over all paths, with two standard errors on either side. Each path starts from Boltzmann's law. Theory: stationary values."
     : "Mean over all paths, with two standard errors on either side. Each path starts at the stationary mean displacement with zero velocity, so the curve still rises at first. Theory: stationary values.")
     + window;
   element("transient").hidden = !isTransient(measured);
@@ -233,18 +287,23 @@ function showStart() {
 
 function drawnChanged() {
   const drawn = NAMES.filter((name) => view.drawn.has(name) && view.theory?.methods[name]);
-  element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
+  if (!ofSystem) element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
   element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn, view.pin);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
   scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
   scene.density_color = front;
+  const { edges, density } = view.densities?.x ?? {};
+  if (ofSystem && !scene.density && density?.length) { // where no theory has one, that of the paths
+    scene.density = { place: Array.from(density, (_, i) => 0.5 * (edges[i] + edges[i + 1])), height: [...density] };
+    scene.density_color = "measured";
+  }
   for (const name of [...Object.keys(DENSITIES), "growth", "curve", "motion", "numbers"]) dirty.add(name);
 }
 
 const drawings = {
   motion: drawMotion, traces: drawTraces, numbers: drawNumbers,
-  ...Object.fromEntries([...Object.keys(DENSITIES), "growth", "curve"].map((name) => [name, () => panels[name].update()])),
+  ...Object.fromEntries([...Object.keys(DENSITIES), "growth", "curve"].map((name) => [name, () => panels[name]?.update()])),
 };
 
 let drawnFrames = 0, tracesAt = 0;
@@ -288,7 +347,7 @@ function notice(origin, text) {
 const speedOf = (place) => 0.2 * 500 ** (place / 100); // from 0.2 to 100
 function setSpeed() {
   const speed = Number(speedOf(Number(element("speed").value)).toPrecision(2));
-  const times = short(speed / state.values.natural_frequency, 2);
+  const times = short(speed / view.frequency, 2);
   const said = view.si ? `${times} × real time` : `Ωt: ${times} per s`;
   element("speed-shown").textContent = said;
   element("speed").setAttribute("aria-valuetext", said);
@@ -319,6 +378,7 @@ document.addEventListener("keydown", (event) => {
 
 const described = () => {
   const v = state.values;
+  if (ofSystem) return [OPENED.file, ...Object.entries(state.changes()).map(([name, value]) => `${name} = ${value}`), `start ${v.start}, seed ${v.seed}, ${v.paths} paths`].join(", ");
   const wall = v.wall ? `b = ${v.position}, r = ${v.restitution}` : "no wall";
   return `alpha = ${v.order}, C = ${v.coefficient}, Omega = ${v.natural_frequency}, q = ${v.intensity}, ${wall}, start ${v.start}, seed ${v.seed}, ${v.paths} paths${view.si ? " (in m, s, rad/s)" : " (dimensionless)"}`;
 };
@@ -328,6 +388,7 @@ element("copy-link").addEventListener("click", () => copy(location.origin + loca
 const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not accepted these numbers.", note));
 element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
 element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
+element("save-file")?.addEventListener("click", () => connection.file());
 element("save-csv").addEventListener("click", () => {
   const { theory, measured } = view, rows = [];
   for (const [name, value] of Object.entries(measured?.values ?? {})) rows.push(["monte_carlo", name, value, measured.errors[name]]);
@@ -346,7 +407,7 @@ element("use-stationary").addEventListener("click", () => state.set({ start: "st
 
 // each card gets its two buttons
 const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
-for (const card of document.querySelectorAll("[data-chart]")) {
+for (const card of document.querySelectorAll("[data-chart]:not([hidden])")) {
   const name = card.dataset.chart, title = card.querySelector("h2, h3").textContent;
   const heading = DENSITIES[name] ? `Density of the ${title.toLowerCase()}` : title;
   const tools = document.createElement("span");
@@ -395,7 +456,7 @@ function takeLink() {
 const listed = (names) => (names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names.at(-1)}`);
 let unitsShown = null;
 state.onChange((_, another) => {
-  element("law").hidden = !state.values.wall;
+  if (!ofSystem) element("law").hidden = !state.values.wall;
   notice("link", "");
   const units = [state.units, ...Object.values(state.shown)].join();
   if (unitsShown !== units) {

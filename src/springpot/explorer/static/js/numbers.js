@@ -13,7 +13,7 @@ export function short(value, digits = 4) {
 
 export function withError(value, error) {
   if (value === null || value === undefined) return "–";
-  if (error === null || error === undefined || !(error > 0)) return short(value);
+  if (error === null || error === undefined || !(error > 1e-12 * Math.abs(value))) return short(value); // rounding is no error
   const size = Math.max(Math.abs(value), error);
   if (size >= 1e5 || size < 1e-3) {
     const exponent = Math.floor(Math.log10(size));

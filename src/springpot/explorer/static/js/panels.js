@@ -2,6 +2,7 @@
 
 import { Chart, bars, methodSeries, outline, polyline } from "./charts.js";
 import { METHODS, NAMES } from "/methods.js";
+import { ofSystem } from "./problem.js";
 import { withError } from "./numbers.js";
 import { pinnedDensity, pinnedGrowth, pinnedMarker } from "./pinned.js";
 import { palette } from "./theme.js";
@@ -13,7 +14,7 @@ const SLACK = 1.06;
 
 const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
 const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: view.si ? "t" : "Ω t", factor, unit }; };
-const muAxis = (view) => quantity(view, "μ", "amplitude_mean_square");
+const muAxis = (view) => quantity(view, ofSystem ? "⟨x²⟩" : "μ", "amplitude_mean_square");
 const timeName = (view) => (view.si ? "t" : "Ωt");
 
 export function makePanels(view, element, { onOrder }) {
@@ -23,7 +24,7 @@ export function makePanels(view, element, { onOrder }) {
   panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 182));
   for (const name of Object.keys(DENSITIES)) panels[name] = density(view, element(`density-${name}`), name, small);
   panels.growth = growth(view, element("growth"), () => 250);
-  panels.curve = curve(view, element("curve"), () => 250, onOrder);
+  if (!ofSystem) panels.curve = curve(view, element("curve"), () => 250, onOrder);
   return panels;
 }
 
@@ -35,31 +36,44 @@ function trace(view, host, what, height) {
     series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
     xRange: () => view.timeWindow(),
     readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), chart.data[0][i]], [what, chart.data[1][i] * unitOf(what, view.state).factor]]),
-    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high] : [-view.fastest, view.fastest]),
+    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high + (ofSystem ? 0.04 * (view.high - view.low) : 0)] : [-view.fastest, view.fastest]),
     draw: (u, g, ratio) => {
-      if (what !== "x" || !view.values.wall) return;
-      const y = u.valToPos(view.values.position, "y", true), { left, width, top, height: tall } = u.bbox;
-      g.fillStyle = palette.faint;
-      g.fillRect(left, y, width, Math.max(top + tall - y, 0));
-      g.fillStyle = palette.steel;
-      g.fillRect(left, y, width, 1.5 * ratio);
+      if (what !== "x") return;
+      const { left, width, top, height: tall } = u.bbox;
+      for (const { position, lower, soft } of view.walls) {
+        const y = u.valToPos(position, "y", true);
+        g.fillStyle = palette.faint;
+        g.globalAlpha = soft ? 0.55 : 1;
+        g.fillRect(left, lower ? y : top, width, Math.max(lower ? top + tall - y : y - top, 0));
+        g.globalAlpha = 1;
+        g.strokeStyle = palette.steel;
+        g.lineWidth = 1.5 * ratio;
+        g.setLineDash(soft ? [5 * ratio, 4 * ratio] : []);
+        g.beginPath();
+        g.moveTo(left, y + 0.75 * ratio);
+        g.lineTo(left + width, y + 0.75 * ratio);
+        g.stroke();
+        g.setLineDash([]);
+      }
     },
     over: (u, g, ratio) => {
       const [from] = view.timeWindow(), hits = view.track.hits;
       g.fillStyle = g.strokeStyle = palette.impact;
       g.lineWidth = 1.5 * ratio;
       for (let i = hits.length - 1; i >= 0 && hits[i].t >= from; i -= 1) {
+        const wall = view.walls[hits[i].wall];
+        if (!wall) continue;
         const at = u.valToPos(hits[i].t, "x", true);
         g.beginPath();
         if (what === "x") {
-          const y = u.valToPos(view.values.position, "y", true), r = 4.5 * ratio;
-          g.moveTo(at, y - 2 * ratio);
-          g.lineTo(at - r, y + 1.6 * r);
-          g.lineTo(at + r, y + 1.6 * r);
+          const y = u.valToPos(wall.position, "y", true), r = 4.5 * ratio, to = wall.lower ? 1 : -1;
+          g.moveTo(at, y - 2 * to * ratio);
+          g.lineTo(at - r, y + 1.6 * to * r);
+          g.lineTo(at + r, y + 1.6 * to * r);
           g.fill();
         } else {
           g.moveTo(at, u.valToPos(-hits[i].speed, "y", true));
-          g.lineTo(at, u.valToPos(view.values.restitution * hits[i].speed, "y", true));
+          g.lineTo(at, u.valToPos(wall.restitution(Math.abs(hits[i].speed)) * hits[i].speed, "y", true));
           g.stroke();
         }
       }
@@ -95,6 +109,7 @@ function density(view, host, name, height) {
     draw: (u, g) => {
       const found = view.densities?.[name];
       if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
+      if (name === "x") for (const wall of view.walls) upright(u, g, wall);
     },
     over: (u, g, ratio) => {
       const { edges, density: heights } = pinnedDensity(view, name) ?? {};
@@ -133,8 +148,22 @@ function density(view, host, name, height) {
   return chart;
 }
 
+// the place of a wall, dashed for a soft contact
+function upright(u, g, { position, soft }) {
+  const ratio = devicePixelRatio || 1, at = u.valToPos(position, "x", true);
+  g.strokeStyle = palette.steel;
+  g.lineWidth = 2 * ratio;
+  g.setLineDash(soft ? [5 * ratio, 4 * ratio] : []);
+  g.beginPath();
+  g.moveTo(at, u.bbox.top);
+  g.lineTo(at, u.bbox.top + u.bbox.height);
+  g.stroke();
+  g.setLineDash([]);
+}
+
 function noImpacts(view) {
-  if (!view.values.wall) return "no wall, no impacts";
+  if (view.measured?.undefined) return "infinitely many impacts";
+  if (!view.walls.length) return "no wall, no impacts";
   return view.measured?.values.impact_rate === 0 ? "no impacts" : "";
 }
 

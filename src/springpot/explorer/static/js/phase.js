@@ -13,7 +13,7 @@ export class Phase {
     this.track = track;
   }
 
-  draw({ values, bounds, fastest, mu, window, units }) {
+  draw({ values, walls, bounds, fastest, mu, window, units }) {
     const c = this.canvas, g = c.clear();
     const left = 56, right = c.width - 12, top = 8, bottom = c.tall - 44;
     const [low, high] = bounds;
@@ -24,12 +24,17 @@ export class Phase {
     g.beginPath();
     g.rect(left, top, right - left, bottom - top);
     g.clip();
-    if (values.wall) {
+    for (const { position, lower, soft } of walls) {
+      const at = X(position);
       g.fillStyle = palette.faint;
-      g.fillRect(left, top, Math.max(X(values.position) - left, 0), bottom - top);
+      g.globalAlpha = soft ? 0.55 : 1;
+      g.fillRect(lower ? left : at, top, Math.max(lower ? at - left : right - at, 0), bottom - top);
+      g.globalAlpha = 1;
       g.strokeStyle = palette.text;
       g.lineWidth = 2;
-      line(g, X(values.position), top, X(values.position), bottom);
+      g.setLineDash(soft ? [5, 4] : []);
+      line(g, at, top, at, bottom);
+      g.setLineDash([]);
     }
     this.path(g, X, Y, window);
     if (mu > 0) {
@@ -69,7 +74,8 @@ export class Phase {
       g.globalAlpha = 0.35 + 0.65 * (1 - (now.t - hits[i].t) / window);
       g.beginPath();
       const at = this.track.from(hits[i].t);
-      g.arc(X(Math.min(x[Math.max(at - 1, 0)], x[at] ?? x[at - 1])), Y(-hits[i].speed), 3, 0, 7);
+      const near = hits[i].speed < 0 ? Math.max : Math.min;
+      g.arc(X(near(x[Math.max(at - 1, 0)], x[at] ?? x[at - 1])), Y(-hits[i].speed), 3, 0, 7);
       g.fill();
     }
     g.globalAlpha = 1;

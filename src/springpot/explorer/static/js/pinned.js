@@ -1,6 +1,7 @@
 // A second design, pinned beside the one of the sliders: a copy of its numbers and curves, taken when it is pinned.
 
 import { short } from "./numbers.js";
+import { OPENED, PARAMETERS, ofSystem } from "./problem.js";
 import { converted, lengthScale } from "./state.js";
 import { QUANTITIES, columnsFor, headOf, isTransient, measuredCells } from "./table.js";
 import { DIMENSIONS } from "./units.js";
@@ -63,8 +64,14 @@ export function changeText(value, error, other, otherError) {
 
 const SYMBOLS = { order: "α", coefficient: "C", natural_frequency: "Ω", intensity: "q", position: "b", restitution: "r" };
 
+function numbersOf(now, pin) {
+  return OPENED.parts.flatMap(({ name, title }) => Object.entries(PARAMETERS)
+    .filter(([number]) => number.startsWith(`${name}-`) && now[number] !== pin[number])
+    .map(([number, { symbol }]) => `${symbol} of ${title} = ${short(pin[number])}`));
+}
+
 function differences(now, pin) {
-  const found = Object.entries(SYMBOLS).filter(([name]) => now[name] !== pin[name] && (pin.wall || !["position", "restitution"].includes(name)))
+  const found = ofSystem ? numbersOf(now, pin) : Object.entries(SYMBOLS).filter(([name]) => now[name] !== pin[name] && (pin.wall || !["position", "restitution"].includes(name)))
     .map(([name, symbol]) => `${symbol} = ${short(pin[name])}`);
   if (now.wall !== pin.wall) found.push(pin.wall ? "a wall" : "no wall");
   if (now.start !== pin.start) found.push(pin.start === "rest" ? "start from rest" : "stationary start");

@@ -1,6 +1,8 @@
 // The moving mass between its wall and the support, with spring and springpot; below it the density of x.
 
 import { Canvas, ticks } from "./canvas.js";
+import { bumper, circuit, element, excitation, post, rubbing } from "./elements.js";
+import { excitations, rubs } from "./problem.js";
 import { palette } from "./theme.js";
 import { exponentFor, scaledUnit, short } from "./numbers.js";
 import { withUnit } from "./units.js";
@@ -17,20 +19,25 @@ export class Scene {
     this.density_color = null;
   }
 
-  flash(speed) { this.flashes.push({ at: performance.now(), speed }); if (this.flashes.length > 12) this.flashes.shift(); }
+  flash({ speed, wall }) { this.flashes.push({ at: performance.now(), speed, wall }); if (this.flashes.length > 12) this.flashes.shift(); }
 
-  draw({ values, unit, bounds, rms }) {
+  draw({ walls, elements, circuits, unit, bounds, rms }) {
     const c = this.canvas, g = c.clear(), W = c.width;
-    const { v } = this.track.now, x = values.wall ? Math.max(this.track.now.x, values.position) : this.track.now.x;
+    const lower = walls.find((wall) => wall.lower && !wall.soft), x = lower ? Math.max(this.track.now.x, lower.position) : this.track.now.x;
+    const { v } = this.track.now;
     const [low, high] = bounds;
     const narrow = W < 520;
-    const mass = narrow ? 46 : 60, left = values.wall ? 40 : 22, right = W - (narrow ? 90 : 150) - mass;
+    const mass = narrow ? 46 : 60, left = walls.some((wall) => wall.lower) ? 40 : 22, right = W - (narrow ? 90 : 150) - mass;
     const X = (value) => left + ((value - low) / (high - low)) * (right - left);
     const middle = 84, floor = middle + mass / 2 + 10, axisY = floor + 70;
 
     // the density of x, under the path it belongs to
     if (this.density) {
       const { place, height } = this.density, top = drawnTop(height);
+      g.save();
+      g.beginPath();
+      g.rect(X(low) - 1, axisY - 60, X(high) - X(low) + 2, 62);
+      g.clip();
       g.beginPath();
       g.moveTo(X(place[0]), axisY);
       for (let i = 0; i < place.length; i += 1) g.lineTo(X(place[i]), axisY - 46 * Math.min(height[i] / top, 1));
@@ -43,17 +50,21 @@ export class Scene {
       g.strokeStyle = palette[this.density_color];
       g.lineWidth = 1.5;
       g.stroke();
-      g.globalAlpha = 1;
+      g.restore();
     }
     this.axis(g, X, low, high, axisY, unit, W);
     this.ground(g, left, W, floor);
-    if (values.wall) this.wall(g, X(values.position), middle, floor);
+    const inside = walls.filter(({ position }) => position >= low && position <= high);
+    for (const wall of inside) {
+      if (!wall.soft && wall.lower) this.wall(g, X(wall.position), middle, floor);
+      else if (!wall.soft) post(g, X(wall.position) + mass, middle, floor, mass);
+    }
     this.equilibrium(g, X(0), floor, axisY, left, right);
 
     const at = X(x), back = at + mass, support = W - 26;
     this.trail(g, X, middle, mass);
-    this.spring(g, back, support, middle - mass * 0.27);
-    this.springpot(g, back, support, middle + mass * 0.27, values.order);
+    const apart = elements.length > 1 ? (0.54 * mass) / (elements.length - 1) : 0;
+    elements.forEach((one, i) => element(g, one, back, support, middle + (elements.length > 1 ? i * apart - 0.27 * mass : 0), Math.min(1, elements.length > 1 ? apart / 24 : 1)));
     this.support(g, support, middle, mass);
 
     g.fillStyle = palette.mass;
@@ -63,7 +74,14 @@ export class Scene {
     g.fill();
     g.stroke();
     this.velocity(g, at + mass / 2, middle - mass / 2 - 14, v, rms);
-    if (values.wall) this.impacts(g, X(values.position), middle, rms);
+    for (const wall of inside) {
+      if (wall.soft) bumper(g, { wall, X, x, mass, middle, floor, low, high });
+      this.impacts(g, wall, walls.indexOf(wall), X(wall.position) + (wall.lower ? 0 : mass), middle, rms);
+    }
+    this.flashes = this.flashes.filter((flash) => performance.now() - flash.at < FLASH);
+    if (rubs) rubbing(g, at, mass, floor);
+    excitation(g, excitations, W - 12, 14, narrow);
+    circuit(g, circuits, this.track.voltages, X(high) + 12, floor + 14, W);
     g.strokeStyle = palette.path;
     g.lineWidth = 2;
     g.beginPath();
@@ -166,52 +184,6 @@ export class Scene {
     g.setLineDash([]);
   }
 
-  spring(g, from, to, y) {
-    const coils = 12, lead = Math.min(14, (to - from) * 0.12), pitch = (to - from - 2 * lead) / coils;
-    g.strokeStyle = palette.steel;
-    g.lineWidth = 2;
-    g.lineJoin = "round";
-    g.beginPath();
-    g.moveTo(from, y);
-    g.lineTo(from + lead, y);
-    for (let i = 0; i < coils; i += 1) {
-      g.lineTo(from + lead + (i + 0.25) * pitch, y - 9);
-      g.lineTo(from + lead + (i + 0.75) * pitch, y + 9);
-    }
-    g.lineTo(to - lead, y);
-    g.lineTo(to, y);
-    g.stroke();
-  }
-
-  // the rhombus that stands for an element between a spring and a dashpot
-  springpot(g, from, to, y, order) {
-    const middle = (from + to) / 2, half = Math.min(26, (to - from) * 0.3), tall = 12;
-    g.strokeStyle = palette.steel;
-    g.lineWidth = 2;
-    g.beginPath();
-    g.moveTo(from, y);
-    g.lineTo(middle - half, y);
-    g.moveTo(middle + half, y);
-    g.lineTo(to, y);
-    g.stroke();
-    g.beginPath();
-    g.moveTo(middle - half, y);
-    g.lineTo(middle, y - tall);
-    g.lineTo(middle + half, y);
-    g.lineTo(middle, y + tall);
-    g.closePath();
-    g.fillStyle = palette.panel;
-    g.fill();
-    g.stroke();
-    if (half > 18) {
-      g.fillStyle = palette.text;
-      g.font = "italic 12px Georgia, serif";
-      g.textAlign = "center";
-      g.textBaseline = "middle";
-      g.fillText(short(order, 2), middle, y + 0.5);
-    }
-  }
-
   trail(g, X, middle, mass) {
     const { x } = this.track, n = x.length;
     g.strokeStyle = palette.mass;
@@ -243,16 +215,16 @@ export class Scene {
     g.fill();
   }
 
-  impacts(g, at, middle, rms) {
+  impacts(g, { lower }, number, at, middle, rms) {
     const now = performance.now();
-    this.flashes = this.flashes.filter((flash) => now - flash.at < FLASH);
     for (const flash of this.flashes) {
-      const age = (now - flash.at) / FLASH, size = 10 + 26 * Math.min(flash.speed / (rms || 1), 2.5) * age;
+      if (flash.wall !== number || now - flash.at >= FLASH) continue;
+      const age = (now - flash.at) / FLASH, size = 10 + 26 * Math.min(Math.abs(flash.speed) / (rms || 1), 2.5) * age;
       g.globalAlpha = 0.9 * (1 - age);
       g.strokeStyle = palette.impact;
       g.lineWidth = 3 * (1 - age) + 1;
       g.beginPath();
-      g.arc(at, middle, size, -1.15, 1.15);
+      g.arc(at, middle, size, (lower ? 0 : Math.PI) - 1.15, (lower ? 0 : Math.PI) + 1.15);
       g.stroke();
     }
     g.globalAlpha = 1;

@@ -1,24 +1,15 @@
 // The state of a tab: the problem, its units, and the link that reproduces it.
 
+import { OPENED, PARAMETERS, isRecorded, ofSystem } from "./problem.js";
 import { CHOICES, USUAL } from "./units.js";
 
 export const DEFAULTS = Object.freeze({
-  order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1,
-  wall: true, position: 0, restitution: 1,
-  seed: 1, paths: 10000, start: "stationary",
+  ...Object.fromEntries(OPENED.sliders.map(({ name, value }) => [name, value])),
+  ...(ofSystem ? {} : { wall: true }),
+  seed: 1, paths: ofSystem ? 5000 : 10000, start: isRecorded ? "rest" : "stationary",
 });
 
-// low and high are what the server takes; from and to are the ends of the slider
-export const PARAMETERS = {
-  order: { low: 0, high: 1, from: 0, to: 1, steps: 100 },
-  coefficient: { low: 0, high: Infinity, from: 0.01, to: 10, log: true, steps: 300 },
-  natural_frequency: { low: 0.01, high: 1e6, from: 0.1, to: 10, log: true, steps: 200 },
-  intensity: { low: 1e-12, high: 1e12, from: 0.01, to: 100, log: true, steps: 200 },
-  position: { low: -Infinity, high: Infinity, from: -3, to: 3, scaled: true, steps: 120 },
-  restitution: { low: 0.001, high: 1, from: 0.05, to: 1, steps: 95 },
-};
-
-const SHORT = {
+const SHORT = ofSystem ? { seed: "seed", paths: "paths", start: "start" } : {
   order: "a", coefficient: "C", natural_frequency: "W", intensity: "q", position: "b", restitution: "r",
   seed: "seed", paths: "paths", start: "start",
 };
@@ -31,10 +22,12 @@ const MOST_PATHS = 100000;
 const FARTHEST_WALL = 20;
 const STRONGEST = 1000;
 
+export { PARAMETERS };
 export const lengthScale = (s) => Math.sqrt(s.intensity / s.natural_frequency ** 3);
 
 // what the server takes, which for wall and springpot depends on the rest
 export function rangeOf(name, values) {
+  if (ofSystem) return [-Infinity, Infinity]; // the system itself says what it does not take
   if (name === "coefficient") return [0, STRONGEST * values.natural_frequency ** (2 - values.order)];
   if (name !== "position") return [PARAMETERS[name].low, PARAMETERS[name].high];
   const farthest = FARTHEST_WALL * lengthScale(values);
@@ -92,11 +85,27 @@ export class State {
     this.set(converted(this.values, scales));
   }
 
-  problem(generation) { return { kind: "problem", generation, ...this.values }; }
+  // the numbers of a system that differ from its file
+  changes() {
+    return Object.fromEntries(Object.keys(PARAMETERS).filter((name) => this.values[name] !== DEFAULTS[name]).map((name) => [name, this.values[name]]));
+  }
+
+  problem(generation) {
+    if (!ofSystem) return { kind: "problem", generation, ...this.values };
+    const { seed, paths, start } = this.values;
+    return { kind: "system", generation, numbers: this.changes(), seed, paths, start };
+  }
+
+  // the values of a question that was taken, after one that was not
+  restore(values) {
+    this.values = { ...values };
+    this.tell(false);
+  }
 
   link() {
     const words = Object.entries(SHORT).map(([name, key]) => `${key}=${this.values[name]}`);
-    if (!this.values.wall) words.push("wall=0");
+    if (ofSystem) words.unshift(...Object.entries(this.changes()).map(([name, value]) => `${name}=${value}`));
+    else if (!this.values.wall) words.push("wall=0");
     if (this.units !== "si") {
       words.push("units=dimensionless");
       for (const [name, key] of Object.entries(SCALES)) words.push(`${key}=${this.scales[name]}`);
@@ -109,13 +118,14 @@ export class State {
   readLink(hash) {
     const given = new URLSearchParams(hash.replace(/^#/, ""));
     const values = { ...DEFAULTS }, unsound = [];
-    for (const [name, key] of Object.entries(SHORT)) {
+    const keys = ofSystem ? { ...Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, name])), ...SHORT } : SHORT;
+    for (const [name, key] of Object.entries(keys)) {
       if (!given.has(key)) continue;
       const sound = checked(name, given.get(key));
       if (sound === null) unsound.push(NAMES[name] ?? name); else values[name] = sound;
     }
     if (given.get("wall") === "0") values.wall = false;
-    this.units = given.get("units") === "dimensionless" ? "dimensionless" : "si";
+    this.units = given.get("units") === "dimensionless" && !ofSystem ? "dimensionless" : "si";
     this.scales = { ...PLAIN };
     for (const kind of Object.keys(USUAL)) {
       const choice = given.get(kind) ?? USUAL[kind], known = Object.hasOwn(CHOICES[kind], choice);

@@ -2,9 +2,10 @@
 
 import { METHODS, NAMES } from "/methods.js";
 import { exponentFor, scaledUnit, short, typeset, withError } from "./numbers.js";
+import { OPENED, ofSystem } from "./problem.js";
 import { unitOf } from "./units.js";
 
-export const QUANTITIES = [
+export const QUANTITIES = ofSystem ? OPENED.quantities : [
   ["amplitude_mean_square", "⟨A²⟩"], ["x_rms", "x rms"], ["x_mean", "⟨x⟩"], ["v_mean_square", "⟨v²⟩"],
   ["impact_rate", "impact rate"], ["impact_speed_mean", "impact speed"],
 ];
@@ -41,6 +42,7 @@ export function measuredCells(measured, columns) {
   return columns.map(({ name, factor }) => {
     const value = measured?.values[name] ?? null, error = measured?.errors[name] ?? null;
     const [number, deviation] = value === null ? ["–"] : withError(value * factor, error === null ? null : error * factor).split(/ (?=± )/);
+    if (value === null && measured?.undefined && name.includes("impact")) return `<td data-quantity="${name}" data-value="" data-error=""><abbr title="${escaped(measured.undefined)}">no value</abbr></td>`;
     return `<td data-quantity="${name}" data-value="${value ?? ""}" data-error="${error ?? ""}">${number}<span class="gap">${deviation ?? ""}</span></td>`;
   }).join("");
 }
@@ -100,11 +102,18 @@ export class Table {
 
   showWarnings(theory, measured, si) {
     const silent = theory ? NAMES.filter((name) => theory.statements[name]) : [];
-    this.silent.innerHTML = silent.map((name) => `<p><b>${METHODS[name].label}</b> has no answer here: ${escaped(typeset(theory.statements[name], si))}</p>`).join("");
+    const groups = new Map(); // methods of a system often say the same
+    for (const name of silent) {
+      const key = ofSystem ? theory.statements[name] : name;
+      groups.set(key, [...(groups.get(key) ?? []), name]);
+    }
+    const labels = (names) => names.map((name) => METHODS[name].label).join("; ");
+    this.silent.innerHTML = [...groups.values()].map((names) => `<p><b>${labels(names)}</b> ${ofSystem ? "not covered" : "has no answer here"}: ${escaped(typeset(theory.statements[names[0]], si))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) {
-      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is recommended here."]);
+      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : `no method is recommended here${ofSystem ? ", because the validity map knows oscillators only: compare with Monte Carlo" : ""}.`]);
     }
+    if (measured?.undefined && !measured.warnings.length) said.push(["Monte Carlo", `impact rate and speeds have no value: ${measured.undefined}.`]);
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];

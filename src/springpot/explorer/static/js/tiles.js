@@ -2,11 +2,23 @@
 
 import { METHODS } from "/methods.js";
 import { grouped, short, withErrorHtml } from "./numbers.js";
+import { hasCircuit, hasWalls, ofSystem } from "./problem.js";
 import { gapOf, gapText, isSilent, isTransient } from "./table.js";
 import { unitOf } from "./units.js";
 
+// what the tiles show: their names, and the quantities
+const [MAIN, BESIDE, LAST] = ofSystem
+  ? [["x rms", "x_rms"], hasCircuit ? ["harvested", "harvested_power"] : ["v rms", "v_rms"], hasWalls ? ["Impact rate", "impact_rate"] : ["Input power", "input_power"]]
+  : [["⟨A²⟩", "amplitude_mean_square"], ["x rms", "x_rms"], ["Impact rate", "impact_rate"]];
+
+export function nameTiles(element) {
+  element("tile-measured").previousElementSibling.lastElementChild.textContent = MAIN[0];
+  element("tile-rms").previousElementSibling.lastElementChild.textContent = BESIDE[0];
+  element("tile-rate").previousElementSibling.textContent = LAST[0];
+}
+
 export function showTiles(view, element, playing) {
-  const { theory, measured, state } = view, old = view.old.theory, best = theory?.recommended;
+  const { theory, measured, state } = view, old = view.old.theory, best = theory?.shown ?? theory?.recommended;
   const answer = best && theory.methods[best], transient = isTransient(measured);
   const write = (id, html) => { element(id).innerHTML = html; };
   const say = (id, text) => { element(id).textContent = text || "\u00a0"; };
@@ -17,20 +29,21 @@ export function showTiles(view, element, playing) {
   const measuredOf = (quantity) => (measured ? number(measured.values[quantity], quantity, measured.errors[quantity]) : "–");
   const plainly = (quantity) => {
     const { factor } = unitOf(quantity, state);
-    return answer && !old ? `${METHODS[best].label}: ${short(answer.moments[quantity] * factor)}` : "";
+    const value = answer?.moments[quantity] ?? null;
+    return answer && !old && (value !== null || !ofSystem) ? `${METHODS[best].label}: ${short(value * factor)}` : "";
   };
 
-  write("tile-measured", measuredOf("amplitude_mean_square"));
+  write("tile-measured", measuredOf(MAIN[1]));
   say("tile-measured-note", measured && `mean, ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}`);
-  write("tile-rms", measuredOf("x_rms"));
-  say("tile-rms-note", plainly("x_rms"));
-  write("tile-rate", measuredOf("impact_rate"));
-  say("tile-rate-note", view.values.wall && plainly("impact_rate"));
+  write("tile-rms", measuredOf(BESIDE[1]));
+  say("tile-rms-note", plainly(BESIDE[1]));
+  write("tile-rate", measured?.undefined ? "no value" : measuredOf(LAST[1]));
+  say("tile-rate-note", measured?.undefined ? "infinitely many impacts" : view.walls.length && plainly(LAST[1]));
 
   element("tile-theory").classList.toggle("stale", old);
   say("tile-theory-name", best ? METHODS[best].label : "");
-  write("tile-theory", answer ? number(answer.moments.amplitude_mean_square, "amplitude_mean_square") : "–");
-  const { values, errors } = measured ?? { values: {}, errors: {} }, name = "amplitude_mean_square";
+  write("tile-theory", answer ? number(answer.moments[MAIN[1]], MAIN[1]) : "–");
+  const { values, errors } = measured ?? { values: {}, errors: {} }, name = MAIN[1];
   const gap = answer && measured && !old && !transient ? gapText(gapOf(answer.moments[name], values[name], errors[name])) : "";
   const none = theory && !best && !old ? (isSilent(theory) ? "no stationary answer" : "no method is recommended here") : "";
   say("tile-theory-note", gap ? `gap ${gap}` : none || (answer && transient ? "of the stationary state" : ""));

@@ -1,5 +1,7 @@
 // Units: the page keeps m, s, rad/s and m²/s³; what it shows and what is typed in is a factor away from them.
 
+import { isHeavy } from "./problem.js";
+
 const GRAVITY = 9.80665; // m/s²
 
 export const CHOICES = {
@@ -11,19 +13,22 @@ export const CHOICES = {
     psd: { factor: 2, name: "(m/s²)²/Hz" },
     g: { factor: 2 / GRAVITY ** 2, name: "g²/Hz" },
   },
+  force_noise: { q: { factor: 1, name: "N² s" }, psd: { factor: 2, name: "N²/Hz" } }, // of a force; one-sided per Hz
 };
-export const USUAL = Object.freeze({ length: "m", frequency: "rad", excitation: "q" });
+export const USUAL = Object.freeze({ length: "m", frequency: "rad", excitation: "q", force_noise: "q" });
 
 // powers of length and time
 export const DIMENSIONS = {
   amplitude_mean_square: [2, 0], x_mean: [1, 0], x_rms: [1, 0], x_mean_square: [2, 0], v_mean_square: [2, -2],
-  impact_rate: [0, -1], impact_speed_mean: [1, -1], impact_speed_mean_square: [2, -2],
+  v_rms: [1, -1], impact_rate: [0, -1], impact_speed_mean: [1, -1], impact_speed_mean_square: [2, -2],
   x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1],
 };
 
 // factor and name of a quantity's unit; dimensionless numbers have none, and rates are counted per 1/Ω
 export function unitOf(quantity, { units, shown }) {
-  const [length, time] = DIMENSIONS[quantity];
+  const known = DIMENSIONS[quantity] ?? (quantity.endsWith("impact_rate") ? DIMENSIONS.impact_rate : null);
+  if (!known) return { factor: 1, name: isHeavy ? "W" : "m²/s³" }; // a power
+  const [length, time] = known;
   if (units !== "si") return { factor: 1, name: length === 0 && time === -1 ? "Ω" : "" };
   const { factor, name } = CHOICES.length[shown.length];
   return { factor: factor ** length, name: written(power(name, length), power("s", time)) };

@@ -1,0 +1,296 @@
+"""The page of a system of parts, in a real Chromium: its sliders, its numbers, what it refuses, and its file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.explorer.motion import impacts, record, voltages
+from springpot.explorer.protocol import SystemProblem, parse
+from springpot.explorer.question import Opened, question_of
+from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
+from springpot.explorer.system_answers import names, solve, table
+from springpot.explorer.views import labels, sizes
+from springpot.simulation.settings import resolve
+from springpot.simulation.simulation import simulation_of
+from tests.explorer.conftest import running
+from tests.explorer.test_numbers import gathered
+from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
+from tests.sizes import validation
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext
+
+FOLDER = Path(__file__).with_name("systems")
+FILES = sorted(FOLDER.glob("*.toml"))
+USUAL = FOLDER / "two_walls.toml"
+QUICK = "paths=128"
+
+everyday_one = [file if file == USUAL else validation(file) for file in FILES]
+
+
+def asked(**numbers: float) -> SystemProblem:
+    return SystemProblem(kind="system", numbers={name.replace("__", "-"): value for name, value in numbers.items()})
+
+
+# --- without a browser ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_every_number_of_a_system_has_a_slider_around_it(file: Path) -> None:
+    system = sp.read_system(file)
+    size = sizes(system)
+    found = sliders(system, Size(size["frequency"], size["length"]))
+    assert {one.name: one.value for one in found} == numbers(system)
+    assert changed(system, numbers(system)) == system
+    for one in found:
+        assert one.begin < one.end
+        assert one.begin <= one.value <= one.end
+        assert not one.log or one.begin > 0.0
+        assert one.symbol
+        assert one.said
+        moved = one.value * 1.01 if one.value else 0.01 * one.end
+        if not one.name.endswith(("order", "restitution")):
+            assert changed(system, {one.name: moved}) != system
+    assert [part["name"] for part in described_parts(system)] == list(system.names)
+
+
+def test_every_kind_of_part_has_its_sliders() -> None:
+    """Also those that no file here has: none is without words, and a nested part's numbers come back to it."""
+    system = sp.System(
+        sp.Mass(2.0), sp.Spring(80.0), sp.PolynomialSpring((0.0, 1.0, 5.0)), sp.PolynomialDashpot((0.1, 0.2, 0.3)),
+        sp.VanDerPol(0.1, 0.5), sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(2.0)), sp.Maxwell(2.0, 1.0),
+        sp.Constant(-0.5), sp.Harmonic(0.1, 20.0), sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
+        sp.Friction(0.0), sp.Force(abs),
+    )  # fmt: skip
+    found = {one.name: one for one in sliders(system, Size(6.0, 0.1))}
+    assert found["series-springpot-order"].value == 0.5
+    assert found["friction-force"].end > 0.0
+    assert found["polynomial_spring-coefficients-1"].unit == "N/m²"
+    other = changed(system, {"series-spring-stiffness": 3.0, "polynomial_dashpot-coefficients-2": 0.4})
+    assert other.of(sp.Series)[0] == sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(3.0))
+    assert other.of(sp.PolynomialDashpot)[0].coefficients == (0.1, 0.2, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "sentence"),
+    [
+        ({"lower__restitution": 1.5}, "restitution must"),
+        ({"mass__value": -1.0}, "value must"),
+        ({"upper__position": -0.01}, "the walls must leave room"),
+        ({"hardening__coefficients__2": 0.0}, "coefficients must not all be 0"),
+        ({"nobody__stiffness": 1.0}, "numbers: this system has no number"),
+    ],
+)
+def test_what_the_system_refuses_is_said_in_its_own_words(numbers: dict[str, float], sentence: str) -> None:
+    with pytest.raises(ValueError, match=f"^{sentence}"):
+        question_of(asked(**numbers), Opened(sp.read_system(USUAL)))
+
+
+def test_messages_of_a_system() -> None:
+    found = parse(json.dumps({"kind": "system", "generation": 2, "numbers": {"mass-value": 2}, "paths": 64}))
+    assert isinstance(found, SystemProblem)
+    assert found.numbers == {"mass-value": 2.0}
+    with pytest.raises(ValueError, match="system: this page was opened without a system"):
+        question_of(found, None)
+    for wrong in ({"numbers": {"mass-value": "2"}}, {"numbers": {"mass-value": math.nan}}, {"numbers": [1.0]}):
+        with pytest.raises(ValueError, match=r"^[^\n]+\.$"):
+            parse(json.dumps({"kind": "system", **wrong}))
+
+
+def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
+    """Numbers, errors, warnings and counts, to the last bit."""
+    system = sp.read_system(USUAL)
+    ours, run = gathered(system, paths=192, seed=4), sp.run(system, paths=192, seed=4, distributions=True)
+    values, errors = ours.estimates()
+    np.testing.assert_equal(values, run.values)
+    np.testing.assert_equal(errors, run.errors)
+    assert ours.warnings() == run.warnings
+    for name, found in ours.distributions().items():
+        np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
+    assert {name for name, _, _ in labels(system, [*values])} >= {"lower_power", "upper_impact_rate", "input_power"}
+
+
+def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
+    system = sp.read_system(USUAL)
+    simulation = simulation_of(
+        system, resolve(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0))
+    )
+    run = sp.run(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
+    shown = record(simulation, 0)
+    np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
+    marked = [impacts(system, run.settings.step, *path.T) for path in run.record]
+    lower = sum((path[found, 1] < 0.0).sum() for path, found in zip(run.record, marked, strict=True))
+    upper = sum((path[found, 1] > 0.0).sum() for path, found in zip(run.record, marked, strict=True))
+    assert lower / 640.0 == pytest.approx(run.values["lower_impact_rate"], rel=0.05)
+    assert upper / 640.0 == pytest.approx(run.values["upper_impact_rate"], rel=0.05)
+
+
+def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
+    """A harmonic motion: V is theta x' over (1 / R + i w Cp), once the start is over."""
+    circuit, w, step = sp.Circuit(2.0, 0.5, 0.7), 3.0, 1e-3
+    time = step * np.arange(20_000)
+    found = voltages(sp.System(sp.Spring(1.0), circuit), step, np.sin(w * time))[0]
+    exact = (2.0 * w / (1.0 / 0.5 + 1j * w * 0.7) * np.exp(1j * w * time)).real
+    np.testing.assert_allclose(found[10_000:], exact[10_000:], atol=2e-5 + step)
+
+
+def test_theory_of_a_system_for_the_page() -> None:
+    system = sp.System(
+        sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-0.3), sp.Barrier(0.9, side="below"), sp.WhiteNoise(1.0)
+    )
+    answers = {name: solve(system, name)[0] for name in names(system) if solve(system, name)[0] is not None}
+    found: dict[str, Any] = table(system, answers, {})
+    exact = sp.theory.exact(system)
+    assert found["recommended"] == "exact"
+    assert found["methods"]["exact"]["moments"]["barrier_1_impact_rate"] == pytest.approx(exact.barrier_impact_rate[0])
+    density = np.array(found["methods"]["exact"]["densities"]["x"])
+    assert np.trapezoid(density, found["places"]["x"]) == pytest.approx(1.0, abs=1e-3)
+
+
+# --- in the browser ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    made = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    made.grant_permissions(["clipboard-read", "clipboard-write"])
+    yield made
+    made.close()
+
+
+def shown(tab: Tab) -> dict[str, float]:
+    """Every number of Monte Carlo on the page, by name."""
+    cells = "[...document.querySelectorAll('tr.measured [data-quantity], #parts-table [data-quantity]')]"
+    found = tab.page.evaluate(f"{cells}.map((cell) => [cell.dataset.quantity, cell.dataset.value])")
+    return {name: float(value) if value else math.nan for name, value in found}
+
+
+@pytest.mark.parametrize("file", everyday_one, ids=lambda file: file.stem)
+def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, file: Path) -> None:
+    """And its sliders are those of the file; a slider changes the numbers as Python does; the file comes back whole."""
+    system = sp.read_system(file)
+    with running(str(file)) as server, opened(context, server, QUICK, wait=False) as tab:
+        tab.wait("results.dataset.complete === 'true'")
+        page, run = tab.page, sp.run(system, paths=128, seed=1)
+        assert page.locator("#sliders [type=range]").count() == len(numbers(system))
+        found = shown(tab)
+        assert found.keys() - {"x_rms"} <= run.values.keys()
+        for name in found.keys() & run.values.keys():
+            np.testing.assert_equal(found[name], run.values[name], err_msg=name)
+        assert found["x_rms"] == math.sqrt(run.values["x_mean_square"])
+        slider = next(iter(numbers(system)))
+        tab.changed(lambda: page.locator(f"#slider-{slider}").press("ArrowRight"))
+        value = float(page.locator(f"#field-{slider}").input_value())
+        other = sp.run(changed(system, {slider: value}), paths=128, seed=1)
+        assert shown(tab)["v_mean_square"] == other.values["v_mean_square"] != run.values["v_mean_square"]
+        with page.expect_download() as loading:
+            page.locator("#save-file").click()
+        assert loading.value.suggested_filename == f"{file.stem}-changed.toml"
+        assert sp.read_system(loading.value.path()) == changed(system, {slider: value})
+        for width in (1440, 390):
+            page.set_viewport_size({"width": width, "height": 850})
+            page.evaluate("controls.open = true")
+            page.wait_for_timeout(200)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            assert [page.evaluate(CUT), page.evaluate(OVERLAPPING)] == [[], []]
+        page.set_viewport_size({"width": 1440, "height": 900})
+
+
+@pytest.fixture(scope="module")
+def device(context: BrowserContext) -> Iterator[Tab]:
+    with running(str(USUAL)) as server, opened(context, server, QUICK) as tab:
+        yield tab
+
+
+def test_a_number_that_is_not_possible_is_said_beside_it_and_the_last_state_stays(device: Tab) -> None:
+    page, before, asked_before = device.page, shown(device), device.generation()
+    field, said = page.locator("#field-lower-restitution"), page.locator("#range-lower-restitution")
+    for wrong, sentence in (("1.5", "restitution must"), ("0", "restitution must")):
+        field.fill(wrong)
+        said.filter(has_text=sentence).wait_for()
+        assert field.get_attribute("aria-invalid") == "true"
+        assert field.input_value() == wrong
+    assert (shown(device), device.generation()) == (before, asked_before)
+    at = device.time()
+    device.wait(f"springpotExplorer.time !== {at}")  # the motion goes on
+    page.locator("#field-upper-restitution").focus()
+    assert field.input_value() == "0.7"
+    assert said.is_hidden()
+    page.locator("#field-upper-position").fill("-0.007")
+    page.locator("#range-upper-position").filter(has_text="the walls must leave room").wait_for()
+    device.changed(lambda: page.locator("#field-upper-position").fill("0.0045"))
+    assert page.locator("#range-upper-position").is_hidden()
+    assert shown(device)["upper_impact_rate"] > before["upper_impact_rate"]
+    device.changed(lambda: page.locator("#to-file").click())
+    assert shown(device) == before
+
+
+def test_the_equation_and_what_is_not_covered(device: Tab) -> None:
+    said = device.page.locator("#equation").inner_text()
+    assert said.startswith("0.8 ẍ + 3200 x + 3·107 x3 + 150 D0.3 x")
+    assert "x ≥ −0.006 m" in said
+    silent = device.page.locator("#silent").inner_text()
+    assert "closure" in silent
+    assert "not covered: hardening cannot be part of an Oscillator" in silent
+    assert device.theory("envelope", "lower_impact_rate") > 0.5
+
+
+def test_a_link_and_the_copies_have_the_changed_numbers(device: Tab, tmp_path: Path) -> None:
+    page = device.page
+    device.changed(lambda: page.locator("#field-springpot-order").fill("0.4"))
+    page.locator("#copy-link").click()
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert link.endswith("#springpot-order=0.4&seed=1&paths=128&start=stationary")
+    page.locator("#copy-command").click()
+    page.locator("#copied").filter(has_text="Command copied").wait_for()
+    command = page.evaluate("navigator.clipboard.readText()")
+    assert command == "springpot simulate two_walls-changed.toml --paths 128 --seed 1"
+    page.locator("#copy-python").click()
+    page.locator("#copied").filter(has_text="Python copied").wait_for()
+    program = page.evaluate("navigator.clipboard.readText()")
+    found: dict[str, Any] = {}
+    exec(program[: program.index("run = ")], found)
+    assert found["system"] == changed(sp.read_system(USUAL), {"springpot-order": 0.4})
+    held = shown(device)
+    device.changed(lambda: page.locator("#to-file").click())
+    device.ask("springpot-order=0.4&paths=128")
+    assert shown(device) == held
+
+
+def test_a_number_without_a_value_says_why(device: Tab) -> None:
+    """White noise at a restitution that makes infinitely many impacts."""
+    device.ask("lower-restitution=0.1&paths=128")
+    page = device.page
+    assert page.locator("#tile-rate").inner_text() == "no value"
+    assert "restitution 0.1 of lower is not above" in page.locator("#warnings").inner_text()
+    assert math.isnan(shown(device)["lower_impact_rate"])
+    assert shown(device)["lower_power"] > 0.0
+    device.ask("paths=128")
+    assert page.locator("#tile-rate").inner_text() != "no value"
+
+
+@pytest.mark.validation
+def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
+    context: BrowserContext, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new kind of system takes ten seconds and more: meanwhile numbers can be changed, and theory answers."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    with running(str(FOLDER / "kanai_tajimi.toml")) as server, opened(context, server, QUICK, wait=False) as tab:
+        page = tab.page
+        page.locator("#status").filter(has_text="compiling, once for this kind of system").wait_for()
+        page.locator("#table [data-method=linear]").wait_for()
+        asked_before = tab.generation()
+        page.locator("#field-springpot-order").fill("0.7")
+        tab.wait(f"springpotExplorer.generation > {asked_before}", seconds=5.0)
+        tab.complete(asked_before)
+        assert page.locator("#status").inner_text() == "live"
+        run = sp.run(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
+        assert shown(tab)["x_mean"] == run.values["x_mean"]
