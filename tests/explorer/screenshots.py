@@ -20,9 +20,21 @@ if TYPE_CHECKING:
 WIDTHS = (1440, 768, 390)
 SHOWN = "a=0.5&C=0.3&b=-0.3&r=0.8&paths=10000"
 SECONDS = 18.0  # of motion, until there is something to see
+SYSTEM = Path(__file__).with_name("systems") / "two_walls.toml"
+SHOWN_OF_SYSTEM, SECONDS_OF_SYSTEM = "paths=5000", 0.75
 
 
-def take(browser: Browser, server: Server, width: int, scheme: str, path: Path, *, whole: bool = True) -> None:
+def take(
+    browser: Browser,
+    server: Server,
+    width: int,
+    scheme: str,
+    path: Path,
+    *,
+    whole: bool = True,
+    shown: str = SHOWN,
+    seconds: float = SECONDS,
+) -> None:
     """One picture: the whole page, or what is seen of it at first."""
     ratio = 2 if width == 390 else 1
     context = browser.new_context(
@@ -31,9 +43,9 @@ def take(browser: Browser, server: Server, width: int, scheme: str, path: Path, 
         device_scale_factor=ratio,
     )
     tab = Tab(context.new_page())
-    tab.page.goto(f"{server.address}#{SHOWN}")
+    tab.page.goto(f"{server.address}#{shown}")
     tab.complete()
-    tab.wait(f"springpotExplorer.time > {SECONDS}")
+    tab.wait(f"springpotExplorer.time > {seconds}")
     tab.page.locator("#play").click()
     tab.page.wait_for_timeout(300)
     tab.page.screenshot(path=path, full_page=whole)
@@ -54,6 +66,10 @@ def main(folder: Path) -> None:
                 print(path)
         take(browser, server, 1440, "light", folder / "explorer.png", whole=False)
         print(folder / "explorer.png")
+    with running(str(SYSTEM)) as server, launched_browser() as browser:
+        path = folder / "explorer-system.png"
+        take(browser, server, 1440, "light", path, shown=SHOWN_OF_SYSTEM, seconds=SECONDS_OF_SYSTEM)
+        print(path)
 
 
 if __name__ == "__main__":

@@ -67,15 +67,22 @@ def test_every_kind_of_part_has_its_sliders() -> None:
     system = sp.System(
         sp.Mass(2.0), sp.Spring(80.0), sp.PolynomialSpring((0.0, 1.0, 5.0)), sp.PolynomialDashpot((0.1, 0.2, 0.3)),
         sp.VanDerPol(0.1, 0.5), sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(2.0)), sp.Maxwell(2.0, 1.0),
-        sp.Constant(-0.5), sp.Harmonic(0.1, 20.0), sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
+        sp.Barrier(-0.3, sp.PowerRestitution(0.7, 0.1)), sp.Barrier(0.4, lambda speed: 0.5, side="below"),
+        sp.Dashpot(sp.free("c", 0.4, (0.1, 0.9))), sp.Constant(-0.5), sp.Harmonic(0.1, 20.0),
+        sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
         sp.Friction(0.0), sp.Force(abs),
     )  # fmt: skip
     found = {one.name: one for one in sliders(system, Size(6.0, 0.1))}
     assert found["series-springpot-order"].value == 0.5
     assert found["friction-force"].end > 0.0
+    assert (found["dashpot-coefficient"].begin, found["dashpot-coefficient"].end) == (0.1, 0.9)
+    assert found["barrier_1-restitution-exponent"].value == 0.25
+    assert "barrier_2-restitution" not in found
     assert found["polynomial_spring-coefficients-1"].unit == "N/m²"
     other = changed(system, {"series-spring-stiffness": 3.0, "polynomial_dashpot-coefficients-2": 0.4})
     assert other.of(sp.Series)[0] == sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(3.0))
+    assert other.of(sp.Dashpot)[0].coefficient.name == "c"  # type: ignore[attr-defined]
+    assert changed(system, {"barrier_1-restitution-speed": 0.2}).of(sp.Barrier)[0].restitution.speed == 0.2  # type: ignore[union-attr]
     assert other.of(sp.PolynomialDashpot)[0].coefficients == (0.1, 0.2, 0.4)
 
 
