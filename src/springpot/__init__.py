@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from springpot.atlases import atlas
     from springpot.explanation import explain
     from springpot.explorer.commands import explore
+    from springpot.fitting import Impacts, Moduli, Record, Spectrum, fit
     from springpot.free_numbers import free
     from springpot.oscillator import Oscillator
     from springpot.parts import (
@@ -52,13 +53,18 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
-    "Harmonic", "Mass", "Maxwell", "Oscillator", "ParametricNoise", "PoissonImpulses", "PolynomialDashpot",
-    "PolynomialSpring", "PowerRestitution", "Recorded", "Series", "Spring", "Springpot", "System", "ThermalNoise",
-    "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "figures", "free", "load_run", "open_study",
-    "read_system", "run", "simulate", "study", "theory", "to_toml",
+    "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
+    "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
+    "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "figures", "fit",
+    "free", "load_run", "open_study", "read_system", "run", "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
+    "Impacts": "springpot.fitting",
+    "Moduli": "springpot.fitting",
+    "Record": "springpot.fitting",
+    "Spectrum": "springpot.fitting",
+    "fit": "springpot.fitting",
     "Oscillator": "springpot.oscillator",
     "PowerRestitution": "springpot.parts.walls",
     "System": "springpot.system",

@@ -1,0 +1,213 @@
+"""The search for the numbers that agree best with data, and for those that agree at a fixed value of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.fitting.likelihood import FloatArray, Likelihood
+
+__all__ = ["STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "profile_along", "search"]
+
+STRONG = 0.95
+"""Correlation from which numbers may not be told apart: each is three times as certain if the others are known."""
+
+VAGUE = 0.1
+"""Relative error from which numbers of strong correlation are said not to be told apart."""
+
+_PLACES, _STARTS = 40, 2  # drawn between the bounds, and those of them from which the search is repeated
+_AT_BOUND = 1e-3  # of the range, in the coordinates of the search
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The best numbers.
+
+    Attributes
+    ----------
+    u : ndarray
+        Coordinates of the search.
+    deviance : float
+    moves : ndarray of bool
+        False for numbers that are held at a bound.
+    """
+
+    u: FloatArray
+    deviance: float
+    moves: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """Numbers that the data do not tell apart.
+
+    Attributes
+    ----------
+    names : tuple of str
+    correlation : float
+        Of their errors; of more than two, that of the first with the best combination of the others.
+    """
+
+    names: tuple[str, ...]
+    correlation: float
+
+
+def search(likelihood: Likelihood, seed: int) -> Solution:
+    """The minimum of the deviance: from the start, and from places drawn between the bounds.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    seed : int
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    ValueError
+        If the model cannot be computed at its start.
+    """
+    own = likelihood.coordinates
+    every = np.ones(len(own.free), bool)
+    likelihood.deviance(own.outer(own.start))  # a model that cannot be computed is an error here
+    best: tuple[float, FloatArray] | None = None
+    fault: ValueError | None = None
+    for begin in _starts(likelihood, seed):
+        try:
+            u = likelihood.solve(begin, every)
+            found = likelihood.deviance(own.outer(u))
+        except ValueError as error:  # a place between the bounds where the model cannot be
+            fault = error
+            continue
+        if np.isfinite(found) and (best is None or found < best[0]):
+            best = found, u
+    if best is None:
+        raise fault or ValueError("model has no likelihood between its bounds.")
+    return _held(likelihood, *best)
+
+
+def _starts(likelihood: Likelihood, seed: int) -> Iterator[FloatArray]:
+    """The start, and the best of many places between the bounds."""
+    from scipy.stats import qmc
+
+    own = likelihood.coordinates
+    yield own.start
+    if likelihood.smooth_start:
+        return
+    places = qmc.LatinHypercube(len(own.free), rng=np.random.default_rng(seed)).random(_PLACES)
+    drawn = [own.low + place * (own.high - own.low) for place in places]
+    fits = [_deviance_at(likelihood, u) for u in drawn]
+    yield from (drawn[n] for n in np.argsort(fits)[:_STARTS] if np.isfinite(fits[n]))
+
+
+def _deviance_at(likelihood: Likelihood, u: FloatArray) -> float:
+    """Infinite where the model cannot be."""
+    try:
+        return likelihood.deviance(likelihood.coordinates.outer(u))
+    except ValueError:
+        return np.inf
+
+
+def _held(likelihood: Likelihood, deviance: float, u: FloatArray) -> Solution:
+    """Numbers that have come to a bound are put on it, and the others are found again."""
+    own = likelihood.coordinates
+    every = np.ones(u.size, bool)
+    near = _AT_BOUND * (own.high - own.low)
+    held = (u - own.low < near) | (own.high - u < near)
+    if not held.any():
+        return Solution(u, deviance, every)
+    begin = np.where(held, np.where(u - own.low < near, own.low, own.high), u)
+    again = likelihood.solve(begin, ~held) if not held.all() else begin
+    found = likelihood.deviance(own.outer(again))
+    scale = likelihood.scatter(own.outer(u), u.size)
+    if found > deviance + 0.1 * scale:  # near the bound, not on it
+        return Solution(u, deviance, every)
+    return Solution(again, found, ~held)
+
+
+def profile_along(likelihood: Likelihood, best: Solution, place: int, values: FloatArray) -> FloatArray:
+    """The least deviance at each of these coordinates of one number.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    best : Solution
+    place : int
+        Of the number.
+    values : ndarray
+        Ascending.
+
+    Returns
+    -------
+    ndarray
+    """
+    moves = np.ones(best.u.size, bool)
+    moves[place] = False
+    found = np.full(values.size, np.inf)
+    split = int(np.searchsorted(values, best.u[place]))
+    for order in (range(split, values.size), range(split - 1, -1, -1)):
+        u = best.u.copy()
+        for n in order:
+            u[place] = values[n]
+            try:
+                u = likelihood.solve(u, moves) if moves.any() else u
+                found[n] = likelihood.deviance(likelihood.coordinates.outer(u))
+            except ValueError:
+                break
+    return found
+
+
+def correlation_of(covariance: FloatArray) -> FloatArray:
+    """Correlations from a covariance.
+
+    Examples
+    --------
+    >>> correlation_of(np.array([[4.0, 1.0], [1.0, 1.0]])).tolist()
+    [[1.0, 0.5], [0.5, 1.0]]
+    """
+    size = np.sqrt(np.diag(covariance))
+    return np.asarray(np.clip(covariance / np.outer(size, size), -1.0, 1.0))
+
+
+def confusions(names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np.bool_]) -> tuple[Confusion, ...]:
+    """Pairs of strong correlation and large errors, and larger groups in which one number follows from the others.
+
+    Parameters
+    ----------
+    names : tuple of str
+    covariance : ndarray, shape (numbers, numbers)
+        Of the coordinates of the search.
+    vague : ndarray of bool, shape (numbers,)
+        Whether the error of each is large.
+
+    Returns
+    -------
+    tuple of Confusion
+
+    Examples
+    --------
+    >>> confusions(("C", "order"), np.array([[1.0, -0.98], [-0.98, 1.0]]), np.array([True, False]))
+    (Confusion(names=('C', 'order'), correlation=-0.98),)
+    """
+    rho = correlation_of(covariance)
+    found = [
+        Confusion((names[i], names[j]), float(rho[i, j]))
+        for i in range(len(names)) for j in range(i + 1, len(names))
+        if abs(rho[i, j]) >= STRONG and (vague[i] or vague[j])
+    ]  # fmt: skip
+    told = {name for own in found for name in own.names}
+    inverse = np.linalg.pinv(rho, rcond=1e-12)
+    partial = -inverse / np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
+    for i, name in enumerate(names):
+        multiple = np.sqrt(max(1.0 - 1.0 / max(inverse[i, i], 1.0), 0.0))
+        if name not in told and multiple >= STRONG:
+            group = [j for j in range(len(names)) if j != i and abs(partial[i, j]) > 0.5]
+            if vague[[i, *group]].any():
+                found.append(Confusion((name, *(names[j] for j in group)), float(multiple)))
+                told |= {name, *(names[j] for j in group)}
+    return tuple(found)

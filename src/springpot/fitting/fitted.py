@@ -1,0 +1,185 @@
+"""From data to numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from springpot.faults import shown
+from springpot.fitting.data import Data, Impacts, Moduli, Record, Spectrum
+from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
+from springpot.fitting.likelihood import Likelihood
+from springpot.fitting.result import Choice, Fit
+from springpot.free_numbers import free_numbers, with_values
+from springpot.oscillator import Oscillator
+from springpot.system import KINDS, System, kind_of
+
+__all__ = ["fit"]
+
+
+def fit(model: Any, data: Data, seed: int = 1) -> Fit:
+    """Find the free numbers of a model that agree best with data.
+
+    Parameters
+    ----------
+    model : System, Oscillator, part or function, or a list of them
+        With numbers marked by `springpot.free`.  Of a list the model with the smallest Bayesian information criterion
+        is returned, with a table of all.  For `Impacts` it can be a function r(v, ...) of the speeds before impact,
+        whose other arguments have free numbers as their defaults.
+    data : Moduli, Spectrum, Record or Impacts
+        Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
+        Spectra and records need a linear system without walls, under stationary noise.
+    seed : int
+        Of the places between the bounds from which the search is repeated.
+
+    Returns
+    -------
+    Fit
+        With the same bits for the same seed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the data are of another kind, nothing is free, or a free number has no influence on the data.
+    NotCovered
+        If the model has a part that such data cannot be computed for; the sentence names it.
+
+    Notes
+    -----
+    All estimates are of maximum likelihood.  Errors come from the information of the data; where the scatter of the
+    data is not known, it is estimated from the residuals.
+
+    Examples
+    --------
+    A silicone between 0.1 and 100 Hz, with errors of 2 %:
+
+    >>> import numpy as np
+    >>> import springpot as sp
+    >>> f = np.geomspace(0.1, 100.0, 16)
+    >>> modulus = 3.0 + 2.0 * (2j * np.pi * f) ** 0.4
+    >>> noise = 1.0 + 0.02 * np.random.default_rng(1).standard_normal((2, f.size))
+    >>> data = sp.Moduli(f, modulus.real * noise[0], modulus.imag * noise[1])
+    >>> silicone = sp.System(
+    ...     sp.Spring(sp.free("k", 1.0, (0.01, 100.0))),
+    ...     sp.Springpot(sp.free("order", 0.5, (0.01, 0.99)), sp.free("C", 1.0, (0.01, 100.0))),
+    ... )
+    >>> found = sp.fit(silicone, data)
+    >>> {name: round(value, 2) for name, value in found.values.items()}
+    {'k': 3.05, 'order': 0.4, 'C': 1.98}
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
+    if not isinstance(data, Moduli | Spectrum | Record | Impacts):
+        raise TypeError(f"data must be Moduli, a Spectrum, a Record or Impacts, not {shown(data)}.")
+    if isinstance(model, Sequence):
+        return _best_of(model, data, seed)
+    return _fit(model, data, seed)
+
+
+def _best_of(models: Sequence[Any], data: Data, seed: int) -> Fit:
+    if len(models) < 2:
+        raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
+    found = sorted((_fit(model, data, seed) for model in models), key=lambda fit: fit.bic)
+    table = tuple(Choice(_label(own.model), _numbers(own), own.bic, own.aicc) for own in found)
+    return replace(found[0], choices=table)
+
+
+def _fit(model: Any, data: Data, seed: int) -> Fit:
+    likelihood = _likelihood(model, data, seed)
+    own = likelihood.coordinates
+    if not own.free:
+        raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
+    if not likelihood.size > len(own.free) + 1:
+        raise ValueError(f"data must have more points than the model has free numbers: {likelihood.size} are too few "
+                         f"for {len(own.free)}.")  # fmt: skip
+    best = search(likelihood, seed)
+    theta = own.outer(best.u)
+    named = own.named(theta)
+    every = np.ones(theta.size, bool)
+    whole = likelihood.covariance(theta, every)
+    covariance = np.full(whole.shape, math.nan)
+    if best.moves.any():
+        slope = own.slope(theta)[best.moves]
+        part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
+        covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
+    in_model = {name: value for name, value in named.items() if name in free_numbers_of(model)}
+    moving = int(best.moves.sum())
+    bic, aicc = _criteria(likelihood, best.deviance, theta)
+    return Fit(
+        model=with_values(model, in_model) if isinstance(model, System | Oscillator) or type(model) in KINDS.values()
+        else model,
+        data=data,
+        values=named,
+        errors=dict(zip(own.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
+        at_bounds={
+            name: "low" if best.u[n] == own.low[n] else "high" for n, name in enumerate(own.names) if not best.moves[n]
+        },
+        not_told_apart=confusions(own.names, whole, own.relative(theta, np.sqrt(np.diag(whole))) > VAGUE),
+        extras=likelihood.extras(theta),
+        covariance=covariance,
+        correlations=correlation_of(whole),
+        deviance=best.deviance / likelihood.scatter(theta, moving),
+        bic=bic,
+        aicc=aicc,
+        table=likelihood.table(theta),
+        _likelihood=likelihood,
+        _best=best,
+    )  # fmt: skip
+
+
+def free_numbers_of(model: Any) -> dict[str, Any]:
+    """The free numbers of a model; of a function none, because it keeps them as its arguments.
+
+    Examples
+    --------
+    >>> free_numbers_of(lambda v: v)
+    {}
+    """
+    return {} if callable(model) else {**free_numbers(model)}
+
+
+def _likelihood(model: Any, data: Data, seed: int) -> Likelihood:
+    if isinstance(data, Impacts):
+        from springpot.fitting.impacts import ImpactLikelihood, law_of
+
+        return ImpactLikelihood(law_of(model), data)
+    if type(model) in KINDS.values():
+        model = System(model)
+    if not isinstance(model, System | Oscillator):
+        raise TypeError(f"model must be a System, an Oscillator or a part, not {shown(model)}.")
+    if isinstance(data, Moduli):
+        from springpot.fitting.moduli import ModuliLikelihood
+
+        return ModuliLikelihood(model, data)
+    if isinstance(data, Spectrum):
+        from springpot.fitting.spectra import SpectrumLikelihood
+
+        return SpectrumLikelihood(model, data, seed)
+    from springpot.fitting.records import RecordLikelihood
+
+    return RecordLikelihood(model, data, seed)
+
+
+def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[float, float]:
+    """BIC and corrected AIC."""
+    n, k = likelihood.size, len(likelihood.coordinates.free) + (not likelihood.known)
+    whole = deviance if likelihood.known else n * math.log(max(deviance, 1e-300) / n) + n
+    whole += likelihood.constant()
+    spare = n - k - 1
+    aicc = whole + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
+    return whole + k * math.log(n), aicc
+
+
+def _numbers(own: Fit) -> int:
+    return len(own.values) + (not own._solved()[0].known)
+
+
+def _label(model: Any) -> str:
+    """Its parts, or its name."""
+    if isinstance(model, System):
+        return " + ".join(kind_of(part) for part in model.parts)
+    return getattr(model, "__name__", None) or kind_of(model)

@@ -1,0 +1,191 @@
+"""Restitution from the speeds before and after impacts."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from springpot.arguments import Free
+from springpot.faults import listed
+from springpot.fitting.data import Impacts
+from springpot.fitting.likelihood import (
+    Coordinates,
+    FloatArray,
+    LeastSquares,
+    Table,
+    gamma_residuals,
+    gamma_slope,
+    slopes,
+)
+from springpot.free_numbers import free_numbers, with_values
+from springpot.oscillator import Oscillator
+from springpot.parts import Barrier
+from springpot.parts.walls import restitution_at
+from springpot.system import System
+
+__all__ = ["ImpactLikelihood", "Law", "law_of"]
+
+
+class Law:
+    """A restitution r(v; numbers), where the numbers that are free are the defaults of its arguments.
+
+    Parameters
+    ----------
+    function : callable
+    free : dict
+        The free number of each argument.
+    """
+
+    def __init__(self, function: Callable[..., Any], free: dict[str, Free]) -> None:
+        self.function, self.arguments = function, free
+
+    @property
+    def free(self) -> dict[str, Free]:
+        """The free numbers by name."""
+        return free_numbers(tuple(self.arguments.values()))
+
+    def restitution(self, speed: FloatArray, named: dict[str, float]) -> FloatArray:
+        """r at these speeds.
+
+        Raises
+        ------
+        ValueError
+            If the function does not give a positive number for each speed.
+        """
+        found = np.asarray(
+            self.function(speed, **{argument: named[free.name] for argument, free in self.arguments.items()}), float
+        )
+        found = np.broadcast_to(found, speed.shape)
+        if not (np.isfinite(found) & (found > 0.0)).all():
+            place = int(np.argmax(~(np.isfinite(found) & (found > 0.0))))
+            raise ValueError(
+                f"model must give a positive restitution for every speed, not {found[place]:g} at {speed[place]:g} m/s "
+                f"for {', '.join(f'{k} = {v:.6g}' for k, v in named.items())}: narrow the bounds."
+            )
+        return found
+
+
+def law_of(model: object) -> Law:
+    """The restitution that a model states: of its one wall, or a function of the speed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it has no such restitution, or something else is free.
+
+    Examples
+    --------
+    >>> from springpot.free_numbers import free
+    >>> [*law_of(Barrier(0.0, free("r", 0.7, (0.1, 1.0)))).free]
+    ['r']
+    """
+    if isinstance(model, Oscillator | System | Barrier):
+        return _law_of_wall(model)
+    if not callable(model) or isinstance(model, type):
+        raise TypeError(f"model must be a Barrier, a system with one, or a function r(speed, ...), not {model!r}.")
+    arguments = [*inspect.signature(model).parameters.values()][1:]
+    free = {a.name: a.default for a in arguments if isinstance(a.default, Free)}
+    if bad := [a.name for a in arguments if a.default is a.empty and a.kind is a.POSITIONAL_OR_KEYWORD]:
+        raise ValueError(
+            f"model must have defaults for {listed(bad)}, such as {bad[0]}=sp.free({bad[0]!r}, 0.7, (0.1, 1.0))."
+        )
+    return Law(model, free)
+
+
+def _law_of_wall(model: Oscillator | System | Barrier) -> Law:
+    if isinstance(model, Barrier):
+        walls: tuple[Barrier, ...] = (model,)
+    elif isinstance(model, Oscillator):
+        walls = () if model.barrier is None else (model.barrier,)
+    else:
+        walls = model.of(Barrier)
+    if len(walls) != 1:
+        raise ValueError(f"model must have one wall for data of impacts, not {len(walls)}.")
+    wall = walls[0]
+    own = free_numbers(wall.restitution)
+    if idle := [name for name in free_numbers(model) if name not in own]:
+        raise ValueError(f"{listed(idle)} must not be free: impacts depend on the restitution only.")
+
+    def restitution(speed: FloatArray, **named: float) -> FloatArray:
+        moved = with_values(wall, named)
+        return np.array([restitution_at(moved, each) for each in speed.tolist()])
+
+    return Law(restitution, own)
+
+
+class ImpactLikelihood(LeastSquares):
+    """Speeds after impacts.
+
+    Parameters
+    ----------
+    law : Law
+    data : Impacts
+
+    Notes
+    -----
+    With a known error s of every speed, the squares are those of (v' - r(v) v) / (s sqrt(1 + g^2)) with
+    g = d(r v) / dv: the error before the impact counts too, as in the regression of W. E. Deming.  Without one, the
+    ratios scatter about r(v) in proportion to it.
+    """
+
+    def __init__(self, law: Law, data: Impacts) -> None:
+        self.law, self.data = law, data
+        self.coordinates = Coordinates(tuple(law.free.values()))
+        self.size = data.size
+        self.known = data.error is not None
+
+    def _after(self, theta: FloatArray, before: FloatArray) -> FloatArray:
+        return before * self.law.restitution(before, self.coordinates.named(theta))
+
+    def _spread(self, theta: FloatArray) -> FloatArray:
+        """Standard deviation of what is left."""
+        before, step = self.data.before, 1e-5 * self.data.before
+        gain = (self._after(theta, before + step) - self._after(theta, before - step)) / (2.0 * step)
+        return np.asarray((self.data.error or 1.0) * np.sqrt(1.0 + gain**2))
+
+    def residuals(self, theta: FloatArray) -> FloatArray:
+        """Signed roots of the deviance."""
+        expected = self._after(theta, self.data.before)
+        if self.known:
+            return np.asarray((self.data.after - expected) / self._spread(theta))
+        return gamma_residuals(self.data.after / expected)
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Of the residuals."""
+        if self.known:
+            return slopes(self.residuals, theta, self.coordinates.free)
+        ratio = self.data.after / self._after(theta, self.data.before)
+        return np.asarray(gamma_slope(ratio)[:, None] * self.sensitivity(theta))
+
+    def sensitivity(self, theta: FloatArray) -> FloatArray:
+        """Change of the speeds after, in their standard deviations."""
+        found = slopes(lambda t: self._after(t, self.data.before), theta, self.coordinates.free)
+        scale = self._spread(theta) if self.known else self._after(theta, self.data.before)
+        return np.asarray(found / scale[:, None])
+
+    def pearson(self, theta: FloatArray) -> FloatArray:
+        """Differences in standard deviations, or relative ones."""
+        return self.residuals(theta) if self.known else self.data.after / self._after(theta, self.data.before) - 1.0
+
+    def constant(self) -> float:
+        """Of speeds whose scatter is relative: their logarithms."""
+        if self.known:
+            return 0.0
+        return float(2.0 * np.log(self.data.after).sum()) + self.size * float(np.log(2.0 * np.pi))
+
+    def extras(self, theta: FloatArray) -> dict[str, float]:
+        """The relative scatter, where it was estimated."""
+        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
+
+    def table(self, theta: FloatArray) -> Table:
+        """Restitution against the speed before, in its order."""
+        order = np.argsort(self.data.before, kind="stable")
+        residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
+        return Table(
+            "before", "m/s", self.data.before[order], np.full(self.size, "restitution"),
+            (self.data.after / self.data.before)[order],
+            (self._after(theta, self.data.before) / self.data.before)[order], residual[order],
+        )  # fmt: skip

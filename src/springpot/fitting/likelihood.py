@@ -1,0 +1,325 @@
+"""What every kind of data answers: how well numbers agree with it, and how well it determines them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import Free
+
+__all__ = ["Coordinates", "LeastSquares", "Likelihood", "Table", "gamma_residuals", "gamma_slope", "moved", "slopes"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Free numbers as the search sees them: logarithms where only positive numbers are allowed.
+
+    Parameters
+    ----------
+    free : tuple of Free
+
+    Examples
+    --------
+    >>> own = Coordinates((Free(1.0, "C", 0.1, 10.0), Free(0.0, "b", -1.0, 1.0)))
+    >>> own.inner(own.outer(np.array([0.5, 0.25]))).tolist()
+    [0.5, 0.25]
+    """
+
+    free: tuple[Free, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the numbers."""
+        return tuple(number.name for number in self.free)
+
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """Whether each is searched by its logarithm."""
+        return np.array([number.low > 0.0 for number in self.free])
+
+    @property
+    def low(self) -> FloatArray:
+        """Inner coordinates of the lower bounds."""
+        return self.inner(np.array([number.low for number in self.free]))
+
+    @property
+    def high(self) -> FloatArray:
+        """Inner coordinates of the upper bounds."""
+        return self.inner(np.array([number.high for number in self.free]))
+
+    @property
+    def start(self) -> FloatArray:
+        """Inner coordinates of the starts."""
+        return self.inner(np.array([float(number) for number in self.free]))
+
+    def inner(self, theta: FloatArray) -> FloatArray:
+        """Numbers to coordinates."""
+        log = self.logarithmic
+        return np.where(log, np.log(np.where(log, theta, 1.0)), theta)
+
+    def outer(self, u: FloatArray) -> FloatArray:
+        """Coordinates to numbers, which are within their bounds."""
+        log = self.logarithmic
+        found = np.where(log, np.exp(np.where(log, u, 0.0)), u)
+        return np.clip(found, [number.low for number in self.free], [number.high for number in self.free])
+
+    def slope(self, theta: FloatArray) -> FloatArray:
+        """Derivative of each number by its coordinate."""
+        return np.where(self.logarithmic, theta, 1.0)
+
+    def relative(self, theta: FloatArray, errors: FloatArray) -> FloatArray:
+        """Errors of the coordinates relative to the numbers; of numbers of either sign, to a tenth of their range."""
+        reach = np.array([0.1 * (number.high - number.low) for number in self.free])
+        return np.where(self.logarithmic, errors, errors / np.maximum(np.abs(theta), reach))
+
+    def named(self, theta: FloatArray) -> dict[str, float]:
+        """Numbers by name."""
+        return dict(zip(self.names, map(float, theta), strict=True))
+
+
+def moved(free: tuple[Free, ...], theta: FloatArray) -> tuple[Free, ...]:
+    """The same numbers, which start elsewhere.
+
+    Examples
+    --------
+    >>> moved((Free(1.0, "C", 0.1, 10.0),), np.array([20.0]))
+    (free('C', 10.0, (0.1, 10.0)),)
+    """
+    return tuple(
+        Free(min(max(float(value), number.low), number.high), number.name, number.low, number.high)
+        for number, value in zip(free, theta, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Data beside the fit, point by point.
+
+    Attributes
+    ----------
+    axis, unit : str
+        Name and unit of the horizontal axis.
+    at : ndarray, shape (n,)
+    group : ndarray of str, shape (n,)
+        What each point is of.
+    data, fitted, residual : ndarray, shape (n,)
+        Measured, fitted, and their difference in standard deviations.
+    """
+
+    axis: str
+    unit: str
+    at: FloatArray
+    group: NDArray[np.str_]
+    data: FloatArray
+    fitted: FloatArray
+    residual: FloatArray
+
+
+class Likelihood(ABC):
+    """How well numbers agree with data.
+
+    Attributes
+    ----------
+    coordinates : Coordinates
+    size : int
+        Number of data.
+    known : bool
+        Whether the scatter of the data is known; if not, it is estimated from the residuals.
+    """
+
+    coordinates: Coordinates
+    size: int
+    known: bool = True
+    smooth_start: bool = False  # whether one start is enough
+
+    @abstractmethod
+    def deviance(self, theta: FloatArray) -> float:
+        """-2 ln L, up to a constant; the sum of squares where the scatter is not known."""
+
+    @abstractmethod
+    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """Coordinates of the minimum, where only some of them move."""
+
+    @abstractmethod
+    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """Of the coordinates that move; infinite where the data do not determine them."""
+
+    @abstractmethod
+    def table(self, theta: FloatArray) -> Table:
+        """Data, fit and residuals."""
+
+    def scatter(self, theta: FloatArray, moving: int) -> float:
+        """Estimated variance of the residuals; 1 where it is known."""
+        return 1.0
+
+    def constant(self) -> float:
+        """What completes -2 ln L, of the data alone."""
+        return 0.0
+
+    def extras(self, theta: FloatArray) -> dict[str, float]:
+        """Numbers that belong to the fit and are not free."""
+        return {}
+
+    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+        """Probability of so large a misfit by chance, for each test, and what a small one means."""
+        return {}
+
+
+class LeastSquares(Likelihood):
+    """A sum of squares of residuals that are independent and of equal variance: 1 where it is known."""
+
+    @abstractmethod
+    def residuals(self, theta: FloatArray) -> FloatArray:
+        """Whose sum of squares is the deviance."""
+
+    @abstractmethod
+    def sensitivity(self, theta: FloatArray) -> FloatArray:
+        """Derivatives of the expected data by the numbers, in standard deviations: shape (n, numbers)."""
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Derivatives of the residuals by the numbers."""
+        return -self.sensitivity(theta)
+
+    def weighed(self, sensitivity: FloatArray) -> FloatArray:
+        """Covariance of the scores, where the residuals are not independent after all."""
+        return sensitivity.T @ sensitivity
+
+    def pearson(self, theta: FloatArray) -> FloatArray:
+        """Differences to the expected data in standard deviations."""
+        return self.residuals(theta)
+
+    def deviance(self, theta: FloatArray) -> float:
+        """The sum of squares."""
+        found = self.residuals(theta)
+        return float(found @ found)
+
+    def scatter(self, theta: FloatArray, moving: int) -> float:
+        """Mean square of the residuals, for the degrees of freedom that are left."""
+        if self.known:
+            return 1.0
+        found = self.pearson(theta)
+        return float(found @ found) / max(self.size - moving, 1)
+
+    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """By the trust-region reflective method of `scipy.optimize.least_squares`."""
+        from scipy.optimize import least_squares
+
+        own = self.coordinates
+        low, high = own.low[moves], own.high[moves]
+
+        def full(part: FloatArray) -> FloatArray:
+            u = begin.copy()
+            u[moves] = part
+            return own.outer(u)
+
+        def slope(part: FloatArray) -> FloatArray:
+            theta = full(part)
+            return np.asarray((self.jacobian(theta) * own.slope(theta))[:, moves])
+
+        def residuals(part: FloatArray) -> FloatArray:
+            return self.residuals(full(part))
+
+        inside = np.clip(begin[moves], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+        found = least_squares(
+            residuals, inside, slope, bounds=(low, high), x_scale="jac",
+            xtol=1e-8, ftol=1e-10, gtol=1e-9, max_nfev=100,
+        )  # fmt: skip
+        u = begin.copy()
+        u[moves] = found.x
+        return u
+
+    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """From the expected information; from both sides of it where points are correlated."""
+        own = (self.sensitivity(theta) * self.coordinates.slope(theta))[:, moves]
+        bread = inverse(own.T @ own)
+        return np.asarray(bread @ self.weighed(own) @ bread * self.scatter(theta, int(moves.sum())))
+
+    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+        """The size of the residuals where their variance is known, and their order."""
+        from scipy import stats
+
+        residual, groups = self.pearson(theta), self.table(theta).group
+        found = {}
+        if self.known:
+            chi, count = float(residual @ residual), self.size - moving
+            meaning = "the model misses more than the stated errors explain"
+            found["size of the residuals (chi-square)"] = (float(stats.chi2.sf(chi, max(count, 1))), meaning)
+        ordered = [residual[groups == group] for group in np.unique(groups)]
+        long = [part / np.sqrt(np.mean(part**2)) for part in ordered if part.size > 5]
+        if long:
+            total = sum(float(part[1:] @ part[:-1]) for part in long) + 0.5 * moving
+            z = total / np.sqrt(sum(part.size - 1 for part in long))
+            meaning = "neighbouring residuals have the same sign: the model has the wrong shape"
+            found["order of the residuals (neighbours)"] = (float(stats.norm.sf(z)), meaning)
+        return found
+
+
+def inverse(information: FloatArray) -> FloatArray:
+    """The inverse of an information matrix, scaled; infinite variances where it is singular.
+
+    Examples
+    --------
+    >>> inverse(np.diag([4.0, 0.5])).round(9).tolist()
+    [[0.25, 0.0], [0.0, 2.0]]
+    """
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    values = np.maximum(values, 1e-13)
+    return np.asarray((vectors / values) @ vectors.T / np.outer(size, size))
+
+
+def slopes(function: Callable[[FloatArray], FloatArray], theta: FloatArray, free: tuple[Free, ...]) -> FloatArray:
+    """Derivatives by central differences, within the bounds: shape (n, numbers).
+
+    Examples
+    --------
+    >>> free = (Free(2.0, "a", 0.0, 10.0),)
+    >>> slopes(lambda t: t**2, np.array([3.0]), free).round(8).tolist()
+    [[6.0]]
+    """
+    columns: list[Any] = []
+    for place, number in enumerate(free):
+        step = 1e-5 * max(abs(theta[place]), 1e-3 * (number.high - number.low))
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = theta.copy()
+            moved[place] = min(max(theta[place] + sign * step, number.low), number.high)
+            ends.append((moved[place], function(moved)))
+        columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+    return np.stack(columns, axis=-1)
+
+
+def gamma_residuals(ratio: FloatArray) -> FloatArray:
+    """Signed roots of the deviance of gamma distributed data of unit shape: data over expectation.
+
+    Their sum of squares is least where the likelihood is greatest.
+
+    Examples
+    --------
+    >>> gamma_residuals(np.array([1.0, 1.01, 2.0])).round(5).tolist()
+    [0.0, 0.00997, 0.78339]
+    """
+    z = ratio - 1.0
+    near = np.abs(z) < 1e-4
+    half = np.where(near, z * z * (0.5 - z / 3.0 + z * z / 4.0), z - np.log1p(np.where(near, 0.0, z)))
+    return np.asarray(np.sign(z) * np.sqrt(2.0 * np.maximum(half, 0.0)))
+
+
+def gamma_slope(ratio: FloatArray) -> FloatArray:
+    """Derivative of `gamma_residuals` by the logarithm of the expectation.
+
+    Examples
+    --------
+    >>> gamma_slope(np.array([1.0, 2.0])).round(4).tolist()
+    [-1.0, -1.2765]
+    """
+    z, d = ratio - 1.0, gamma_residuals(ratio)
+    near = np.abs(z) < 1e-6
+    return np.asarray(-np.where(near, 1.0 + z / 3.0, z / np.where(near, 1.0, d)))

@@ -1,0 +1,212 @@
+"""Sampled motion: the exact Gaussian likelihood."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import Free
+from springpot.fitting.data import Record
+from springpot.fitting.estimate import search
+from springpot.fitting.kalman import innovations_of
+from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
+from springpot.fitting.response import response
+from springpot.fitting.spectra import NOISE, SpectrumLikelihood
+from springpot.fitting.state_space import state_space
+from springpot.free_numbers import free_numbers, restarted
+from springpot.oscillator import Oscillator
+from springpot.system import System
+
+__all__ = ["RecordLikelihood"]
+
+_GRADIENT_STEP = 0.03  # in standard errors
+_HESSIAN_STEP = 0.3
+_LAGS = 20
+
+
+class RecordLikelihood(Likelihood):
+    """Samples of one path or of several, with the whole of their correlation.
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        Linear, without walls, under Gaussian noise, with free numbers.
+    data : Record
+    seed : int
+        Of the search in the spectrum of the record, from which the search in the record starts.
+    """
+
+    smooth_start = True
+
+    def __init__(self, model: System | Oscillator, data: Record, seed: int = 1) -> None:
+        self.model, self.data = model, data
+        self.size = data.size
+        self._duration = float(data.time[-1] - data.time[0])
+        free = (*free_numbers(model).values(),)
+        if data.noise is None:
+            spread = float(data.values.std())
+            free = (*free, Free(0.05 * spread, NOISE, 1e-4 * spread, spread))
+        response(model, data.of, sampled=True)  # what a record cannot be of is an error before any work
+        self._filtered(np.array([float(number) for number in free]), free)
+        without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
+        self._spectrum = SpectrumLikelihood(model, without_leakage)
+        self.coordinates = Coordinates(self._begin(free, seed))
+
+    def _begin(self, free: tuple[Free, ...], seed: int) -> tuple[Free, ...]:
+        """The same numbers, which start where the spectrum has them."""
+        own = self._spectrum.coordinates
+        if not own.free:
+            return free
+        theta = own.outer(search(self._spectrum, seed).u)
+        if self.data.noise is None:
+            theta[-1] = np.sqrt(theta[-1] / (2.0 * self.data.step))
+        return moved(free, theta)
+
+    def _filtered(self, theta: FloatArray, free: tuple[Free, ...]) -> tuple[float, FloatArray, FloatArray]:
+        """-2 ln L, the innovations in standard deviations, and these."""
+        named = dict(zip([number.name for number in free], map(float, theta), strict=True))
+        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
+        space = state_space(restarted(self.model, named), self.data.of, self.data.step, self._duration)
+        return innovations_of(space.sampled(self.data.step), noise, self.data.values)
+
+    def deviance(self, theta: FloatArray) -> float:
+        """-2 ln L."""
+        return self._filtered(theta, self.coordinates.free)[0]
+
+    def _information(self, theta: FloatArray) -> FloatArray:
+        """Of the coordinates, as the spectrum has it: each periodogram of Welch's average counts once."""
+        inner = theta.copy()
+        if self.data.noise is None:
+            inner[-1] = 2.0 * self.data.step * theta[-1] ** 2
+        own = self._spectrum.sensitivity(inner) * self._spectrum.coordinates.slope(inner)
+        if self.data.noise is None:
+            own[:, -1] *= 2.0  # of the standard deviation, not of the density
+        return np.asarray(own.T @ own)
+
+    def _whitening(self, u: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """A matrix that gives the numbers that move in units of about one independent standard error."""
+        own = self.coordinates
+        whole = self._information(own.outer(u)) + np.diag(4.0 / (own.high - own.low) ** 2)
+        return np.asarray(np.linalg.cholesky(inverse(whole[np.ix_(moves, moves)])))
+
+    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """By BFGS in units of the standard errors; by L-BFGS-B where a bound is near."""
+        from scipy import optimize
+
+        minimize: Any = optimize.minimize
+        own = self.coordinates
+        low, high = own.low, own.high
+        root = self._whitening(begin, moves)
+        centre = begin[moves]
+
+        def place(w: FloatArray) -> FloatArray:
+            u = begin.copy()
+            u[moves] = centre + root @ w
+            return u
+
+        def misfit(w: FloatArray) -> float:
+            u = place(w)
+            inside = np.clip(u, low, high)
+            excess = float(np.sum(((u - inside) / (high - low)) ** 2))  # leads back between the bounds
+            return min(0.5 * self.deviance(own.outer(inside)), 1e15) + 1e3 * excess
+
+        found = minimize(
+            misfit, np.zeros(centre.size), jac=lambda w: _gradient(misfit, w), method="BFGS",
+            options={"gtol": 2e-3, "maxiter": 60},
+        )  # fmt: skip
+        u = place(found.x)
+        near = 1e-3 * (high - low)
+        if ((u > low + near) & (u < high - near))[moves].all():
+            return u
+        size = np.sqrt(np.diag(root @ root.T))
+        bounds = [*zip((low[moves] - centre) / size, (high[moves] - centre) / size, strict=True)]
+
+        def misfit_of_each(w: FloatArray) -> float:
+            u = begin.copy()
+            u[moves] = np.clip(centre + size * w, low[moves], high[moves])
+            return min(0.5 * self.deviance(own.outer(u)), 1e15)
+
+        found = minimize(
+            misfit_of_each, np.clip((u[moves] - centre) / size, *np.array(bounds).T), method="L-BFGS-B", jac="3-point",
+            bounds=bounds, options={"maxiter": 100, "ftol": 1e-10, "finite_diff_rel_step": 1e-4},
+        )  # fmt: skip
+        again = begin.copy()
+        again[moves] = centre + size * found.x
+        return np.clip(again, low, high)
+
+    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+        """From the second differences of the likelihood; from the spectrum where a number is at its bound."""
+        own = self.coordinates
+        u = own.inner(theta)
+        whole = self._information(theta)
+        root = self._whitening(u, moves)
+        reach = 2.0 * _HESSIAN_STEP * np.sqrt(np.diag(root @ root.T))
+        at = u[moves]
+        if (at - reach < own.low[moves]).any() or (at + reach > own.high[moves]).any():
+            return inverse(whole[np.ix_(moves, moves)])
+
+        def misfit(w: FloatArray) -> float:
+            moved = u.copy()
+            moved[moves] = at + root @ w
+            return 0.5 * self.deviance(own.outer(moved))
+
+        hessian = _hessian(misfit, at.size)
+        if not np.isfinite(hessian).all() or not (np.linalg.eigvalsh(hessian) > 0.0).all():
+            return inverse(whole[np.ix_(moves, moves)])
+        return np.asarray(root @ inverse(hessian) @ root.T)
+
+    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+        """Whether the innovations are independent and Gaussian."""
+        from scipy import stats
+
+        innovations = self._filtered(theta, self.coordinates.free)[1]
+        count = innovations.shape[1]
+        lags = np.arange(1, min(_LAGS, count // 4) + 1)
+        rows = innovations / np.sqrt(np.mean(innovations**2))
+        shares = np.array([np.sum(rows[:, k:] * rows[:, :-k]) for k in lags]) / rows.size
+        box = rows.size * float(np.sum(shares**2 * count / (count - lags)))
+        odd, even = float(stats.skew(rows, axis=None)), float(stats.kurtosis(rows, axis=None))
+        shape = rows.size * (odd**2 / 6.0 + even**2 / 24.0)
+        return {
+            "order of the innovations (Ljung and Box)": (
+                float(stats.chi2.sf(box, max(lags.size - moving, 1))),
+                "the model does not explain how samples follow each other",
+            ),
+            "distribution of the innovations (Jarque and Bera)": (
+                float(stats.chi2.sf(shape, 2)),
+                "the motion is not Gaussian: a wall, a nonlinear part or impulses",
+            ),
+        }
+
+    def table(self, theta: FloatArray) -> Table:
+        """Samples, and what was expected from those before."""
+        _, innovations, spread = self._filtered(theta, self.coordinates.free)
+        paths, samples = self.data.values.shape
+        names = [f"path {k}" for k in range(paths)] if paths > 1 else ["path"]
+        return Table(
+            "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self.data.values.ravel(),
+            (self.data.values - spread * innovations).ravel(), innovations.ravel(),
+        )  # fmt: skip
+
+
+def _gradient(function: Callable[[FloatArray], float], w: FloatArray) -> FloatArray:
+    """Central differences."""
+    steps = _GRADIENT_STEP * np.eye(w.size)
+    return np.array([(function(w + step) - function(w - step)) / (2.0 * _GRADIENT_STEP) for step in steps])
+
+
+def _hessian(function: Callable[[FloatArray], float], size: int) -> FloatArray:
+    """Second central differences about 0."""
+    steps = _HESSIAN_STEP * np.eye(size)
+    middle = function(np.zeros(size))
+    found = np.empty((size, size))
+    for i in range(size):
+        found[i, i] = function(steps[i]) - 2.0 * middle + function(-steps[i])
+        for j in range(i):
+            corners = [a * b * function(a * steps[i] + b * steps[j]) for a in (1, -1) for b in (1, -1)]
+            found[i, j] = found[j, i] = sum(corners) / 4.0
+    return found / _HESSIAN_STEP**2

@@ -1,0 +1,435 @@
+"""The result of a fit: numbers with errors, what they share, and how good the fit is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import finite_number
+from springpot.faults import listed, meant, shown
+from springpot.fitting.estimate import Confusion, Solution, profile_along
+from springpot.fitting.likelihood import FloatArray, Likelihood, Table
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Check", "Choice", "Fit", "Profile"]
+
+_DOUBTFUL = 0.01
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several models that were fitted to the same data.
+
+    Attributes
+    ----------
+    label : str
+        Its parts.
+    numbers : int
+        Of free numbers, with an estimated scatter.
+    bic, aicc : float
+        Bayesian information criterion, and Akaike's with its correction for few data: smaller is better.
+    """
+
+    label: str
+    numbers: int
+    bic: float
+    aicc: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """How good a fit is.
+
+    Attributes
+    ----------
+    probabilities : dict
+        For each test the probability of so large a misfit by chance, if the model is right.
+    sentences : tuple of str
+        What speaks against the fit; empty if nothing does.
+    """
+
+    probabilities: dict[str, float]
+    sentences: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no test has a probability below one in a hundred."""
+        return not self.sentences
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """How much worse the best fit becomes when one number is moved.
+
+    Attributes
+    ----------
+    name : str
+    values : ndarray, shape (n,)
+        Of the number.
+    rise : ndarray, shape (n,)
+        Of the deviance, -2 ln L; divided by the scatter where that is estimated.
+    limits : (float, float)
+        Of the 95 % interval; a bound where the data do not limit it.
+    level : float
+        The rise at these limits.
+    """
+
+    name: str
+    values: FloatArray
+    rise: FloatArray
+    limits: tuple[float, float]
+    level: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The numbers that agree best with data.
+
+    Attributes
+    ----------
+    model : System, Oscillator, part or function
+        With the found values in place of the free numbers; a function as it was given.
+    data
+        What it was fitted to.
+    values, errors : dict
+        By name: the value, and its standard error; NaN for a number that is held at a bound.
+    at_bounds : dict
+        ``"low"`` or ``"high"`` for each number that is held at a bound.
+    not_told_apart : tuple of Confusion
+        Numbers whose errors have a correlation of 0.95 or more and are larger than a tenth: the data do not tell them
+        apart.
+    extras : dict
+        What was estimated with the rest, such as ``relative_error``.
+    covariance, correlations : ndarray, shape (numbers, numbers)
+        Of the errors, in the order of ``values``; NaN in the covariance for numbers that are held at a bound.
+    deviance : float
+        -2 ln L, up to a constant of the data.
+    bic, aicc : float
+        Bayesian information criterion, and Akaike's with its correction for few data.
+    choices : tuple of Choice
+        Where several models were given: each of them, the best first.
+    table : Table
+        Data, fit and residuals, point by point.
+    """
+
+    model: Any
+    data: Any
+    values: dict[str, float]
+    errors: dict[str, float]
+    at_bounds: dict[str, str]
+    not_told_apart: tuple[Confusion, ...]
+    extras: dict[str, float]
+    covariance: FloatArray
+    correlations: FloatArray
+    deviance: float
+    bic: float
+    aicc: float
+    table: Table
+    choices: tuple[Choice, ...] = ()
+    _likelihood: Likelihood | None = field(default=None, repr=False)
+    _best: Solution | None = field(default=None, repr=False)
+
+    @property
+    def residuals(self) -> NDArray[np.float64]:
+        """Differences of data and fit, in standard deviations."""
+        return self.table.residual
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Data less the numbers that were found."""
+        likelihood, best = self._solved()
+        return likelihood.size - int(best.moves.sum())
+
+    def correlation(self, first: str, second: str) -> float:
+        """The correlation of the errors of two numbers.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import springpot as sp
+        >>> rubber = sp.Springpot(sp.free("order", 0.4, (0.01, 0.99)), sp.free("C", 1.0, (0.1, 10.0)))
+        >>> f = np.geomspace(0.1, 10.0, 12)
+        >>> p = 2j * np.pi * f
+        >>> fit = sp.fit(rubber, sp.Moduli(f, (2.0 * p**0.3).real, (2.0 * p**0.3).imag, relative_error=0.02))
+        >>> round(fit.correlation("order", "C"), 2)
+        -0.78
+        """
+        return float(self.correlations[self._place(first), self._place(second)])
+
+    def interval(self, name: str, probability: float = 0.95) -> tuple[float, float]:
+        """An interval that holds the true number with this probability.
+
+        It is symmetric in the logarithm of a number that can only be positive; Student's distribution is used where
+        the scatter of the data is estimated.
+
+        Parameters
+        ----------
+        name : str
+        probability : float
+
+        Returns
+        -------
+        (float, float)
+            NaN for a number that is held at a bound.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the name is unknown, or the probability not between 0 and 1.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+        >>> [round(end, 3) for end in fit.interval("r")]
+        [0.687, 0.716]
+        """
+        from scipy import stats
+
+        place = self._place(name)
+        wanted = finite_number(probability, "probability", low=0.0, high=1.0, open_low=True)
+        likelihood, _ = self._solved()
+        own = likelihood.coordinates
+        half = 0.5 * (1.0 + min(wanted, 1.0 - 1e-12))
+        free = max(self.degrees_of_freedom, 1)
+        many = stats.norm.ppf(half) if likelihood.known else stats.t.ppf(half, free)
+        value = self.values[name]
+        reach = many * self.errors[name] / float(own.slope(np.array([*self.values.values()]))[place])
+        if math.isnan(reach):
+            return math.nan, math.nan
+        ends = [
+            value * math.exp(s * min(reach, 600.0)) if own.logarithmic[place] else value + s * reach for s in (-1, 1)
+        ]
+        number = own.free[place]
+        return max(ends[0], number.low), min(ends[1], number.high)
+
+    def profile(self, name: str, points: int = 21) -> Profile:
+        """How the best fit becomes worse when one number is moved and the others follow.
+
+        Parameters
+        ----------
+        name : str
+        points : int
+            Number of values, within four standard errors and the bounds.
+
+        Returns
+        -------
+        Profile
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the name is unknown, or points fewer than 5.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+        >>> [round(end, 3) for end in fit.profile("r").limits]
+        [0.687, 0.716]
+        """
+        from scipy import stats
+
+        place = self._place(name)
+        if isinstance(points, bool) or not isinstance(points, int) or points < 5:
+            raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
+        likelihood, best = self._solved()
+        own = likelihood.coordinates
+        slope = float(own.slope(own.outer(best.u))[place])
+        error = self.errors[name] / slope
+        reach = 4.0 * error if math.isfinite(error) and error > 0.0 else math.inf
+        low, high = max(best.u[place] - reach, own.low[place]), min(best.u[place] + reach, own.high[place])
+        u = np.unique(np.append(np.linspace(low, high, points), best.u[place]))
+        rise = profile_along(likelihood, best, place, u) - best.deviance
+        moving = int(best.moves.sum())
+        rise = rise / likelihood.scatter(own.outer(best.u), moving)
+        free = max(likelihood.size - moving, 1)
+        level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
+        ends = _crossings(u, rise, level, float(best.u[place]))
+        numbers = np.tile(own.outer(best.u), (u.size + 2, 1))
+        numbers[:, place] = [own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]
+                             for each in (*u, *ends)]  # fmt: skip
+        return Profile(
+            name,
+            numbers[:-2, place],
+            np.maximum(rise, 0.0),
+            (float(numbers[-2, place]), float(numbers[-1, place])),
+            level,
+        )
+
+    def check(self) -> Check:
+        """Tests of the fit: the size and the order of the residuals, as far as the data allow them.
+
+        Returns
+        -------
+        Check
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
+        >>> sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).check().passed
+        True
+        """
+        likelihood, best = self._solved()
+        tests = likelihood.checks(likelihood.coordinates.outer(best.u), int(best.moves.sum()))
+        said = [
+            f"{name}: {meaning} (probability {probability:.2g})."
+            for name, (probability, meaning) in tests.items() if probability < _DOUBTFUL
+        ]  # fmt: skip
+        return Check({name: probability for name, (probability, _) in tests.items()}, tuple(said))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One sentence for each reason to doubt a number."""
+        said = [
+            f"{name} is held at its {'lower' if end == 'low' else 'upper'} bound, {self.values[name]:.6g}: it has no "
+            "error, and the errors of the others hold for this value of it."
+            for name, end in self.at_bounds.items()
+        ]
+        for own in self.not_told_apart:
+            said.append(
+                f"The data do not tell {listed(own.names)} apart: the correlation of their errors is "
+                f"{own.correlation:.3f}. Fix one of them, or add data of another kind."
+            )
+        return (*said, *self.check().sentences)
+
+    def report(self) -> str:
+        """All of it in words.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> print(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).report())
+        fit of 1 number to 4 impacts
+        r               0.701042 +- 0.0045     95 % interval 0.686769 to 0.71561
+        relative_error  0.0129 (estimated)
+        BIC -18.29
+        """
+        kind = {"moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts"}
+        likelihood, _ = self._solved()
+        count = len(self.values)
+        lines = [
+            f"fit of {count} number{'s' if count != 1 else ''} to {likelihood.size} "
+            f"{kind.get(type(self.data).__name__.lower(), 'data')}"
+        ]
+        wide = max(len(name) for name in (*self.values, *self.extras)) + 2
+        for name, value in self.values.items():
+            if name in self.at_bounds:
+                lines.append(f"{name:{wide}}{value:.6g} (held at its bound)")
+                continue
+            low, high = self.interval(name)
+            number = f"{value:.6g} +- {self.errors[name]:.2g}"
+            lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}")
+        lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
+        lines.append(f"BIC {self.bic:.2f}")
+        lines += [f"{choice.label}: BIC {choice.bic:.2f} with {choice.numbers} numbers" for choice in self.choices]
+        return "\n".join([*lines, *self.warnings])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers as plain values; NaN is None.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> round(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).to_dict()["values"]["r"], 3)
+        0.701
+        """
+
+        def plain(value: float) -> float | None:
+            return float(value) if math.isfinite(value) else None
+
+        check = self.check()
+        return {
+            "values": self.values,
+            "errors": {name: plain(error) for name, error in self.errors.items()},
+            "intervals": {name: [plain(end) for end in self.interval(name)] for name in self.values},
+            "at_bounds": self.at_bounds,
+            "not_told_apart": [{"names": [*c.names], "correlation": c.correlation} for c in self.not_told_apart],
+            "correlations": [[plain(value) for value in row] for row in self.correlations.tolist()],
+            "extras": self.extras,
+            "deviance": self.deviance,
+            "bic": plain(self.bic),
+            "aicc": plain(self.aicc),
+            "choices": [vars(choice) for choice in self.choices],
+            "check": {name: plain(value) for name, value in check.probabilities.items()},
+            "warnings": [*self.warnings],
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """An xarray Dataset: values and errors over ``parameter``, data and fit over ``point``.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> dict(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).to_xarray().sizes)
+        {'parameter': 1, 'parameter_2': 1, 'point': 4}
+        """
+        import xarray
+
+        names, own = [*self.values], self.table
+        return xarray.Dataset(
+            {
+                "value": ("parameter", [*self.values.values()]),
+                "error": ("parameter", [*self.errors.values()]),
+                "correlation": (("parameter", "parameter_2"), self.correlations),
+                "data": ("point", own.data),
+                "fitted": ("point", own.fitted),
+                "residual": ("point", own.residual),
+            },
+            {
+                "parameter": names,
+                "parameter_2": names,
+                own.axis: ("point", own.at, {"units": own.unit}),
+                "group": ("point", own.group),
+            },
+            {"deviance": self.deviance, "bic": self.bic, "aicc": self.aicc, "warnings": [*self.warnings]},
+        )
+
+    def _solved(self) -> tuple[Likelihood, Solution]:
+        assert self._likelihood is not None
+        assert self._best is not None
+        return self._likelihood, self._best
+
+    def _place(self, name: str) -> int:
+        if name not in self.values:
+            near = meant(name, self.values) if isinstance(name, str) else ""
+            raise ValueError(f"name must be one of {listed([*self.values], 'or')}, not {shown(name)}{near}.")
+        return [*self.values].index(name)
+
+
+def _crossings(u: FloatArray, rise: FloatArray, level: float, best: float) -> tuple[float, float]:
+    """Where the profile reaches a level, on each side of its minimum; the end where it does not."""
+    ends = []
+    for side in (u <= best, u >= best):
+        at, up = u[side], np.sqrt(np.maximum(rise[side], 0.0))
+        order = np.argsort(np.abs(at - best))
+        at, up = at[order], up[order]
+        over = np.flatnonzero(up > level**0.5)
+        if not over.size or over[0] == 0:
+            ends.append(float(at[-1]))
+            continue
+        n = int(over[0])
+        share = (level**0.5 - up[n - 1]) / (up[n] - up[n - 1]) if np.isfinite(up[n]) else 1.0
+        ends.append(float(at[n - 1] + share * (at[n] - at[n - 1])))
+    return ends[0], ends[1]

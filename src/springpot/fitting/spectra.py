@@ -1,0 +1,145 @@
+"""Spectral densities of a response: Whittle's likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from springpot.arguments import Free
+from springpot.fitting.data import Spectrum
+from springpot.fitting.estimate import search
+from springpot.fitting.likelihood import (
+    Coordinates,
+    FloatArray,
+    LeastSquares,
+    Table,
+    gamma_residuals,
+    gamma_slope,
+    moved,
+    slopes,
+)
+from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
+from springpot.free_numbers import free_numbers, restarted
+from springpot.oscillator import Oscillator
+from springpot.system import System
+
+__all__ = ["NOISE", "SpectrumLikelihood"]
+
+NOISE = "noise"
+"""Name of the measurement noise that is found with the rest."""
+
+_LARGEST_GRID = 2**20
+
+
+class SpectrumLikelihood(LeastSquares):
+    """Averages of periodograms: gamma distributed about the expected one.
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        Linear, without walls, with free numbers.
+    data : Spectrum
+    seed : int
+        Of the search without leakage, from which that with leakage starts.
+
+    Notes
+    -----
+    P. Whittle, "Estimation and information in stationary time series", Arkiv för Matematik 2 (1953).
+    """
+
+    def __init__(self, model: System | Oscillator, data: Spectrum, seed: int = 1) -> None:
+        self.model, self.data = model, data
+        free = (*free_numbers(model).values(),)
+        if data.noise is None:
+            low, high = float(data.density.min()), float(data.density.max())
+            free = (*free, Free(0.5 * low, NOISE, 1e-4 * low, high))
+        self.coordinates = Coordinates(free)
+        self.size = data.size
+        self._root = data.averages**0.5
+        self._grid = 0
+        if data.window is not None and free:
+            rough = SpectrumLikelihood(model, replace(data, window=None, segment=None))
+            theta = rough.coordinates.outer(search(rough, seed).u)
+            self.coordinates = Coordinates(moved(free, theta))
+            self.smooth_start = True
+        self._expected(np.array([float(number) for number in self.coordinates.free]))
+
+    def _expected(self, theta: FloatArray) -> FloatArray:
+        named = self.coordinates.named(theta)
+        noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
+        data = self.data
+        density = response(restarted(self.model, named), data.of, sampled=data.sampling_rate is not None)
+        if data.sampling_rate is None:
+            return density(data.frequency_hz) + noise
+        density = folded(density, data.sampling_rate)
+        if data.window is None or data.segment is None:
+            return density(data.frequency_hz) + noise
+        if not self._grid:
+            self._grid = _grid(density, data.sampling_rate, data.segment)
+        found = windowed(density, data.sampling_rate, data.window, data.segment, self._grid)
+        places = np.round(data.frequency_hz * data.segment / data.sampling_rate).astype(int)
+        return np.asarray(np.maximum(found[places], 1e-12 * found.max()) + noise)
+
+    def residuals(self, theta: FloatArray) -> FloatArray:
+        """Signed roots of the deviance."""
+        return np.asarray(self._root * gamma_residuals(self.data.density / self._expected(theta)))
+
+    def sensitivity(self, theta: FloatArray) -> FloatArray:
+        """Relative change of the density, in its standard deviations."""
+        return np.asarray(self._root * slopes(lambda t: np.log(self._expected(t)), theta, self.coordinates.free))
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Of the residuals."""
+        return np.asarray(gamma_slope(self.data.density / self._expected(theta))[:, None] * self.sensitivity(theta))
+
+    def pearson(self, theta: FloatArray) -> FloatArray:
+        """Relative differences in standard deviations."""
+        return np.asarray(self._root * (self.data.density / self._expected(theta) - 1.0))
+
+    def weighed(self, sensitivity: FloatArray) -> FloatArray:
+        """With the correlation of neighbouring points that the window brings."""
+        found = sensitivity.T @ sensitivity
+        data = self.data
+        if data.window is None or data.segment is None or data.sampling_rate is None:
+            return found
+        places = np.round(data.frequency_hz * data.segment / data.sampling_rate).astype(int)
+        at = np.full((places[-1] + 8, sensitivity.shape[1]), 0.0)
+        at[places] = sensitivity
+        for lag, share in enumerate(correlations_of_bins(data.window, data.segment), start=1):
+            both = share * at[:-lag].T @ at[lag:]
+            found = found + both + both.T
+        return np.asarray(found)
+
+    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+        """As for independent points; where the window correlates them, with fewer degrees of freedom."""
+        from scipy import stats
+
+        if self.data.window is None or self.data.segment is None:
+            return super().checks(theta, moving)
+        shares = correlations_of_bins(self.data.window, self.data.segment)
+        count = (self.size - moving) / (1.0 + 2.0 * sum(share**2 for share in shares))
+        chi = float(np.mean(self.pearson(theta) ** 2)) * self.size / (self.size - moving) * count
+        meaning = "the model misses more than the scatter of the periodograms explains"
+        return {"size of the residuals (chi-square)": (float(stats.chi2.sf(chi, count)), meaning)}
+
+    def table(self, theta: FloatArray) -> Table:
+        """Density against frequency."""
+        return Table(
+            "frequency_hz", "Hz", self.data.frequency_hz, np.full(self.size, "density"), self.data.density,
+            self._expected(theta), self.pearson(theta),
+        )  # fmt: skip
+
+
+def _grid(density: Density, rate: float, segment: int) -> int:
+    """So many points that the correlation has died away: twice those that are enough at the start."""
+
+    grid = 1 << (max(2 * segment, 512) - 1).bit_length()
+    while grid < _LARGEST_GRID // 4:
+        f = np.arange(grid // 2 + 1, dtype=float) * (rate / grid)
+        f[0] = 0.25 * f[1]
+        correlation = np.fft.irfft(density(f), grid)
+        if np.abs(correlation[grid // 4 : grid // 2]).max() < 1e-3 * correlation[0]:
+            break
+        grid *= 2
+    return 2 * grid

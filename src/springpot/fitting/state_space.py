@@ -1,0 +1,216 @@
+"""A linear system as a state with first-order equations: displacement, velocity, modes of the memory and of the noise.
+
+The memory of a springpot is a sum of modes: C p^alpha = (C sin(pi alpha) / pi) int p / (p + s) s^(alpha - 1) ds.  With
+s = e^u the trapezoidal rule converges like exp(-pi^2 / h), h its spacing, and its rates do not depend on the numbers
+that are found; the modes beyond both ends are geometric series, each replaced by one mode with their first two moments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.faults import NotCovered
+from springpot.fitting.data import Of
+from springpot.fitting.likelihood import FloatArray
+from springpot.oscillator import Oscillator
+from springpot.parts import (
+    ColouredNoise,
+    FilteredNoise,
+    Harmonic,
+    Maxwell,
+    ParametricNoise,
+    PoissonImpulses,
+    Recorded,
+    Series,
+    Springpot,
+    WhiteNoise,
+)
+from springpot.system import System
+from springpot.theory.methods.systems.linear import Companion, companion_of
+
+__all__ = ["Sampled", "StateSpace", "state_space"]
+
+_SPACING = 0.55  # of the logarithms of the rates: exp(-pi^2 / h) is 2e-8
+_SLOWEST = 0.05  # of one over the duration
+_FASTEST = 40.0  # of the highest frequency of the samples, pi / step
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """The state at the samples: X' = transition X + noise, value = row X + mean + measurement noise.
+
+    Attributes
+    ----------
+    transition : ndarray, shape (states, states)
+    stationary : ndarray, shape (states, states)
+        Covariance of the state.
+    row : ndarray, shape (states,)
+    mean : float
+    """
+
+    transition: FloatArray
+    stationary: FloatArray
+    row: FloatArray
+    mean: float
+
+    def correlation(self, samples: int) -> FloatArray:
+        """Covariance of the value with that of 0, 1, ... samples before."""
+        at = self.stationary @ self.row
+        found = np.empty(samples)
+        for n in range(samples):
+            found[n] = self.row @ at
+            at = self.transition @ at
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """dX = rates X dt + noise, per unit mass.
+
+    Attributes
+    ----------
+    rates : ndarray, shape (states, states)
+    noise : ndarray, shape (states, states)
+        Intensity of the white noise in each.
+    row : ndarray, shape (states,)
+        The measured value.
+    mean : float
+    """
+
+    rates: FloatArray
+    noise: FloatArray
+    row: FloatArray
+    mean: float
+
+    def sampled(self, step: float) -> Sampled:
+        """The same at samples."""
+        from scipy import linalg
+
+        stationary = np.array(linalg.solve_continuous_lyapunov(self.rates, -self.noise)).astype(np.float64)
+        transition = np.asarray(linalg.expm(self.rates * step))
+        return Sampled(transition, 0.5 * (stationary + stationary.T), self.row, self.mean)
+
+
+def state_space(model: System | Oscillator, of: Of, step: float, duration: float) -> StateSpace:
+    """The state of a linear system whose samples have this step and duration.
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        Linear, without walls, under white, coloured, filtered or thermal noise.
+    of : {"x", "v", "a"}
+    step, duration : float
+        In s: they set the range of the rates.
+
+    Returns
+    -------
+    StateSpace
+
+    Raises
+    ------
+    NotCovered
+        If a part is not linear, or the excitation is not a Gaussian stationary noise.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> own = state_space(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "x", 0.1, 100.0)
+    >>> own.rates.shape
+    (32, 32)
+    """
+    system = System.of_oscillator(model) if isinstance(model, Oscillator) else model
+    for name, part in system.named():
+        if isinstance(part, Harmonic | ParametricNoise | Recorded | PoissonImpulses):
+            raise NotCovered(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
+    own = companion_of(system)
+    grounds = {part.on for part in system.parts if hasattr(part, "on")}
+    if not own.noises and not own.temperature:
+        raise NotCovered("a system without noise does not move: add a WhiteNoise or another noise.")
+    if of == "a" and (grounds != {"ground"} or own.temperature > 0.0):
+        raise NotCovered("an acceleration is covered for noise of the ground only: with a force on the mass it has no "
+                         "finite variance, or is not that of the state.")  # fmt: skip
+    return _assembled(own, of, _SLOWEST / duration, _FASTEST * math.pi / step)
+
+
+def _assembled(own: Companion, of: Of, slowest: float, fastest: float) -> StateSpace:
+    stiffness, damping = own.stiffness, own.damping
+    modes: list[tuple[float, float]] = [(c.coupling**2 / c.capacitance, 1.0 / c.time) for c in own.circuits]
+    for element in own.elements:
+        match element:
+            case Springpot(order=0.0, coefficient=c):
+                stiffness += c
+            case Springpot(order=1.0, coefficient=c):
+                damping += c
+            case Maxwell(stiffness=k, coefficient=c):
+                modes.append((k, k / c))
+            case Series(springpot=pot, spring=spring) if pot.order == 1.0:
+                modes.append((spring.stiffness, spring.stiffness / pot.coefficient))
+            case _:
+                modes += _memory(element, slowest, fastest)
+    if not stiffness > 0.0:
+        raise NotCovered("a fit of a record needs a positive stiffness of the linear springs.")
+    modes = [(weight, rate) for weight, rate in modes if weight > 0.0]
+    extra = sum(1 if isinstance(n, ColouredNoise) else 2 for n in own.noises if not isinstance(n, WhiteNoise))
+    size, root = 2 + len(modes) + extra, math.sqrt(stiffness)
+    rates, noise = np.zeros((size, size)), np.zeros((size, size))
+    rates[0, 1], rates[1, 0], rates[1, 1] = root, -root, -damping  # root x, v: the energy is half of their squares
+    noise[1, 1] = 2.0 * own.temperature * damping
+    for n, (weight, rate) in enumerate(modes, start=2):
+        rates[n, n], rates[n, 1], rates[1, n] = -rate, math.sqrt(weight), -math.sqrt(weight)
+        noise[n, n] = 2.0 * own.temperature * rate
+    at = 2 + len(modes)
+    for part in own.noises:
+        match part:
+            case WhiteNoise(intensity=q):
+                noise[1, 1] += q
+            case ColouredNoise(variance=s2, correlation_time=tau):
+                rates[at, at], rates[1, at], noise[at, at] = -1.0 / tau, 1.0, 2.0 * s2 / tau
+                at += 1
+            case FilteredNoise(frequency=w, damping=z, intensity=q):  # w u and u'
+                rates[at, at + 1], rates[at + 1, at], rates[at + 1, at + 1] = w, -w, -2.0 * z * w
+                rates[1, at], rates[1, at + 1], noise[at + 1, at + 1] = w, 2.0 * z * w, q
+                at += 2
+    row, mean = np.zeros(size), 0.0
+    if of == "x":
+        row[0], mean = 1.0 / root, own.force / stiffness
+    elif of == "v":
+        row[1] = 1.0
+    else:  # all forces of the parts
+        row[: 2 + len(modes)] = rates[1, : 2 + len(modes)]
+    return StateSpace(rates, noise, row, mean)
+
+
+def _memory(element: Springpot | Series, slowest: float, fastest: float) -> list[tuple[float, float]]:
+    """Weights and rates of modes whose sum is the modulus of an element."""
+
+    def weight(rate: FloatArray) -> FloatArray:
+        """Of the modes at these rates, per unit of their logarithm."""
+        return np.asarray(np.imag(element.modulus(rate * np.exp(1j * np.pi))) / np.pi)
+
+    count = max(math.ceil(math.log(fastest / slowest) / _SPACING), 2)
+    rates = slowest * np.exp(_SPACING * np.arange(count + 1))
+    weights = _SPACING * weight(rates)
+    slow = _beyond(weight, rates[0], -_SPACING, (0.0, 1.0))
+    fast = _beyond(weight, rates[-1], _SPACING, (-1.0, -2.0))
+    ends = [(slow[0], slow[1] / slow[0])]
+    if fast[1] > 0.0:
+        rate = fast[0] / fast[1]
+        ends.append((fast[0] * rate, rate))
+    return [*ends, *zip(weights.tolist(), rates.tolist(), strict=True)]
+
+
+def _beyond(
+    weight: Callable[[FloatArray], FloatArray], rate: float, spacing: float, powers: tuple[float, float]
+) -> tuple[float, float]:
+    """Sums of weight times a power of the rate over the modes beyond an end: geometric series."""
+    near = np.array([rate, rate * math.exp(spacing)])
+    first, second = weight(near)
+    found = []
+    for power in powers:
+        ratio = second / first * math.exp(power * spacing)
+        found.append(float(abs(spacing) * first * rate**power * ratio / (1.0 - ratio)))
+    return found[0], found[1]
