@@ -110,6 +110,15 @@ def test_what_is_no_oscillator_is_refused() -> None:
         sp.atlas(0.5)  # type: ignore[arg-type]
 
 
+def test_a_system_that_is_an_oscillator_has_its_answer_and_another_names_the_part() -> None:
+    parts = sp.Mass(0.5), sp.Spring(50.0), sp.Springpot(0.4, 3.0), sp.WhiteNoise(0.01), sp.Barrier(0.01, 0.8)
+    device = sp.System(*parts)
+    assert sp.atlas(device) == sp.atlas(device.canonical())
+    assert sp.atlas(device).impact_rate > 0.0
+    with pytest.raises(sp.theory.NotCovered, match=r"^magnet cannot be part of an Oscillator: an Oscillator is .*\.$"):
+        sp.atlas(sp.System(*parts, magnet=sp.PolynomialSpring((0.0, 0.0, 1.0))))
+
+
 def test_the_corners_of_its_range_are_inside() -> None:
     for order in (0.05, 1.0):
         for c in (0.01, 10.0):

@@ -20,6 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
+from springpot.system import System
+from springpot.theory.problem import checked
 from springpot.theory.result import MOMENTS, Moments, NotCovered, Result
 from springpot.units import UNITS
 
@@ -163,14 +165,15 @@ def read_table(name: str, path: Path = ATLAS_FILE) -> Table:
         )
 
 
-def atlas(oscillator: Oscillator) -> AtlasAnswer:
+def atlas(oscillator: Oscillator | System) -> AtlasAnswer:
     """Stationary moments from the atlas, in microseconds (the first time it is read from disk).
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : Oscillator or System
         Order in [0.05, 1], C Omega^(alpha-2) in [0.01, 10], and a wall: at the equilibrium with a restitution from 0.3
-        to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.
+        to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.  A system must be an oscillator: a
+        linear spring, one springpot or dashpot, one rigid wall and white noise.
 
     Returns
     -------
@@ -180,9 +183,9 @@ def atlas(oscillator: Oscillator) -> AtlasAnswer:
     Raises
     ------
     TypeError
-        If it is not an Oscillator.
+        If it is neither.
     springpot.theory.NotCovered
-        Outside the range of the atlas.
+        Outside the range of the atlas; of a system that is no oscillator the sentence names the part.
 
     Examples
     --------
@@ -191,8 +194,7 @@ def atlas(oscillator: Oscillator) -> AtlasAnswer:
     >>> abs(moments.amplitude_mean_square - 1.0) < 2.0 * moments.errors["amplitude_mean_square"]
     True
     """
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+    oscillator = checked(oscillator)
     name, third = _table_for(oscillator)
     numbers, own = read_table(name).moments(oscillator.springpot.order, oscillator.dimensionless_coefficient, third)
     scales = _scales(oscillator)

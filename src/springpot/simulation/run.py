@@ -39,7 +39,7 @@ from springpot.system import System
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["run", "simulate"]
+__all__ = ["run", "run_as_given", "simulate"]
 
 _DEFAULT_QUANTITIES = ("amplitude_mean_square",)
 _OWN_ARGUMENTS = (
@@ -81,7 +81,39 @@ def run(
     >>> result.values["x_mean"] > 0.0
     True
     """
-    problem = _as_oscillator(oscillator)
+    return run_as_given(
+        _as_oscillator(oscillator),
+        rtol=rtol,
+        quantities=quantities,
+        max_time=max_time,
+        observables=observables,
+        impact_observables=impact_observables,
+        distributions=distributions,
+        spectrum=spectrum,
+        first_passage=first_passage,
+        progress=progress,
+        **given,
+    )
+
+
+def run_as_given(
+    problem: Oscillator | System,
+    *,
+    rtol: float | None = None,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    max_time: float | None = None,
+    observables: Mapping[str, Observable] | None = None,
+    impact_observables: Mapping[str, Observable] | None = None,
+    distributions: bool = False,
+    spectrum: npt.ArrayLike | None = None,
+    first_passage: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    **given: Unpack[Options],
+) -> Run:
+    """As `run`, but a system that is an oscillator is simulated as a system: its results have the names of a system's.
+
+    A grid of systems has the same results at every point, also where the stiffening of a spring is zero.
+    """
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]

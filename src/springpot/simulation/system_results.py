@@ -13,14 +13,23 @@ from springpot.parts import (
     Circuit,
     ColouredNoise,
     Contact,
+    Dashpot,
     FilteredNoise,
+    Force,
+    Friction,
+    Harmonic,
     Mass,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Recorded,
     Series,
+    Spring,
     Springpot,
     ThermalNoise,
+    VanDerPol,
     WhiteNoise,
 )
 from springpot.parts.walls import slow_restitution
@@ -34,7 +43,9 @@ from springpot.simulation.walls import Soft
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["errors_of_the_start_of_system", "samples_of_system", "uncountable", "units_of_system"]
+__all__ = [
+    "errors_of_the_start_of_system", "possible_results", "samples_of_system", "uncountable", "units_of_system",
+]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
@@ -45,6 +56,11 @@ _UNITS = {
     "contact_share": "1", "contact_penetration": "m", "energy_residual": "1", "voltage_mean_square": "V2",
     "x_mean_end": "m", "x_mean_square_end": "m2", "v_mean_square_end": "m2 s-2",
 }  # fmt: skip
+
+_WORKING = (
+    ColouredNoise, FilteredNoise, Harmonic, Recorded, ThermalNoise, Force, Friction, VanDerPol, PolynomialDashpot,
+)  # fmt: skip
+"""Kinds whose power is a result."""
 
 
 def units_of_system(system: System, name: str) -> str:
@@ -63,6 +79,39 @@ def units_of_system(system: System, name: str) -> str:
         if name.endswith(end):
             return units[heavy]
     return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
+
+
+def possible_results(system: System) -> tuple[str, ...]:
+    """Names of all results that a system of these kinds of parts can have, whatever their numbers are.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring
+    >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
+    ['stop_power', 'stop_impact_rate', 'stop_impact_speed_mean']
+    """
+    walls = [*_sides(system)]
+    rigid = [name for name, part in system.named() if isinstance(part, Barrier)]
+    lossy = Springpot, Dashpot, PolynomialDashpot, Series, Maxwell, Circuit
+    balanced = WhiteNoise, ParametricNoise, PoissonImpulses
+    circuits = [] if system.of(ThermalNoise) else [name for name, part in system.named() if isinstance(part, Circuit)]
+    of_walls = [f"{name}_{what}" for name in walls for what in ("impact_rate", "impact_speed_mean")]
+    found = [
+        "x_mean", "x_mean_square", "v_mean_square",
+        *(["amplitude_mean_square"] if system.of(Spring, PolynomialSpring) else []),
+        *(["impact_rate", "impact_speed_mean", "impact_speed_mean_square"] if walls else []),
+        *(["damping_force_mean", "damping_power", "damping_virial"] if system.of(*lossy) else []),
+        *(f"{name}_power" for name, part in system.named() if isinstance(part, _WORKING)),
+        "input_power",
+        *(["contact_power"] if system.of(Contact) else [f"{name}_power" for name in rigid]),
+        *(["energy_residual"] if system.of(*balanced) else []),
+        *(f"{name}_voltage_mean_square" for name in circuits),
+        *(["harvested_power"] if circuits else []),
+        *(["contact_share", "contact_penetration"] if system.of(Contact) else []),
+        *of_walls,
+        "x_mean_end", "x_mean_square_end", "v_mean_square_end",
+    ]  # fmt: skip
+    return tuple(dict.fromkeys(found))
 
 
 def uncountable(system: System) -> str:
