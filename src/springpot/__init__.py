@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from springpot.atlases import atlas
     from springpot.explanation import explain
     from springpot.explorer.commands import explore
-    from springpot.fitting import Impacts, Moduli, Record, Spectrum, fit
+    from springpot.fitting import Impacts, Moduli, Record, Spectrum, fit, read_data
     from springpot.free_numbers import free
     from springpot.oscillator import Oscillator
     from springpot.parts import (
@@ -56,7 +56,7 @@ __all__ = [
     "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
     "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
     "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "figures", "fit",
-    "free", "load_run", "open_study", "read_system", "run", "simulate", "study", "theory", "to_toml",
+    "free", "load_run", "open_study", "read_data", "read_system", "run", "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -75,6 +75,7 @@ _LATER = {
     "free": "springpot.free_numbers",
     "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
+    "read_data": "springpot.fitting",
     "read_system": "springpot.system_file",
     "to_toml": "springpot.system_file",
     "run": "springpot.simulation",

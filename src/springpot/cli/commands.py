@@ -349,6 +349,63 @@ def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
     return levels
 
 
+@app.command
+def fit(
+    data: Annotated[str, Parameter(help="CSV file of moduli, a spectrum, a record or impacts, units in its header.")],
+    /,
+    *,
+    model: Annotated[
+        list[str],
+        Parameter(
+            negative="", metavar="FILE",
+            help="System file with free numbers, such as stiffness = { free = \"k\", start = 80, low = 10, "
+            "high = 200 }; of several the best is chosen.",
+        ),
+    ],
+    seed: Annotated[Whole, Parameter(help="Seed of the places from which the search is repeated.")] = 1,
+    out: Annotated[
+        str | None, Parameter(group=_OUTPUT, metavar="FILE", help="Write the system with the found values to a file.")
+    ] = None,
+    plot: Annotated[
+        str | None, Parameter(group=_OUTPUT, metavar="FILE", help="PNG file for data, fit and residuals.")
+    ] = None,
+    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    json_: Json = False,
+) -> int:
+    """Fit: the free numbers of a system that agree best with measured data, with errors.
+
+    Example: springpot fit rubber.csv --model rubber.toml
+    """
+    if plot is not None:
+        check_picture(plot, "plot")
+    if overwrite and out is None:
+        raise ValueError("--overwrite needs --out, the file to write to.")
+    place = None if out is None else place_for(Path(out), overwrite=overwrite)
+    with leave_at_once():
+        from springpot.fitting import fit as find
+        from springpot.fitting import read_data
+        from springpot.system_file import read_system, to_toml
+
+    models = [read_system(name) for name in model]
+    found = find(models[0] if len(models) == 1 else models, read_data(data), seed=seed)
+    for sentence in found.warnings:
+        warn(sentence)
+    if place is not None:
+        place.write_text(to_toml(found.model), encoding="utf-8")
+    if plot is not None:
+        from springpot.figures.fits import draw_fit
+        from springpot.figures.style import save
+
+        save(draw_fit(found), Path(plot))
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    print(found.report(warnings=False))
+    for written in filter(None, (place, plot)):
+        print(written)
+    return 0
+
+
 app.command(  # not imported here, so the list of commands needs the words of its help
     "springpot.studies.commands:app",
     name="study",

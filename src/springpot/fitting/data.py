@@ -151,7 +151,7 @@ class Spectrum:
         frequency = _frequencies(self.frequency_hz)
         put(self, frequency_hz=frequency, density=_positive(self.density, "density", frequency.size))
         averages = finite_number(
-            self.averages, "averages", low=1.0, high=LARGEST, hint="It is the number of independent periodograms."
+            self.averages, "averages", low=1.0, hint="It is the number of independent periodograms."
         )
         put(self, averages=averages, noise=_noise(self.noise))
         check_of(self.of)

@@ -26,6 +26,7 @@ __all__ = ["RecordLikelihood"]
 _GRADIENT_STEP = 0.03  # in standard errors
 _HESSIAN_STEP = 0.3
 _LAGS = 20
+_PERIODS = 5.0
 
 
 class RecordLikelihood(Likelihood):
@@ -51,6 +52,7 @@ class RecordLikelihood(Likelihood):
             spread = float(data.values.std())
             free = (*free, Free(0.05 * spread, NOISE, 1e-4 * spread, spread))
         response(model, data.of, sampled=True)  # what a record cannot be of is an error before any work
+        _check_length(model, data)
         self._filtered(np.array([float(number) for number in free]), free)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
         self._spectrum = SpectrumLikelihood(model, without_leakage)
@@ -191,6 +193,18 @@ class RecordLikelihood(Likelihood):
             "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self.data.values.ravel(),
             (self.data.values - spread * innovations).ravel(), innovations.ravel(),
         )  # fmt: skip
+
+
+def _check_length(model: System | Oscillator, data: Record) -> None:
+    """Samples must be frequent and long enough to see the motion that the model has at its start."""
+    frequency = model.natural_frequency / (2.0 * np.pi)
+    rate, duration = 1.0 / data.step, float(data.time[-1] - data.time[0])
+    if frequency > 0.5 * rate:
+        raise ValueError(f"data must have more than two samples in a period of the model: its natural frequency is "
+                         f"{frequency:.4g} Hz, the sampling rate {rate:.4g} Hz.")  # fmt: skip
+    if duration * frequency < _PERIODS:
+        raise ValueError(f"data must last at least {_PERIODS:g} periods of the model: its natural frequency is "
+                         f"{frequency:.4g} Hz, the record lasts {duration:.4g} s.")  # fmt: skip
 
 
 def _gradient(function: Callable[[FloatArray], float], w: FloatArray) -> FloatArray:

@@ -307,8 +307,13 @@ class Fit:
             )
         return (*said, *self.check().sentences)
 
-    def report(self) -> str:
+    def report(self, warnings: bool = True) -> str:
         """All of it in words.
+
+        Parameters
+        ----------
+        warnings : bool
+            With the warnings at its end.
 
         Returns
         -------
@@ -342,7 +347,7 @@ class Fit:
         lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
         lines.append(f"BIC {self.bic:.2f}")
         lines += [f"{choice.label}: BIC {choice.bic:.2f} with {choice.numbers} numbers" for choice in self.choices]
-        return "\n".join([*lines, *self.warnings])
+        return "\n".join([*lines, *(self.warnings if warnings else ())])
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain values; NaN is None.

@@ -1,0 +1,99 @@
+"""Pictures of fits: data beside the fit with the residuals, and profiles."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from springpot.figures.style import COLOURS, new_figure, panel
+from springpot.fitting.result import Fit, Profile
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_fit", "profile"]
+
+_LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
+_MOST = 2000
+_AXES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
+_VALUES = {
+    "storage": "modulus", "loss": "modulus", "density": "spectral density", "restitution": "restitution",
+}  # fmt: skip
+
+
+def draw_fit(fit: Fit) -> Figure:
+    """Draw data with the fit through them, and below it the residuals in standard deviations.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of `springpot.fit`.  Of a long record the first 2000 samples are drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+    >>> figure = draw_fit(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['restitution', 'residual (sd)']
+    """
+    figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
+    table = fit.table
+    for (colour, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
+        own = np.flatnonzero(table.group == group)[:_MOST]
+        small = 3.5 if own.size < 200 else 1.5
+        above.plot(
+            table.at[own], table.data[own], mark, markersize=small, color=COLOURS[colour], label=f"{group}, data"
+        )
+        above.plot(table.at[own], table.fitted[own], color="black", linewidth=1.2)
+        below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLOURS[colour])
+    above.plot([], [], color="black", linewidth=1.2, label="fit")
+    if table.axis == "frequency_hz":
+        above.set_xscale("log")
+        above.set_yscale("log")
+    for level in (-2.0, 0.0, 2.0):
+        below.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
+    above.set_ylabel(_VALUES.get(str(table.group[0]), "value"))
+    above.legend(frameon=False)
+    below.set_ylabel("residual (sd)")
+    below.set_xlabel(_AXES[table.axis])
+    return figure
+
+
+def profile(own: Profile, axes: Axes | None = None) -> Axes:
+    """Draw how the fit becomes worse when one number is moved, and its 95 % interval.
+
+    Parameters
+    ----------
+    own : Profile
+        Of `springpot.fitting.Fit.profile`.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+    >>> found = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
+    >>> profile(found.profile("r")).get_xlabel()
+    'r'
+    """
+    drawn = panel(axes)
+    drawn.plot(own.values, own.rise, color=COLOURS["blue"], linewidth=1.4)
+    drawn.axhline(own.level, color="0.5", linewidth=0.9, linestyle="--")
+    drawn.axvspan(*own.limits, color=COLOURS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")
+    drawn.set_ylim(0.0, min(3.0 * own.level, 1.05 * float(np.max(own.rise[np.isfinite(own.rise)]))))
+    drawn.set_xlabel(own.name)
+    drawn.set_ylabel("rise of the deviance")
+    drawn.legend(frameon=False)
+    return drawn

@@ -1,0 +1,270 @@
+"""Data from a CSV file whose header has the units."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from springpot.device import STANDARD_GRAVITY
+from springpot.faults import FileFault, listed, meant, shown
+from springpot.files import Damaged, read_file
+from springpot.fitting.data import Data, FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
+
+__all__ = ["UNITS", "read_data"]
+
+UNITS: dict[str, dict[str, float]] = {
+    "frequency": {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / np.pi},
+    "storage": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
+    "density": {"m2/Hz": 1.0, "mm2/Hz": 1e-6, "m2/s2/Hz": 1.0, "mm2/s2/Hz": 1e-6, "m2/s4/Hz": 1.0,
+                "g2/Hz": STANDARD_GRAVITY**2},
+    "time": {"s": 1.0, "ms": 1e-3},
+    "x": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "v": {"m/s": 1.0, "mm/s": 1e-3},
+    "a": {"m/s2": 1.0, "g": STANDARD_GRAVITY},
+    "before": {"m/s": 1.0, "mm/s": 1e-3},
+}  # fmt: skip
+"""What a column may be, and the units it may have."""
+UNITS["loss"], UNITS["after"] = UNITS["storage"], UNITS["before"]
+
+_KINDS = {"frequency": "moduli or a spectrum", "time": "a record", "before": "impacts"}
+_SETTINGS = {
+    "relative_error": "moduli", "averages": "a spectrum", "sampling_rate_hz": "a spectrum", "window": "a spectrum",
+    "segment": "a spectrum", "noise": "a spectrum or a record", "error": "impacts",
+}  # fmt: skip
+_MOST_BYTES = 500_000_000
+_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(]\s*)([^\])]+?)\s*[\])]?")
+_SETTING = re.compile(r"#\s*([A-Za-z_]+)\s*[=:]\s*(.+?)\s*$")
+
+
+@dataclass(frozen=True, eq=False)
+class _Column:
+    """A column of the file in SI units."""
+
+    header: str
+    name: str
+    unit: str
+    values: FloatArray
+
+
+def read_data(path: str | Path) -> Data:
+    """Measured data from a CSV file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A header with the units, then a row for each point, separated by commas, semicolons or tabs:
+
+        - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them;
+        - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
+          or ``density_g2/Hz`` (of an acceleration);
+        - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path;
+        - impacts: ``before_m/s`` and ``after_m/s``.
+
+        Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
+        ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
+        ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error``, the
+        last two in SI units.
+
+    Returns
+    -------
+    Moduli, Spectrum, Record or Impacts
+        In SI units.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        One sentence that says what is wrong in it, and in which line.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> place = Path(tempfile.mkdtemp()) / "rubber.csv"
+    >>> _ = place.write_text("frequency_hz,storage_MPa,loss_MPa\\n0.1,1.0,0.2\\n1,1.5,0.4\\n10,2.3,0.7\\n")
+    >>> read_data(place).storage.tolist()
+    [1000000.0, 1500000.0, 2300000.0]
+    """
+    title = f"data file {str(path)!r}"
+    columns, settings, lines = _read(path, title)
+    try:
+        return _made(columns, settings)
+    except PointFault as fault:
+        header = _header_of(columns, fault.name)
+        raise FileFault(f"{title}, line {lines[fault.place]}: {header} {fault.what}") from None
+    except (TypeError, ValueError) as fault:
+        raise FileFault(f"{title} is not right: {fault}") from None
+
+
+def _read(path: str | Path, title: str) -> tuple[list[_Column], dict[str, str], list[int]]:
+    """Columns, settings, and the line of each row."""
+    try:
+        body = read_file(str(path), _MOST_BYTES)
+    except Damaged as fault:
+        raise FileFault(f"{title} cannot be read: {fault}.") from None
+    except OSError as error:
+        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
+    if body is None:
+        raise FileNotFoundError(f"There is no file {str(path)!r}.")
+    try:
+        text = body.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FileFault(f"{title} is not text in UTF-8.") from None
+    settings: dict[str, str] = {}
+    rows: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.lstrip().startswith("#"):
+            _note(line, number, settings, title)
+        elif line.strip():
+            rows.append((number, line))
+    if not rows:
+        raise FileFault(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
+    separator = next((mark for mark in "\t;" if mark in rows[0][1]), ",")
+    try:
+        cells = [*csv.reader(io.StringIO("\n".join(line for _, line in rows)), delimiter=separator, strict=True)]
+    except csv.Error as fault:
+        raise FileFault(f"{title} is not a table: {fault}.") from None
+    if len(cells) != len(rows):
+        raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
+    heads = [_head(cell, rows[0][0], title) for cell in cells[0]]
+    lines = [number for number, _ in rows[1:]]
+    values = _numbers(cells[1:], [cell.strip() for cell in cells[0]], lines, title)
+    columns = [
+        _Column(cell.strip(), name, unit, values[:, n] * UNITS[name][unit])
+        for n, (cell, (name, unit)) in enumerate(zip(cells[0], heads, strict=True))
+    ]
+    return columns, settings, lines
+
+
+def _note(line: str, number: int, settings: dict[str, str], title: str) -> None:
+    """A comment, which may be a setting."""
+    match = _SETTING.match(line.strip())
+    if match is None:
+        return
+    name = match[1]
+    if name not in _SETTINGS:
+        if near := meant(name, _SETTINGS):
+            raise FileFault(f"{title}, line {number}: {shown(name)} is not a setting{near}")
+        return
+    if name in settings:
+        raise FileFault(f"{title}, line {number}: {name} must be given only once.")
+    settings[name] = match[2]
+
+
+def _head(cell: str, line: int, title: str) -> tuple[str, str]:
+    """What a column is, and its unit."""
+    text = cell.strip()
+    match = _HEADER.fullmatch(text)
+    name = match[1].lower() if match else text.lower()
+    if name not in UNITS:
+        known = listed([*UNITS], "or")
+        raise FileFault(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
+                        f"{meant(name, UNITS) or '.'}")  # fmt: skip
+    if match is None:
+        unit = next(iter(UNITS[name]))
+        raise FileFault(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
+    if match[2] not in UNITS[name]:
+        units = listed([*UNITS[name]], "or")
+        raise FileFault(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(match[2])}.")
+    return name, match[2]
+
+
+def _numbers(rows: list[list[str]], heads: list[str], lines: list[int], title: str) -> FloatArray:
+    found = np.empty((len(rows), len(heads)))
+    for place, (row, line) in enumerate(zip(rows, lines, strict=True)):
+        if len(row) != len(heads):
+            raise FileFault(f"{title}, line {line}: {len(heads)} numbers are needed, not {len(row)}.")
+        for n, cell in enumerate(row):
+            try:
+                found[place, n] = float(cell)
+            except ValueError:
+                text = cell.strip()
+                what = f"must be a number, not {shown(text)}" if text else "has no number"
+                raise FileFault(f"{title}, line {line}: {heads[n]} {what}.") from None
+    return found
+
+
+def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
+    names = [column.name for column in columns]
+    first = next((name for name in _KINDS if name in names), None)
+    if first is None:
+        raise ValueError("it must have a column frequency_hz (moduli or a spectrum), time_s (a record) or before_m/s "
+                         "(impacts).")  # fmt: skip
+    for name in names:
+        if names.count(name) > 1 and name not in ("x", "v", "a"):
+            raise ValueError(f"{name} must be one column, not {names.count(name)}.")
+    own = {column.name: column for column in columns}
+    if first == "time":
+        return _record(own["time"], [c for c in columns if c.name != "time"], _given(settings, "a record", {"noise"}))
+    if first == "before":
+        _only(names, {"before", "after"}, "impacts")
+        if "after" not in own:
+            raise ValueError("it must have a column after_m/s beside that of the speeds before.")
+        return Impacts(own["before"].values, own["after"].values, **_given(settings, "impacts", {"error"}))
+    if "density" in own:
+        _only(names, {"frequency", "density"}, "a spectrum")
+        return _spectrum(own["frequency"], own["density"], settings)
+    _only(names, {"frequency", "storage", "loss"}, "moduli")
+    moduli: dict[str, Any] = {name: own[name].values for name in ("storage", "loss") if name in own}
+    if not moduli:
+        raise ValueError("it must have a column storage_Pa, loss_Pa or density_m2/Hz beside that of the frequencies.")
+    areal = {"Pa" in own[name].unit for name in moduli}
+    if len(areal) > 1:
+        raise ValueError("storage and loss must both be moduli in Pa, or both stiffnesses in N/m.")
+    return Moduli(own["frequency"].values, **moduli, **_given(settings, "moduli", {"relative_error"}))
+
+
+def _record(time: _Column, others: list[_Column], settings: dict[str, Any]) -> Record:
+    kinds = {column.name for column in others}
+    if len(kinds) != 1 or not kinds <= {"x", "v", "a"}:
+        have = listed([column.header for column in others]) if others else "nothing"
+        raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
+    of: Any = kinds.pop()
+    return Record(time.values, np.array([column.values for column in others]), of, **settings)
+
+
+def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str]) -> Spectrum:
+    known = {"averages", "sampling_rate_hz", "window", "segment", "noise"}
+    given = _given(settings, "a spectrum", known)
+    if "averages" not in given:
+        raise ValueError("it must state the number of averages in a line such as: # averages = 64")
+    if "sampling_rate_hz" in given:
+        given["sampling_rate"] = given.pop("sampling_rate_hz")
+    of: Any = {"m2/Hz": "x", "mm2/Hz": "x", "m2/s2/Hz": "v", "mm2/s2/Hz": "v"}.get(density.unit, "a")
+    return Spectrum(frequency.values, density.values, of=of, **given)
+
+
+def _given(settings: Mapping[str, str], kind: str, known: set[str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, text in settings.items():
+        if name not in known:
+            raise ValueError(f"{name} is a setting of {_SETTINGS[name]}, not of {kind}.")
+        if name == "window":
+            found[name] = text.strip("'\"")
+            continue
+        try:
+            found[name] = int(text) if name == "segment" else float(text)
+        except ValueError:
+            raise ValueError(f"{name} must be a {'whole ' * (name == 'segment')}number, not {shown(text)}.") from None
+    return found
+
+
+def _only(names: list[str], known: set[str], kind: str) -> None:
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{name} cannot be a column of {kind}.")
+
+
+def _header_of(columns: list[_Column], name: str) -> str:
+    """The header of the column that a fault of the data names."""
+    plain = {"frequency_hz": "frequency", "values": "x"}.get(name, name)
+    found = [column.header for column in columns if column.name == plain]
+    moved = [column.header for column in columns if column.name in ("x", "v", "a")]
+    return (found or moved or [name])[0]

@@ -1,0 +1,150 @@
+"""CSV files: units in the header, and one sentence with the line for whatever is wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot import cli
+from springpot.faults import FileFault
+
+RUBBER = """[[parts]]
+kind = "springpot"
+order = { free = "order", start = 0.5, low = 0.01, high = 0.99 }
+coefficient = { free = "C", start = 1e5, low = 1.0, high = 1e9 }
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    place = folder / "data.csv"
+    place.write_text(text, encoding="utf-8")
+    return place
+
+
+def test_every_kind_is_read_in_si_units(tmp_path: Path) -> None:
+    moduli = sp.read_data(written(tmp_path, "# relative_error = 0.02\nfrequency_rad/s; storage (MPa); loss [kPa]\n"
+                                            "6.283185307179586;1;20\n12;2;30\n\n20;3;40\n"))  # fmt: skip
+    assert isinstance(moduli, sp.Moduli)
+    assert (moduli.frequency_hz[0], moduli.storage[1], moduli.loss[2]) == (1.0, 2e6, 4e4)
+    assert moduli.relative_error == 0.02
+    spectrum = sp.read_data(written(tmp_path, "# averages: 64\n# sampling_rate_hz = 8\n# window = hann\n"
+                                              "# segment = 16\nfrequency_hz\tdensity_g2/Hz\n"
+                                              "0.5\t1\n1\t2\n1.5\t3\n"))  # fmt: skip
+    assert isinstance(spectrum, sp.Spectrum)
+    assert (spectrum.of, spectrum.averages, spectrum.segment, spectrum.window) == ("a", 64.0, 16, "hann")
+    assert spectrum.density[1] == pytest.approx(2.0 * 9.80665**2)
+    rows = "\n".join(f"{10 * n},{np.sin(n)},{np.cos(n)}" for n in range(40))
+    record = sp.read_data(written(tmp_path, "# made by hand\n# noise = 1e-5\ntime_ms,x_mm,x_um\n" + rows))
+    assert isinstance(record, sp.Record)
+    assert (record.of, record.paths, record.noise) == ("x", 2, 1e-5)
+    assert record.step == pytest.approx(0.01)
+    assert record.values[1, 1] == pytest.approx(1e-6 * np.cos(1.0))
+    impacts = sp.read_data(written(tmp_path, "# error = 0.01\nbefore_m/s,after_mm/s\n1,700\n2,1400\n3,2100\n"))
+    assert isinstance(impacts, sp.Impacts)
+    assert (round(float(impacts.after[1]), 9), impacts.error) == (1.4, 0.01)
+
+
+TIMES = [f"{0.1 * n:.1f},{n % 7}" for n in range(40)]
+BAD = [
+    ("", "is empty: it needs a header"),
+    ("# only a comment\n", "is empty: it needs a header"),
+    ("1,2,3\n", "line 1: '1' is not a column"),
+    ("frequency,storage_Pa\n", "line 1: frequency must have its unit, as frequency_hz"),
+    ("frequency_hz,storage\n", "line 1: storage must have its unit, as storage_Pa"),
+    ("frequency_hz,storage_psi\n", "line 1: the unit of storage must be Pa, kPa, .* not 'psi'"),
+    ("frequency_hz,storrage_Pa\n", "line 1: 'storrage_Pa' is not a column.*did you mean storage"),
+    ("frequency_hz\n1\n2\n3\n", "is not right: it must have a column storage_Pa, loss_Pa or density_m2/Hz"),
+    ("storage_Pa,loss_Pa\n1,1\n", "is not right: it must have a column frequency_hz"),
+    ("frequency_hz,storage_Pa,loss_N/m\n1,1,1\n2,2,2\n3,3,3\n", "storage and loss must both be moduli"),
+    ("frequency_hz,storage_Pa,storage_Pa\n1,1,1\n2,2,2\n3,3,3\n", "storage must be one column, not 2"),
+    ("frequency_hz,storage_Pa,x_m\n1,1,1\n2,2,2\n3,3,3\n", "x cannot be a column of moduli"),
+    ("frequency_hz,storage_Pa\n1,1\n2,2\n", "frequency_hz must have at least 3 points, not 2"),
+    ("frequency_hz,storage_Pa\n1,1\n2,-2\n3,3\n", "line 3: storage_Pa must be greater than 0, not -2"),
+    ("# c\nfrequency_hz,storage_MPa\n\n1,1\n2,nan\n3,3\n", "line 5: storage_MPa must be a finite number, not nan"),
+    ("frequency_hz,storage_Pa\n1,1\n2,inf\n3,3\n", "line 3: storage_Pa must be a finite number, not inf"),
+    ("frequency_hz,storage_Pa\n1,1\n2,abc\n3,3\n", "line 3: storage_Pa must be a number, not 'abc'"),
+    ("frequency_hz,storage_Pa\n1,1\n2,\n3,3\n", "line 3: storage_Pa has no number"),
+    ("frequency_hz,storage_Pa\n1,1\n2,2,2\n3,3\n", "line 3: 2 numbers are needed, not 3"),
+    ("frequency_hz,storage_Pa\n1,1\n2\n3,3\n", "line 3: 2 numbers are needed, not 1"),
+    ("frequency_hz;storage_Pa\n1,0;1\n2;2\n3;3\n", "line 2: frequency_hz must be a number, not '1,0'"),
+    ("frequency_hz,storage_Pa\n1,1\n3,2\n2,3\n", "line 4: frequency_hz must be above the frequency before it"),
+    ("frequency_hz,storage_Pa\n0,1\n3,2\n4,3\n", "line 2: frequency_hz must be greater than 0, not 0"),
+    ('frequency_hz,storage_Pa\n1,"1\n2",2\n', "must have one row in each line"),
+    ("# relative_error = 2 %\nfrequency_hz,storage_Pa\n1,1\n2,2\n3,3\n", "relative_error must be a number, not '2 %'"),
+    ("# relative_error = 2\nfrequency_hz,storage_Pa\n1,1\n2,2\n3,3\n", r"relative_error must be in \(0, 1\], not 2"),
+    ("# averages = 2\nfrequency_hz,storage_Pa\n1,1\n2,2\n3,3\n", "averages is a setting of a spectrum, not of moduli"),
+    ("# average = 2\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "line 1: 'average' is not a setting; did you mean"),
+    ("# averages = 2\n# averages = 3\nfrequency_hz,density_m2/Hz\n1,1\n", "line 2: averages must be given only once"),
+    ("frequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "it must state the number of averages"),
+    ("# averages = 0.5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "averages must be a finite number at least 1"),
+    ("# averages = 2\n# sampling_rate_hz = 5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n",
+     "line 6: frequency_hz must be at most half of sampling_rate, 2.5 Hz, not 3"),
+    ("# averages = 2\n# window = hann\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n",
+     "window and segment must be given"),
+    ("# averages = 2\n# sampling_rate_hz = 8\n# segment = 16\n# window = hann\nfrequency_hz,density_m2/Hz\n"
+     "1,1\n2,2\n2.2,3\n",
+     "line 8: frequency_hz must be a multiple of sampling_rate / segment, 0.5 Hz, not 2.2"),
+    ("\n".join(["time_s,x_m", *TIMES[:20], *TIMES[22:]]), "line 22: time_s must follow at equal steps of 0.1 s, not "
+     "after 0.3 s"),
+    ("\n".join(["time_s,x_m", *TIMES[:20], *TIMES[19:]]), "line 22: time_s must be later than the time before"),
+    ("\n".join(["time_s,x_m", *TIMES[:12]]), "time must have at least 32 samples, not 12"),
+    ("\n".join(["time_s,x_m", *(f"{n},1" for n in range(40))]), "values must not all be equal"),
+    ("\n".join(["time_s,x_m,v_m/s", "1,2,3"]), "must have columns of one kind beside the time, such as x_m"),
+    ("\n".join(["time_s", "1", "2"]), "must have columns of one kind beside the time, such as x_m, not nothing"),
+    ("before_m/s\n1\n2\n3\n", "it must have a column after_m/s"),
+    ("before_m/s,after_m/s\n1,1\n2,0\n3,1\n", "line 3: after_m/s must be greater than 0, not 0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD)
+def test_bad_data_are_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
+    with pytest.raises(FileFault, match=sentence) as caught:
+        sp.read_data(written(tmp_path, text))
+    assert str(caught.value).startswith("data file ")
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_file_of_data(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="There is no file"):
+        sp.read_data(tmp_path / "none.csv")
+    with pytest.raises(FileFault, match="it is a folder, not a file"):
+        sp.read_data(tmp_path)
+    (tmp_path / "raw.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileFault, match="is not text in UTF-8"):
+        sp.read_data(tmp_path / "raw.csv")
+
+
+def test_a_record_that_is_too_short_or_too_coarse_for_its_model() -> None:
+    model = sp.System(sp.Spring(4.0), sp.Dashpot(sp.free("c", 0.5, (0.1, 1.0))), sp.WhiteNoise(1.0))
+    values = np.random.default_rng(1).standard_normal(40)
+    with pytest.raises(ValueError, match="data must last at least 5 periods of the model: its natural frequency is"):
+        sp.fit(model, sp.Record(0.01 * np.arange(40), values))
+    with pytest.raises(ValueError, match="data must have more than two samples in a period of the model"):
+        sp.fit(model, sp.Record(4.0 * np.arange(40), values))
+
+
+def test_the_command_fits_and_writes(tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    f = np.geomspace(0.1, 100.0, 12)
+    modulus = 2e5 * (2j * np.pi * f) ** 0.3 * (1.0 + 0.01 * np.random.default_rng(1).standard_normal(12))
+    rows = "\n".join(f"{a},{b.real / 1e3},{b.imag / 1e3}" for a, b in zip(f, modulus, strict=True))
+    written(tmp_path, "frequency_hz,storage_kPa,loss_kPa\n" + rows)
+    (tmp_path / "rubber.toml").write_text(RUBBER)
+    words = ["fit", "data.csv", "--model", "rubber.toml"]
+    assert cli.main([*words, "--out", "found.toml", "--plot", "found.png"]) == 0
+    said = capsys.readouterr()
+    assert "fit of 2 numbers to 24 moduli" in said.out
+    assert (tmp_path / "found.png").stat().st_size > 10_000
+    assert sp.read_system("found.toml").of(sp.Springpot)[0].order == pytest.approx(0.3, abs=0.02)
+    assert cli.main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["values"]["C"] == pytest.approx(2e5, rel=0.05)
+    assert cli.main([*words, "--out", "found.toml"]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert cli.main(["fit", "none.csv", "--model", "rubber.toml"]) == 2
+    assert "There is no file" in capsys.readouterr().err
+    assert cli.main(["fit", "data.csv"]) == 2
