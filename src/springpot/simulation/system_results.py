@@ -90,7 +90,7 @@ def possible_results(system: System) -> tuple[str, ...]:
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
     ['stop_power', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
-    walls = [*_sides(system)]
+    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
     rigid = [name for name, part in system.named() if isinstance(part, Barrier)]
     lossy = Springpot, Dashpot, PolynomialDashpot, Series, Maxwell, Circuit
     balanced = WhiteNoise, ParametricNoise, PoissonImpulses
