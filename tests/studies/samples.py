@@ -7,9 +7,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import springpot as sp
 from springpot.studies.question import Study, read_study
 
-__all__ = ["COMMAND", "RUNS", "THEORY", "chunks", "content", "given", "orphans", "write_toml"]
+__all__ = [
+    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "orphans", "with_device", "write_toml",
+]  # fmt: skip
 
 COMMAND = [sys.executable, "-m", "springpot", "study"]
 
@@ -31,6 +34,25 @@ RUNS: dict[str, Any] = {
 """Six points of theory and six short runs."""
 
 
+DEVICE = sp.System(
+    sp.Mass(0.2), sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(5e-5), magnet=sp.PolynomialSpring((0.0, 0.0, 4e5)),
+    lower=sp.Barrier(-0.001, 0.9), upper=sp.Barrier(0.002, side="below"),
+)  # fmt: skip
+"""Two walls and a hardening spring."""
+
+STOPS: dict[str, Any] = {
+    "name": "stops",
+    "seed": 3,
+    "system": DEVICE,
+    "methods": ["exact", "linear", "monte_carlo"],
+    "quantities": ["x_mean_square", "upper_impact_rate"],
+    "axes": {"parts.lower.restitution": [1.0, 0.8], "parts.magnet.coefficients.3": [4e5, 8e5]},
+    "zipped": {"gap": {"parts.lower.position": [-0.001, -0.002], "parts.upper.position": [0.002, 0.003]}},
+    "monte_carlo": {"paths": 64, "duration": 2.0, "step": 1e-3, "start": "rest"},
+}
+"""Eight points; exact covers elastic walls, linear no wall."""
+
+
 def given(base: dict[str, Any], **changes: Any) -> Study:
     return read_study({**base, **changes})
 
@@ -40,16 +62,22 @@ def write_toml(place: Path, content: dict[str, Any]) -> Path:
     lines, tables = [], []
     for name, part in content.items():
         if isinstance(part, dict):
-            tables += [f"[{name}]", *(f"{key} = {_value(value)}" for key, value in part.items())]
+            tables += [f"[{name}]", *(f"{json.dumps(key)} = {_value(value)}" for key, value in part.items())]
         else:
             lines.append(f"{name} = {_value(part)}")
     place.write_text("\n".join([*lines, *tables]) + "\n", encoding="utf-8")
     return place
 
 
+def with_device(place: Path, content: dict[str, Any]) -> Path:
+    """A study file and, beside it, the file of its system."""
+    place.with_name("device.toml").write_text(sp.to_toml(content["system"]), encoding="utf-8")
+    return write_toml(place, {**content, "system": "device.toml"})
+
+
 def _value(value: Any) -> str:
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{name} = {_value(part)}" for name, part in value.items()) + "}"
+        return "{" + ", ".join(f"{json.dumps(name)} = {_value(part)}" for name, part in value.items()) + "}"
     return json.dumps(value)
 
 

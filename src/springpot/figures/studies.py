@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -36,12 +37,13 @@ def draw_study(
     tree : xarray.DataTree
         As `springpot.study` and `springpot.open_study` return it.
     quantities : sequence of str, optional
-        Such as ``("amplitude_mean_square", "impact_rate")``; the study's own if left out.
+        Such as ``("amplitude_mean_square", "impact_rate")``; the study's own if left out.  Of systems any result,
+        such as ``"upper_power"``; ``"barrier_power"`` has a panel for each wall.
     kind : {"curves", "map"}, optional
         Curves along one axis, of every theory and of Monte Carlo with bars over 95 % intervals; or a map over two axes,
         of Monte Carlo where the study has it, else of its last theory.  Curves if left out.
     along : str, optional
-        Axis along which curves or maps run; the longest if left out.
+        Axis along which curves or maps run, as the data set names it; the longest if left out.
 
     Returns
     -------
@@ -65,14 +67,16 @@ def draw_study(
         name: tree[name].to_dataset() for name in ("theory", "simulation") if name in tree.children
     }
     some = next(iter(parts.values()))
-    names = json.loads(tree.attrs["study"]).get("quantities", ["amplitude_mean_square"])
+    content = json.loads(tree.attrs["study"])
+    known = _drawable(parts) if "system" in content else (*MOMENTS,)
+    names = content.get("quantities", ["amplitude_mean_square"])
     names = list(names if quantities is None else quantities)
     for name in names:
-        if name not in MOMENTS:
-            raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {name!r}.")
+        if name not in known:
+            raise ValueError(f"quantity must be one of {', '.join(known)}, not {name!r}.")
     if kind not in (None, "curves", "map"):
         raise ValueError(f"kind must be 'curves' or 'map', not {kind!r}.")
-    dimensions = [str(dimension) for dimension in some["amplitude_mean_square"].dims if dimension != "theory"]
+    dimensions = [str(dimension) for dimension in some["done"].dims if dimension != "theory"]
     if along is not None and along not in dimensions:
         raise ValueError(f"along must be an axis of the study, {' or '.join(dimensions)}, not {along!r}.")
     by_length = sorted(dimensions, key=lambda dimension: -some.sizes[dimension])
@@ -82,28 +86,60 @@ def draw_study(
         if len(used) < 2:
             raise ValueError("kind='map' needs a study with two axes.")
     places = list(_places(some, [dimension for dimension in dimensions if dimension not in used]))
-    if len(places) * len(names) > MOST_PANELS:
+    quantities_at = [each for name in names for each in _at_walls(parts, name)]
+    drawn = list(itertools.product(quantities_at, places))
+    if len(drawn) > MOST_PANELS:
         raise ValueError(
-            f"quantity and the axes make {len(places) * len(names)} panels, more than {MOST_PANELS}: draw fewer "
-            "quantities, or a map."
+            f"quantity and the axes make {len(drawn)} panels, more than {MOST_PANELS}: draw fewer quantities, or a map."
         )
-    columns = min(4, len(places) if len(places) > 1 else len(names))
-    rows = -(-len(places) * len(names) // columns)
+    columns = min(4, len(places) if len(places) > 1 else len(quantities_at))
+    rows = -(-len(drawn) // columns)
     figure, panels = new_grid(3.6 * columns + 0.4, 3.0 * rows + 0.5, rows, columns)
-    drawn = list(itertools.product(names, places))
-    for axes, (name, place) in zip(panels, drawn, strict=False):
-        here = {part: dataset.isel(place) for part, dataset in parts.items()}
+    legend: dict[str, Any] = {}
+    for axes, ((name, wall), place) in zip(panels, drawn, strict=False):
+        here = {part: _at(dataset, name, wall).isel(place) for part, dataset in parts.items() if name in dataset}
         if kind == "map":
             _map(axes, here, name, used)
         else:
             _curves(axes, here, name, used[0])
-        axes.set_title(_title(some, place), fontsize="medium")
+        axes.set_title(", ".join(filter(None, [wall, _title(some, place)])), fontsize="medium")
+        legend |= {label: handle for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     for axes in panels[len(drawn) :]:
         axes.set_axis_off()
-    if kind != "map":
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4))
+    if legend:
+        figure.legend(legend.values(), legend.keys(), loc="outside upper center", ncols=min(len(legend), 4))
     return figure
+
+
+def _drawable(parts: Mapping[str, xarray.Dataset]) -> tuple[str, ...]:
+    """The quantities of a study of systems, with those of each wall by its name."""
+    found: dict[str, None] = {}
+    for dataset in parts.values():
+        for variable in map(str, dataset.data_vars):
+            if variable.endswith(("_se", "_error")) or variable in ("done", "said"):
+                continue
+            found[variable] = None
+            if "barrier" in dataset[variable].dims:
+                what = variable.removeprefix("barrier_")
+                found |= dict.fromkeys(f"{wall}_{what}" for wall in dataset["barrier"].values)
+    return tuple(found)
+
+
+def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str, str]]:
+    """The variable of a quantity, and its wall; all walls where it names none."""
+    for dataset in parts.values():
+        if name in dataset:
+            own = dataset["barrier"].values if "barrier" in dataset[name].dims else [""]
+            return [(name, str(wall)) for wall in own]
+    walls = next(map(str, dataset["barrier"].values) for dataset in parts.values())
+    wall = next(wall for wall in walls if name.startswith(f"{wall}_"))
+    return [(f"barrier_{name.removeprefix(f'{wall}_')}", wall)]
+
+
+def _at(dataset: xarray.Dataset, name: str, wall: str) -> xarray.Dataset:
+    """What a panel needs of a group."""
+    kept = dataset[[part for part in (name, f"{name}_se") if part in dataset]]
+    return kept.sel(barrier=wall, drop=True) if wall else kept
 
 
 def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int]]:
@@ -112,14 +148,14 @@ def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int
 
 
 def _title(some: xarray.Dataset, place: Mapping[str, int]) -> str:
-    return ", ".join(f"{name.replace('_', ' ')} {float(some[name][number]):g}" for name, number in place.items())
+    return ", ".join(
+        f"{_short(some[name])}{' =' if '.' in _short(some[name]) else ''} {float(some[name][number]):g}"
+        for name, number in place.items()
+    )
 
 
 def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str) -> None:
-    for part in ("theory", "simulation"):
-        if part not in parts:
-            continue
-        dataset = parts[part]
+    for part, dataset in parts.items():
         where = dataset[along].values
         if part == "simulation":
             bars(axes, where, dataset[name].values, dataset[f"{name}_se"].values, label="Monte Carlo, 95 %")
@@ -127,10 +163,12 @@ def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: s
         for method in dataset["theory"].values:
             color, line = METHOD_LINES[str(method)]
             values = dataset[name].sel(theory=method).values
+            if np.isnan(values).all():
+                continue
             axes.plot(where, values, color=COLOURS[color], linestyle=line, label=method_label(str(method)))
     _scale(axes, "x", where)
-    axes.set_xlabel(PARAMETER_LABELS.get(along, along))
-    axes.set_ylabel(MOMENTS[name])
+    axes.set_xlabel(_named(next(iter(parts.values()))[along]))
+    axes.set_ylabel(_named(next(iter(parts.values()))[name]))
 
 
 def _map(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Sequence[str]) -> None:
@@ -138,11 +176,28 @@ def _map(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Seque
     dataset = parts["simulation"] if "simulation" in parts else parts["theory"].isel(theory=-1)
     values = dataset[name].transpose(up, across).values
     shown = axes.pcolormesh(dataset[across].values, dataset[up].values, values, cmap="cividis", shading="nearest")
-    axes.figure.colorbar(shown, ax=axes, label=MOMENTS[name])
+    axes.figure.colorbar(shown, ax=axes, label=_named(dataset[name]))
     _scale(axes, "x", dataset[across].values)
     _scale(axes, "y", dataset[up].values)
-    axes.set_xlabel(PARAMETER_LABELS.get(across, across))
-    axes.set_ylabel(PARAMETER_LABELS.get(up, up))
+    axes.set_xlabel(_named(dataset[across]))
+    axes.set_ylabel(_named(dataset[up]))
+
+
+def _named(column: xarray.DataArray) -> str:
+    """A quantity or a parameter with its unit."""
+    name = str(column.name).removeprefix("barrier_")
+    if name in MOMENTS or name in PARAMETER_LABELS:
+        return MOMENTS.get(name) or PARAMETER_LABELS[name]
+    unit = re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"$^{\1}$", column.attrs.get("units", "1"))
+    return _short(column) if unit in ("", "1") else f"{_short(column)} ({unit})"
+
+
+def _short(column: xarray.DataArray) -> str:
+    """The name of a quantity or parameter; a number of a system's part is called as in the study's file."""
+    words = str(column.attrs.get("long_name", ""))
+    if words.startswith("parts."):
+        return words.removeprefix("parts.")
+    return str(column.name).removeprefix("barrier_").replace("_", " ")
 
 
 def _scale(axes: Axes, which: str, values: np.ndarray[Any, Any]) -> None:

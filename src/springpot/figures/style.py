@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.theory.registry import METHODS
+from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,8 +27,9 @@ COLOURS = {
     "purple": "#CC79A7",
 }
 
+_EVERY = {**SYSTEM_METHODS, **METHODS}
 METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
-    name: (method.colour, (0, method.dash) if method.dash else "-") for name, method in METHODS.items()
+    name: (method.colour, (0, method.dash) if method.dash else "-") for name, method in _EVERY.items()
 }
 """Colour and line of each method of the theory; the lines are distinct without colour too."""
 
@@ -43,7 +44,7 @@ def method_label(method: str) -> str:
     >>> method_label("fokker_planck")
     'Fokker-Planck'
     """
-    return METHODS[method].label if method in METHODS else method.replace("_", ", ")
+    return _EVERY[method].label if method in _EVERY else method.replace("_", ", ")
 
 
 def method_curve(

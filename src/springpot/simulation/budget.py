@@ -20,6 +20,7 @@ from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import slow_impact_order
 from springpot.simulation.statistics import controlled, standard_error
 from springpot.system import System
+from springpot.system_quantities import UNCONTROLLED
 from springpot.theory.result import MOMENTS
 
 __all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names"]
@@ -150,8 +151,7 @@ def controlled_names(problem: Oscillator | System, names: Iterable[str]) -> tupl
     """
     if isinstance(problem, Oscillator):
         return CONTROLLED
-    without = ("_end", "_force_mean", "_virial", "energy_residual", "contact_penetration")
-    return tuple(name for name in names if not name.endswith(without))
+    return tuple(name for name in names if not name.endswith(UNCONTROLLED))
 
 
 def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, float]) -> Mapping[str, float]:

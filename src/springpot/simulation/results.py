@@ -19,9 +19,9 @@ from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.spectral import Spectrum
 from springpot.simulation.step_biases import step_biases
-from springpot.simulation.system_results import units_of_system
 from springpot.simulation.system_warnings import step_biases_of_system
 from springpot.system import System
+from springpot.system_quantities import units_of_system
 from springpot.units import UNITS
 
 if TYPE_CHECKING:

@@ -13,23 +13,13 @@ from springpot.parts import (
     Circuit,
     ColouredNoise,
     Contact,
-    Dashpot,
     FilteredNoise,
-    Force,
-    Friction,
-    Harmonic,
-    Mass,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Recorded,
     Series,
-    Spring,
     Springpot,
     ThermalNoise,
-    VanDerPol,
     WhiteNoise,
 )
 from springpot.parts.walls import slow_restitution
@@ -43,75 +33,10 @@ from springpot.simulation.walls import Soft
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = [
-    "errors_of_the_start_of_system", "possible_results", "samples_of_system", "uncountable", "units_of_system",
-]  # fmt: skip
+__all__ = ["errors_of_the_start_of_system", "samples_of_system", "uncountable"]
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
-
-_UNITS = {
-    "x_mean": "m", "x_mean_square": "m2", "v_mean_square": "m2 s-2", "amplitude_mean_square": "m2",
-    "impact_rate": "s-1", "impact_speed_mean": "m s-1", "impact_speed_mean_square": "m2 s-2",
-    "contact_share": "1", "contact_penetration": "m", "energy_residual": "1", "voltage_mean_square": "V2",
-    "x_mean_end": "m", "x_mean_square_end": "m2", "v_mean_square_end": "m2 s-2",
-}  # fmt: skip
-
-_WORKING = (
-    ColouredNoise, FilteredNoise, Harmonic, Recorded, ThermalNoise, Force, Friction, VanDerPol, PolynomialDashpot,
-)  # fmt: skip
-"""Kinds whose power is a result."""
-
-
-def units_of_system(system: System, name: str) -> str:
-    """The unit of a result, by its name: powers and forces are those of the mass, or per unit mass without one.
-
-    Examples
-    --------
-    >>> from springpot.parts import Spring
-    >>> units_of_system(System(Mass(2.0), Spring(1.0)), "damping_power"), units_of_system(System(Spring(1.0)), "x_mean")
-    ('W', 'm')
-    """
-    if name in _UNITS:
-        return _UNITS[name]
-    heavy = bool(system.of(Mass))
-    for end, units in (("_power", ("m2 s-3", "W")), ("force_mean", ("m s-2", "N")), ("virial", ("m2 s-2", "J"))):
-        if name.endswith(end):
-            return units[heavy]
-    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
-
-
-def possible_results(system: System) -> tuple[str, ...]:
-    """Names of all results that a system of these kinds of parts can have, whatever their numbers are.
-
-    Examples
-    --------
-    >>> from springpot.parts import Spring
-    >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
-    ['stop_power', 'stop_impact_rate', 'stop_impact_speed_mean']
-    """
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
-    rigid = [name for name, part in system.named() if isinstance(part, Barrier)]
-    lossy = Springpot, Dashpot, PolynomialDashpot, Series, Maxwell, Circuit
-    balanced = WhiteNoise, ParametricNoise, PoissonImpulses
-    circuits = [] if system.of(ThermalNoise) else [name for name, part in system.named() if isinstance(part, Circuit)]
-    of_walls = [f"{name}_{what}" for name in walls for what in ("impact_rate", "impact_speed_mean")]
-    found = [
-        "x_mean", "x_mean_square", "v_mean_square",
-        *(["amplitude_mean_square"] if system.of(Spring, PolynomialSpring) else []),
-        *(["impact_rate", "impact_speed_mean", "impact_speed_mean_square"] if walls else []),
-        *(["damping_force_mean", "damping_power", "damping_virial"] if system.of(*lossy) else []),
-        *(f"{name}_power" for name, part in system.named() if isinstance(part, _WORKING)),
-        "input_power",
-        *(["contact_power"] if system.of(Contact) else [f"{name}_power" for name in rigid]),
-        *(["energy_residual"] if system.of(*balanced) else []),
-        *(f"{name}_voltage_mean_square" for name in circuits),
-        *(["harvested_power"] if circuits else []),
-        *(["contact_share", "contact_penetration"] if system.of(Contact) else []),
-        *of_walls,
-        "x_mean_end", "x_mean_square_end", "v_mean_square_end",
-    ]  # fmt: skip
-    return tuple(dict.fromkeys(found))
 
 
 def uncountable(system: System) -> str:

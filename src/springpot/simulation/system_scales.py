@@ -315,6 +315,8 @@ def _temperature(unit: System, potential: Potential) -> float:
                 break
             surplus = _fed(unit, law) - dissipated(unit, law)
             if surplus > 0.0 and not math.isnan(last):
+                if _surplus(unit, potential, math.exp(math.log(last))) >= 0.0:  # zero but for rounding
+                    return last
                 root = optimize.brentq(
                     lambda t: _surplus(unit, potential, math.exp(t)), math.log(theta), math.log(last), xtol=1e-10
                 )

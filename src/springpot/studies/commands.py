@@ -156,7 +156,7 @@ def run(
             print(f'finished: xarray.open_datatree({outcome.path.as_posix()!r}, engine="zarr") opens it.')
     if outcome.failures:
         task, reason = outcome.failures[0]
-        where = ", ".join(f"{name} {task.point[name]:g}" for name in study.columns)
+        where = ", ".join(f"{study.label(name)} {task.point[name]:g}" for name in study.columns)
         say(f"{len(outcome.failures)} tasks failed, the first of them {task.method} at {where}: {reason}")
         return 1
     return 0

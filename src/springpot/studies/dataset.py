@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.studies.question import QUANTITIES, Study
+from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
+from springpot.studies.question import Study
 from springpot.studies.store import Damaged, Store, document
-from springpot.studies.tasks import Answer, columns_of, tasks
-from springpot.units import UNITS
+from springpot.studies.tasks import Answer, tasks
+from springpot.system_numbers import unit_of
+from springpot.system_quantities import UNCONTROLLED
+from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:
     import xarray
@@ -46,8 +49,12 @@ class Results:
                 answers.append(None)
         return answers
 
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
+        return columns_of(self.method, self.store.study.system)
+
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
-        place = columns_of(self.method).index(column)
+        place = self.columns.index(column)
         return np.array([math.nan if answer is None else answer.numbers[place] for answer in self.all])
 
     def done(self) -> npt.NDArray[np.bool_]:
@@ -67,11 +74,12 @@ def open_tree(store: Store) -> xarray.DataTree:
     theories = [method for method in study.methods if method != "monte_carlo"]
     shape = tuple(study.shape.values())
     parts = {}
+    constant = {n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}
     attributes = {
         "Conventions": "CF-1.11",
         "title": study.name,
         "study": json.dumps(document(study)),
-        "fixed": json.dumps({n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}),
+        **({"fixed": json.dumps(constant)} if study.system is None else {}),
         "seed": study.seed,
         "versions": json.dumps(store.versions),
     }
@@ -93,9 +101,19 @@ def open_tree(store: Store) -> xarray.DataTree:
 
 def _coordinates(study: Study) -> dict[str, Any]:
     coordinates: dict[str, Any] = {
-        name: (axis, list(values), {"units": _PARAMETER_UNITS[name]}) for name, (axis, values) in study.columns.items()
+        study.label(name): (axis, list(values), _words_of_parameter(study, name))
+        for name, (axis, values) in study.columns.items()
     }
+    if study.system is not None and (walls := walls_of(study.system)):
+        coordinates["barrier"] = ("barrier", list(walls))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
+
+
+def _words_of_parameter(study: Study, name: str) -> dict[str, str]:
+    """Its unit; of a system's number its name in the study file, too."""
+    if study.system is None:
+        return {"units": _PARAMETER_UNITS[name]}
+    return {"units": unit_of(study.system, name), "long_name": name}
 
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
@@ -103,28 +121,38 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     given = {} if study.monte_carlo is None else study.monte_carlo.given()
 
     def known(column: str) -> bool:
+        name = bare(column)
         if column.endswith("_error"):
-            return "rtol" in given and column.removesuffix("_error") in QUANTITIES
-        return "path_times" not in given or column.removesuffix("_se") in QUANTITIES
+            return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
+        return "path_times" not in given or name in MOMENTS
 
-    return tuple(column for column in columns_of(method) if method != "monte_carlo" or known(column))
+    return tuple(column for column in columns_of(method, study.system) if method != "monte_carlo" or known(column))
 
 
 def _variables(
     answers: list[Results], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
 ) -> dict[str, Any]:
-    def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any) -> Any:
-        return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(shape), shape, np.dtype(kind))
+    def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *walls: int) -> Any:
+        whole = (*shape, *walls)
+        return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, np.dtype(kind))
 
     columns = {}
-    for column in result_columns(study, answers[0].method):
-        name = column.removesuffix("_se").removesuffix("_error")
+    for column, (sources, of_walls) in _with_walls_joined(result_columns(study, answers[0].method), study).items():
+        name = bare(column)
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
-        long_name = prefix + text[column] + name.replace("_", " ")
-        attributes = {"units": UNITS[name], "long_name": long_name}
+        words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
+        long_name = prefix + text[column] + words.replace("_", " ")
+        attributes = {"units": unit_of_column(sources[0], study.system), "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
-        columns[column] = (dimensions, lazily(lambda part, column=column: part.numbers(column), "f8"), attributes)  # type: ignore[misc]
+
+        def read(part: Results, sources: tuple[str, ...] = sources) -> npt.NDArray[np.float64]:
+            return np.stack([part.numbers(source) for source in sources], axis=-1)
+
+        if of_walls:
+            columns[column] = ((*dimensions, "barrier"), lazily(read, "f8", len(sources)), attributes)
+        else:
+            columns[column] = (dimensions, lazily(read, "f8"), attributes)
     columns["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
     columns["said"] = (
         dimensions,
@@ -132,6 +160,22 @@ def _variables(
         {"long_name": "warnings, or why there is no answer"},
     )
     return columns
+
+
+def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
+    """Each variable of a data set with its columns, and whether these are of all walls."""
+    walls = () if study.system is None else walls_of(study.system)
+    found: dict[str, tuple[tuple[str, ...], bool]] = {}
+    for column in columns:
+        name = bare(column)
+        quantity = next((what for what in OF_WALLS if name in {f"{wall}_{what}" for wall in walls}), "")
+        ending = column.removeprefix(name)
+        joined = tuple(f"{wall}_{quantity}{ending}" for wall in walls)
+        if quantity and set(joined) <= set(columns):
+            found[f"barrier_{quantity}{ending}"] = joined, True
+        else:
+            found[column] = (column,), False
+    return found
 
 
 @dataclass(frozen=True)

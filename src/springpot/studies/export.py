@@ -11,7 +11,6 @@ from springpot.files import partial_name
 from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
 from springpot.studies.store import Store, is_store, metadata_of
-from springpot.studies.tasks import columns_of
 
 __all__ = ["export"]
 
@@ -92,11 +91,11 @@ def _write_table(store: Store, path: Path) -> None:
     columns = list(dict.fromkeys(names))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["method", *study.columns, *columns, "done", "said"])
+        writer.writerow(["method", *map(study.label, study.columns), *columns, "done", "said"])
         for method in study.methods:
             answers = Results(store, method)
             for point, answer in zip(study.points(), answers.all, strict=True):
-                numbers = dict(zip(columns_of(method), answer.numbers, strict=True)) if answer else {}
+                numbers = dict(zip(answers.columns, answer.numbers, strict=True)) if answer else {}
                 cells = [numbers.get(name, math.nan) for name in columns]
                 sentences = "" if answer is None else answer.statement or " ".join(answer.warnings)
                 writer.writerow(

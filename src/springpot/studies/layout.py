@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from springpot.studies.tasks import SLOTS, columns_of
-from springpot.units import UNITS
+from springpot.studies.columns import columns_of, unit_of_column
+from springpot.studies.tasks import SLOTS
+from springpot.system import System
 
 __all__ = ["ARRAYS", "CHECK", "LABELLED", "SENTENCES", "group", "metadata", "place_of"]
 
@@ -25,16 +26,17 @@ def place_of(method: str) -> str:
     return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
 
 
-def metadata(methods: Iterable[str]) -> dict[str, dict[str, Any]]:
+def metadata(methods: Iterable[str], system: System | None = None) -> dict[str, dict[str, Any]]:
     """Content of each ``zarr.json`` below the root's, by its folder."""
     documents: dict[str, dict[str, Any]] = {}
     for method in methods:
-        columns = columns_of(method)
+        columns = columns_of(method, system)
+        units = [unit_of_column(column, system) for column in columns]
         place = place_of(method)
         documents |= {place.partition("/")[0]: group({}), place: group({})}
         documents[f"{place}/numbers"] = _array(
             2 + len(columns), "column", "float64", "NaN", {"name": "bytes", "configuration": {"endian": "little"}},
-            {"columns": [CHECK, "sentences_length", *columns], "units": ["1", "1", *map(_unit, columns)]},
+            {"columns": [CHECK, "sentences_length", *columns], "units": ["1", "1", *units]},
         )  # fmt: skip
         documents[f"{place}/sentences"] = _array(
             SENTENCES, "byte", "uint8", 0, {"name": "bytes"}, {"encoding": "JSON in UTF-8, padded with zero bytes"}
@@ -63,7 +65,3 @@ def _array(
         "node_type": "array",
         "storage_transformers": [],
     }
-
-
-def _unit(column: str) -> str:
-    return UNITS[column.removesuffix("_se").removesuffix("_error")]

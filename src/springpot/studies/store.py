@@ -21,6 +21,7 @@ import os
 import re
 import shutil
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +39,10 @@ from springpot.files import (
     write,
     write_chunk,
 )
+from springpot.studies.columns import columns_of
 from springpot.studies.layout import ARRAYS, LABELLED, SENTENCES, group, metadata, place_of
 from springpot.studies.question import Study, read_study
-from springpot.studies.tasks import Answer, Task, columns_of, tasks
+from springpot.studies.tasks import Answer, Task, tasks
 
 __all__ = [
     "Damaged",
@@ -92,7 +94,7 @@ class Store:
         Damaged
             If its chunk is damaged.
         """
-        columns = columns_of(task.method)
+        columns = self._columns[task.method]
         body = read_chunk(self._chunk(task, "numbers"), 8 * (2 + len(columns)))
         if body is None:
             return None
@@ -112,6 +114,10 @@ class Store:
             if owner != task.check:
                 raise Damaged("it holds the sentences of another task")
         return Answer(tuple(row[2:].tolist()), statement, warnings)
+
+    @cached_property
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        return {method: columns_of(method, self.study.system) for method in self.study.methods}
 
     def has(self, task: Task) -> bool:
         """Whether there is a valid result of a task."""
@@ -140,13 +146,13 @@ class Store:
     def remove_orphans(self) -> int:
         """Remove half-written files of killed processes; those of running processes are kept."""
         places = [f"{place_of(method)}/{array}" for method in self.study.methods for array in ARRAYS]
-        folders = {"", *places, *metadata(self.study.methods)}
+        folders = {"", *places, *metadata(self.study.methods, self.study.system)}
         beside = remove_orphans(str(self.path.parent), self.path.name)
         return beside + sum(remove_orphans(f"{self.path}/{folder}") for folder in folders)
 
     def damaged_metadata(self) -> list[str]:
         """Damaged metadata of groups and arrays, which other Zarr readers need; running the study repairs them."""
-        expected = metadata(self.study.methods)
+        expected = metadata(self.study.methods, self.study.system)
         return [f"{place}/zarr.json" for place in expected if _json(self.path / place / "zarr.json") != expected[place]]
 
     def _chunk(self, task: Task, array: str) -> str:
@@ -318,6 +324,9 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
         before, now = getattr(kept, name), getattr(given, name)
         if before != now and not (name == "monte_carlo" and None in (before, now)):
             apart.append(name)
+    if kept.unvaried != given.unvaried:
+        parts = [name for name in kept.unvaried | given.unvaried if kept.unvaried.get(name) != given.unvaried.get(name)]
+        apart.append(f"system ({', '.join(parts) or 'the order of its parts'})")
     if set(kept.shape) != set(given.shape) or set(kept.columns) != set(given.columns):
         apart.append("names of axes")
     if apart:
@@ -359,7 +368,7 @@ def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
     versions = [] if ours is None else ours["versions"]
     at_work = {name: version(name) for name in ("springpot", "numba", "numpy")}
     store = Store(path, study, versions if at_work in versions else [*versions, at_work])
-    for place, content in metadata(study.methods).items():
+    for place, content in metadata(study.methods, study.system).items():
         if _json(path / place / "zarr.json") != content:
             make_room(f"{path}/{place}", folder=True)
             (path / place).mkdir(parents=True, exist_ok=True)

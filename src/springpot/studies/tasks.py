@@ -7,7 +7,6 @@ not change when the grid grows.
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -15,13 +14,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.faults import FileFault
-from springpot.studies.question import QUANTITIES, MonteCarlo, Point, Study, oscillator_of
-from springpot.units import UNITS
+from springpot.oscillator import Oscillator
+from springpot.parts import Recorded
+from springpot.studies.axes import some_points, spread
+from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
+from springpot.studies.question import MonteCarlo, Point, Study, problem_at
+from springpot.system import System
 
 __all__ = [
-    "MONTE_CARLO_COLUMNS",
     "SLOTS",
-    "THEORY_COLUMNS",
     "Answer",
     "Task",
     "check_some",
@@ -34,10 +35,8 @@ __all__ = [
 
 SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
+SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
-
-THEORY_COLUMNS = QUANTITIES
-MONTE_CARLO_COLUMNS = tuple(name + part for name in UNITS for part in ("", "_se", "_error"))
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Task:
     ----------
     method : str
     point : dict
-        Numbers of the oscillator.
+        Numbers of the oscillator; of a system those that vary.
     settings : dict
         Of Monte Carlo, without the seed; empty for a theory.
     quantities : tuple of str
@@ -59,6 +58,8 @@ class Task:
         Place in the store's arrays.
     check : int
         52 more bits of the digest, saved with the result, so that a misplaced chunk is detected.
+    system : System or None
+        Whose numbers are those of the point; None for an oscillator.
     """
 
     method: str
@@ -68,6 +69,12 @@ class Task:
     seed: int
     slot: int
     check: int
+    system: System | None = None
+
+    @property
+    def problem(self) -> Oscillator | System:
+        """What is to be solved."""
+        return problem_at(self.point, self.system)
 
 
 @dataclass(frozen=True)
@@ -88,11 +95,6 @@ class Answer:
     warnings: tuple[str, ...]
 
 
-def columns_of(method: str) -> tuple[str, ...]:
-    """Names of the numbers in a method's result."""
-    return MONTE_CARLO_COLUMNS if method == "monte_carlo" else THEORY_COLUMNS
-
-
 def tasks(study: Study) -> Iterator[Task]:
     """Every task of a study: method by method, each in the order of the grid's points.
 
@@ -106,73 +108,73 @@ def tasks(study: Study) -> Iterator[Task]:
     for method in study.methods:
         how = _how(study, method)
         for point in study.points():
-            yield _task(method, point, *how)
+            yield _task(method, point, how)
 
 
 def task_at(study: Study, method: str, index: int) -> Task:
     """A method's task at the point with this index."""
-    return _task(method, study.point(index), *_how(study, method))
+    return _task(method, study.point(index), _how(study, method))
 
 
-def _how(study: Study, method: str) -> tuple[dict[str, Any], tuple[str, ...], int]:
-    """Settings, quantities and the study's seed."""
+@dataclass(frozen=True)
+class _How:
+    """What the tasks of one method have in common."""
+
+    settings: dict[str, Any]
+    quantities: tuple[str, ...]
+    seed: int
+    system: System | None
+    unvaried: str  # digest of the system without the numbers that vary
+
+
+def _how(study: Study, method: str) -> _How:
     settings: dict[str, Any] = {}
     if method == "monte_carlo" and study.monte_carlo is not None:
-        settings = _settings(study.monte_carlo)
-    return settings, tuple(sorted(study.quantities)) if "rtol" in settings else (), study.seed
+        settings = _settings(study.monte_carlo, study.system)
+    quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
+    unvaried = json.dumps(study.unvaried, sort_keys=True).encode()
+    return _How(settings, quantities, study.seed, study.system, hashlib.sha256(unvaried).hexdigest())
 
 
-def _settings(monte_carlo: MonteCarlo) -> dict[str, Any]:
+def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     """The settings of Monte Carlo in the study file, with the default start made explicit.
 
-    So a point without a stationary state gives a statement, not a run from rest among stationary ones.
+    So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record is run
+    from its beginning.
     """
     given = monte_carlo.given()
+    if system is not None and system.of(Recorded):
+        return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or "path_times" in given or given_state or given.get("derivative", "caputo") != "caputo":
         return given
     return {**given, "start": "stationary"}
 
 
-def _task(method: str, point: Point, settings: dict[str, Any], quantities: tuple[str, ...], seed: int) -> Task:
+def _task(method: str, point: Point, how: _How) -> Task:
+    random = {"settings": how.settings, "quantities": how.quantities, "seed": how.seed}
     content = {
         "format": ANSWERS_FORMAT,
         "method": method,
         "point": {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()},
-        **({"settings": settings, "quantities": quantities, "seed": seed} if method == "monte_carlo" else {}),
+        **({} if how.system is None else {"system": how.unvaried}),
+        **(random if method == "monte_carlo" else {}),
     }
     # Python writes the shortest decimal that reads back as the same double: equal text, equal numbers
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
     words = [int.from_bytes(digest[8 * i : 8 * i + 8], "little") for i in range(3)]
     own_seed = words[2] >> 1 if method == "monte_carlo" else 0
-    return Task(method, point, settings, quantities, own_seed, words[0] >> 4, words[1] >> 12)
-
-
-def spread(count: int, most: int) -> list[int]:
-    """Up to ``most`` numbers below ``count``, in an order whose first few cover the range.
-
-    Examples
-    --------
-    >>> spread(5, 12), spread(1000, 4)
-    ([0, 2, 4, 1, 3], [309, 927, 545, 163])
-    """
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    if count <= most:
-        return sorted(range(count), key=lambda number: number * golden % 1.0)
-    return [*dict.fromkeys(int(((number + 0.5) * golden) % 1.0 * count) for number in range(most))]
+    return Task(method, point, how.settings, how.quantities, own_seed, words[0] >> 4, words[1] >> 12, how.system)
 
 
 def check_some(study: Study, most: int) -> int:
-    """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number."""
-    shape = tuple(study.shape.values())
-    count = math.prod(shape)
-    chosen = set(spread(count, most))
-    for corner in itertools.product(*({0, length - 1} for length in shape[:8])):
-        place = 0
-        for length, step in itertools.zip_longest(shape, corner, fillvalue=0):
-            place = place * length + step
-        chosen.add(place)
-    _check(study, map(study.point, sorted(chosen)))
+    """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number.
+
+    Of systems at fewer: their scales take a tenth of a second.
+    """
+    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
+    chosen = some_points(tuple(study.shape.values()), *how)
+    _check(study, map(study.point, chosen))
     return len(chosen)
 
 
@@ -190,18 +192,28 @@ def _check(study: Study, points: Iterable[Point]) -> None:
 
     if study.monte_carlo is None:
         return
-    given = _settings(study.monte_carlo)
+    given = _settings(study.monte_carlo, study.system)
     explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
     for point in points:
         try:
+            problem = study.problem(point)
             if "rtol" in given:
-                checked_quantities(oscillator_of(point), study.quantities)
-            resolve(oscillator_of(point), **(explicit or {"start": "stationary"}))
+                _check_countable(problem, study.quantities)
+                checked_quantities(problem, study.quantities)
+            resolve(problem, **(explicit or {"start": "stationary"}))
         except NoStationaryState:
             continue
         except (TypeError, ValueError) as error:
-            varied = ", ".join(f"{name} = {point[name]:g}" for name in study.columns)
-            raise FileFault(f"at {varied}: {error}") from None
+            raise FileFault(f"at {study.where(point)}: {error}") from None
+
+
+def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
+    """Raise an error if impacts of a system are asked for that cannot be counted."""
+    from springpot.simulation.system_results import uncountable
+
+    impacts = [name for name in quantities if "impact_" in name]
+    if isinstance(problem, System) and impacts and (reason := uncountable(problem)):
+        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
@@ -210,31 +222,30 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
         return _simulated(task, threads, progress)
     from springpot.theory import solve_one
 
-    result, statement = solve_one(oscillator_of(task.point), task.method)
+    result, statement = solve_one(task.problem, task.method)
     if result is None:
-        return Answer((math.nan,) * len(THEORY_COLUMNS), statement, ())
-    return Answer(tuple(getattr(result, name) for name in THEORY_COLUMNS), "", result.warnings)
+        return Answer((math.nan,) * len(columns_of(task.method, task.system)), statement, ())
+    return Answer(numbers_of_answer(result, task.system), "", result.warnings)
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.run import run
+    from springpot.simulation.run import run_as_given
     from springpot.simulation.scaled import stationary
     from springpot.theory import NoStationaryState
 
-    oscillator = oscillator_of(task.point)
+    problem = task.problem
     totals: dict[str, float] = {}
     warnings: tuple[str, ...] = ()
     try:
-        if "path_times" in task.settings:
+        if "path_times" in task.settings and isinstance(problem, Oscillator):
             path_times = task.settings["path_times"]
-            scaled = stationary(oscillator, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
+            scaled = stationary(problem, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
             values, errors = scaled.values, scaled.errors
         else:
             more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-            result = run(oscillator, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+            result = run_as_given(problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
             values, errors, warnings = result.values, result.errors, result.warnings
             totals = {name: budget.total for name, budget in result.budgets.items()}
     except NoStationaryState as nothing:
-        return Answer((math.nan,) * len(MONTE_CARLO_COLUMNS), str(nothing), ())
-    numbers = [part.get(name, math.nan) for name in UNITS for part in (values, errors, totals)]
-    return Answer(tuple(map(float, numbers)), "", warnings)
+        return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
+    return Answer(numbers_of_run((values, errors, totals), task.system), "", warnings)

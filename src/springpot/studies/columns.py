@@ -1,0 +1,115 @@
+"""The numbers of a result, by name: what a store keeps of each task, of an oscillator or of a system."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from springpot.parts import Barrier, Circuit, Contact
+from springpot.system import System
+from springpot.system_quantities import possible_results, units_of_system
+from springpot.theory.result import MOMENTS
+from springpot.units import UNITS
+
+__all__ = [
+    "ENDINGS",
+    "OF_WALLS",
+    "bare",
+    "columns_of",
+    "names_in_results",
+    "numbers_of_answer",
+    "numbers_of_run",
+    "scalars_of",
+    "unit_of_column",
+    "walls_of",
+]
+
+ENDINGS = ("", "_se", "_error")
+"""Of a value, its standard error, and the half-width of its total 95 % interval."""
+OF_WALLS = ("impact_rate", "impact_speed_mean", "power")
+"""Quantities of each wall: in a data set they have the dimension ``barrier``."""
+
+
+def columns_of(method: str, system: System | None = None) -> tuple[str, ...]:
+    """Names of the numbers in a method's result; of a system they depend on its parts and their names alone.
+
+    Examples
+    --------
+    >>> columns_of("envelope")[:2]
+    ('amplitude_mean_square', 'x_mean')
+    """
+    if method != "monte_carlo":
+        return MOMENTS if system is None else (*MOMENTS, *_more_of_theory(system))
+    return tuple(name + ending for name in _of_a_run(system) for ending in ENDINGS)
+
+
+def scalars_of(system: System) -> tuple[str, ...]:
+    """The quantities of a system that some method gives, by name."""
+    return tuple(dict.fromkeys((*columns_of("", system), *_of_a_run(system))))
+
+
+def names_in_results(system: System | None) -> set[str]:
+    """Names in data sets and tables that no axis may have."""
+    taken = {*columns_of("", system), *columns_of("monte_carlo", system), "theory", "method", "done", "said"}
+    if system is None:
+        return taken
+    return taken | {"barrier", *(f"barrier_{name}{ending}" for name in OF_WALLS for ending in ENDINGS)}
+
+
+def bare(column: str) -> str:
+    """The quantity of a column.
+
+    Examples
+    --------
+    >>> bare("x_mean_se")
+    'x_mean'
+    """
+    return column.removesuffix("_se").removesuffix("_error")
+
+
+def unit_of_column(column: str, system: System | None) -> str:
+    """The unit of a number in a result."""
+    if system is None:
+        return UNITS[bare(column)]
+    return units_of_system(system, bare(column))
+
+
+def walls_of(system: System) -> tuple[str, ...]:
+    """Names of walls and contacts, in the order of the parts."""
+    return tuple(name for name, part in system.named() if isinstance(part, Barrier | Contact))
+
+
+def numbers_of_answer(result: Any, system: System | None) -> tuple[float, ...]:
+    """The numbers of a theory's result; NaN where there is none."""
+    moments = tuple(getattr(result, name) for name in MOMENTS)
+    if system is None:
+        return moments
+    walls = walls_of(system)
+    if len(walls) == 1:  # a method for oscillators knows one wall
+        alone = {"impact_rate": (result.impact_rate,), "impact_speed_mean": (result.impact_speed_mean,)}
+    else:
+        alone = {}
+    found = {
+        f"{wall}_{what}": value
+        for what in ("impact_rate", "impact_speed_mean")
+        for wall, value in zip(walls, getattr(result.moments, f"barrier_{what}", alone.get(what, ())), strict=False)
+    }
+    found["harvested_power"] = getattr(result.moments, "harvested_power", math.nan)
+    return (*moments, *(float(found.get(name, math.nan)) for name in _more_of_theory(system)))
+
+
+def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System | None) -> tuple[float, ...]:
+    """The numbers of a run from its values, standard errors and totals; NaN where there is none."""
+    return tuple(float(part.get(name, math.nan)) for name in _of_a_run(system) for part in parts)
+
+
+def _of_a_run(system: System | None) -> tuple[str, ...]:
+    if system is None:
+        return tuple(UNITS)
+    return possible_results(system)
+
+
+def _more_of_theory(system: System) -> tuple[str, ...]:
+    rates = (f"{wall}_{what}" for wall in walls_of(system) for what in ("impact_rate", "impact_speed_mean"))
+    return (*rates, *(["harvested_power"] if system.of(Circuit) else []))

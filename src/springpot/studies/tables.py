@@ -1,0 +1,123 @@
+"""The tables of a study file, and what its JSON schema says of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    PlainSerializer,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
+
+from springpot.options import hints
+from springpot.system import System
+from springpot.theory.registry import METHODS, SYSTEM_METHODS
+from springpot.theory.result import MOMENTS
+
+__all__ = ["ALL_METHODS", "PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
+
+ALL_METHODS = tuple(dict.fromkeys((*METHODS, *SYSTEM_METHODS)))
+if TYPE_CHECKING:
+    Method = str
+else:
+    Method = Literal[(*ALL_METHODS, "monte_carlo")]
+Parameter = Literal["order", "coefficient", "natural_frequency", "intensity", "position", "restitution"]
+PARAMETERS: tuple[str, ...] = get_args(Parameter)
+"""Numbers of an oscillator that an axis can run over."""
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class Fixed(Strict):
+    """Parameters with the same value at every point; an axis must not have the same name."""
+
+    order: float = 0.5
+    coefficient: float = 1.0
+    natural_frequency: float = 1.0
+    intensity: float = 1.0
+    position: float = 0.0
+    restitution: float = 1.0
+    side: Literal["above", "below"] = "above"
+    barrier: bool = True
+
+
+_Settings = create_model(  # a study has a seed of its own, and stores no paths
+    "_Settings",
+    __base__=Strict,
+    **{
+        name: (Annotated[hint, Field(strict=False)] if name == "window" else hint, None)
+        for name, hint in hints("seed", "threads", "record", "record_every").items()
+    },
+)  # type: ignore[call-overload]
+
+
+def _in_full(system: System | None) -> dict[str, Any] | None:
+    """A system with all its numbers, for a store."""
+    return None if system is None else system.to_dict()
+
+
+Device = Annotated[
+    InstanceOf[System] | None,
+    PlainSerializer(_in_full),
+    WithJsonSchema(
+        {
+            "anyOf": [{"type": "string"}, {"type": "object", "required": ["parts"]}],
+            "description": "A system's file, its place relative to this one; or the same content (system.schema.json). "
+            "Axes are then its numbers, parts.<name>.<number>.",
+        }
+    ),
+]
+
+
+def of_either(schema: dict[str, Any]) -> None:
+    """What a study of oscillators may say, and one of systems."""
+    axes, zipped = schema["properties"]["axes"], schema["properties"]["zipped"]
+    axes["properties"] = {"parts": {"type": "object"}}  # parts.stop.position = [...] is tables in tables
+    zipped["additionalProperties"]["properties"] = {"parts": {"type": "object"}}
+    own: dict[str, Any] = {"propertyNames": {"enum": [*PARAMETERS]}}
+    theirs: dict[str, Any] = {"propertyNames": {"pattern": "^parts(\\.|$)"}}
+    schema["if"] = {"required": ["system"]}
+    schema["then"] = {"properties": {"axes": theirs, "zipped": {"additionalProperties": theirs}, "fixed": False}}
+    schema["else"] = {
+        "properties": {
+            "methods": {"items": {"enum": [*METHODS, "monte_carlo"]}},
+            "quantities": {"items": {"enum": [*MOMENTS]}},
+            "axes": own,
+            "zipped": {"additionalProperties": own},
+        }
+    }
+
+
+class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
+    """How Monte Carlo is run: one of ``rtol``, ``path_times`` or the settings of a run.
+
+    ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (runs scaled to each point,
+    see `springpot.simulation.scaled`) gives every point about the same standard error.  All others are the arguments of
+    `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    """
+
+    rtol: float | None = Field(None, ge=1e-4, le=0.5)
+    path_times: float | None = Field(None, ge=1e3, le=1e9)
+
+    @model_validator(mode="after")
+    def _one_way(self) -> MonteCarlo:
+        given = self.given()
+        alone = [name for name in ("rtol", "path_times") if name in given]
+        if not given:
+            raise ValueError("say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration")
+        if alone and len(given) > 1:
+            other = next(name for name in given if name != alone[0])
+            raise ValueError(f"{alone[0]} chooses all settings, so {other} cannot be given with it")
+        return self
+
+    def given(self) -> dict[str, Any]:
+        """The settings in the file."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
