@@ -380,4 +380,4 @@ def test_temperature_of_any_potential(parts: tuple[Any, ...], theta: float) -> N
 def test_a_temperature_that_the_search_meets_exactly_is_found() -> None:
     """q / (2 c) is ten times the first guess: the surplus there is zero, but for rounding."""
     device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0))
-    assert scales_of_problem(device).law.temperature == pytest.approx(5.0, rel=1e-9)
+    assert system_scales(device).law.temperature == pytest.approx(5.0, rel=1e-9)

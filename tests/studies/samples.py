@@ -11,7 +11,8 @@ import springpot as sp
 from springpot.studies.question import Study, read_study
 
 __all__ = [
-    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "orphans", "with_device", "write_toml",
+    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "orphans", "with_device",
+    "write_toml",
 ]  # fmt: skip
 
 COMMAND = [sys.executable, "-m", "springpot", "study"]

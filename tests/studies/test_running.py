@@ -28,7 +28,7 @@ from springpot.studies.store import open_store
 from springpot.studies.workers import Workers
 from tests.signals import in_a_terminal
 from tests.sizes import validation
-from tests.studies.samples import COMMAND, RUNS, THEORY, chunks, content, given, orphans, write_toml
+from tests.studies.samples import COMMAND, RUNS, STOPS, THEORY, chunks, content, given, orphans, with_device, write_toml
 
 LONGER: dict[str, Any] = {
     **RUNS,
@@ -236,11 +236,13 @@ def wait_for_answers(process: subprocess.Popen[str], store: Path, count: int) ->
         time.sleep(0.02)
 
 
-def killed_and_resumed(how: Sequence[str], times: int, longer: Path, folder: Path, seed: int) -> int:
+def killed_and_resumed(
+    how: Sequence[str], times: int, whole: Path, folder: Path, seed: int, study: dict[str, Any] = LONGER
+) -> int:
     """Kill a study so many times, beginning another store whenever one is whole; how many stores it took."""
     rng = random.Random(seed)
-    file = write_toml(folder / "longer.toml", LONGER)
-    stores, done = [folder / "0.zarr"], 0
+    file = (with_device if "system" in study else write_toml)(folder / "longer.toml", study)
+    stores, done, count = [folder / "0.zarr"], 0, len(chunks(whole))
     while done < times:
         store = stores[-1]
         process = start([file, "--store", store, *how], folder)
@@ -254,14 +256,14 @@ def killed_and_resumed(how: Sequence[str], times: int, longer: Path, folder: Pat
         assert alive == []  # workers do not outlive their parent
         done += process.returncode == -signal.SIGKILL
         assert status_of(store)["damaged"] == 0
-        if status_of(store)["done"] == 32:
+        if status_of(store)["done"] == count:
             stores.append(folder / f"{len(stores)}.zarr")
     if not stores[-1].exists():
         stores.pop()
     for store in stores:
-        run_study(given(LONGER), store, threads=2)
+        run_study(given(study), store, threads=2)
         assert orphans(store) == []
-        assert content(store) == content(longer)
+        assert content(store) == content(whole)
     return len(stores)
 
 
@@ -280,6 +282,16 @@ def test_killed_at_a_random_moment(longer: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("how", "times"), [("--threads", 30), ("--workers", 20)])
 def test_killed_at_fifty_random_moments(how: str, times: int, longer: Path, tmp_path: Path) -> None:
     assert killed_and_resumed([how, "2"], times, longer, tmp_path, seed=3) >= 2
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("how", "times"), [("--threads", 10), ("--workers", 6)])
+def test_a_study_of_systems_killed_at_random_moments(how: str, times: int, tmp_path: Path) -> None:
+    """The same bytes as without an interruption, also where worker processes compute them."""
+    study = {**STOPS, "monte_carlo": {"paths": 2048, "duration": 20.0, "step": 1e-3, "start": "rest"}}
+    whole = tmp_path / "whole.zarr"
+    assert run_study(given(study), whole).computed == 24
+    assert killed_and_resumed([how, "2"], times, whole, tmp_path, seed=5, study=study) >= 1
 
 
 def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
