@@ -89,7 +89,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     >>> labels(System(Spring(1.0), WhiteNoise(1.0)), ["x_mean", "input_power"])
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
-    from springpot.simulation.system_results import units_of_system
+    from springpot.system_quantities import units_of_system
 
     words = _ALL | dict(_of_parts(system)) | _LAST
     return [(name, said, _written(units_of_system(system, name))) for name, said in words.items() if name in names]
