@@ -13,6 +13,7 @@ from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, slider
 from springpot.faults import listed
 from springpot.parts import Barrier, Circuit, Contact
 from springpot.system import System
+from springpot.units import UNITS
 
 __all__ = ["labels", "opened_script", "sizes"]
 
@@ -92,6 +93,9 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     from springpot.system_quantities import units_of_system
 
     words = _ALL | dict(_of_parts(system)) | _LAST
+    if "springpot_power" in names:  # an oscillator's run is per unit mass
+        words["springpot_power"] += ", per unit mass" if system.mass != 1.0 else ""
+        return [(name, words[name], _written(UNITS[name])) for name in ("springpot_power", "energy_residual")]
     return [(name, said, _written(units_of_system(system, name))) for name, said in words.items() if name in names]
 
 

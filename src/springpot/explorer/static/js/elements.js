@@ -117,11 +117,10 @@ export function post(g, at, middle, floor, mass) {
 }
 
 // a soft contact: a pad before a plate, pressed together while the mass is in it, and how deep
-export function bumper(g, { wall, X, x, mass, middle, floor, low, high }) {
-  const to = wall.lower ? 1 : -1, shift = wall.lower ? 0 : mass, free = X(wall.position) + shift;
-  const depth = Math.max(0, to * (wall.position - x)), face = X(wall.position - to * depth) + shift;
-  const plate = (wall.lower ? Math.min(free - 22, X(low) - 8) : Math.max(free + 22, X(high) + mass + 8));
-  const tops = wall.lower ? [[middle - 0.38 * mass, middle + 0.38 * mass]] : [[middle - 0.62 * mass, middle - 0.36 * mass], [middle + 0.36 * mass, middle + 0.62 * mass]];
+// to: 1 if it pushes to the right; its free face, its face now, and the plate behind it
+export function bumper(g, { to, depth, mass, middle, floor, ...at }) {
+  const [free, face, plate] = [at.free, at.face, at.plate].map((place) => place + (to > 0 ? 0 : mass));
+  const tops = to > 0 ? [[middle - 0.38 * mass, middle + 0.38 * mass]] : [[middle - 0.66 * mass, middle - 0.42 * mass], [middle + 0.42 * mass, middle + 0.62 * mass]];
   const begin = Math.min(plate, face), wide = Math.abs(plate - face);
   for (const [from, until] of tops) {
     g.beginPath();
@@ -151,9 +150,9 @@ export function bumper(g, { wall, X, x, mass, middle, floor, low, high }) {
   if (!(depth > 0)) return;
   g.fillStyle = palette.impact;
   g.font = WORDS;
-  g.textAlign = wall.lower ? "left" : "right";
+  g.textAlign = to > 0 ? "left" : "right";
   g.textBaseline = "top";
-  g.fillText(`${prefixed(depth)}m deep`, wall.lower ? Math.max(plate, 4) : plate, floor + 5);
+  g.fillText(`${prefixed(depth)}m deep`, to > 0 ? Math.max(plate, 4) : plate, floor + 5);
 }
 
 // friction: what the mass rubs on
@@ -179,8 +178,9 @@ export function excitation(g, kinds, right, y, narrow) {
   g.textAlign = "right";
   g.textBaseline = "middle";
   let x = right;
-  for (const { wave, said, ground } of [...kinds].reverse().slice(0, narrow ? 1 : 3)) {
-    const words = `${said}${ground ? " of the ground" : ""}`, shape = SHAPES[wave], wide = 34;
+  const shown = kinds.slice(0, narrow ? 1 : 3), more = kinds.length > shown.length ? ` + ${kinds.length - shown.length}` : "";
+  for (const { wave, said, ground } of shown.reverse()) {
+    const words = `${said}${ground ? " of the ground" : ""}${x === right ? more : ""}`, shape = SHAPES[wave], wide = 34;
     g.fillStyle = palette.muted;
     g.fillText(words, x, y);
     x -= g.measureText(words).width + 6 + wide;

@@ -1,7 +1,7 @@
 // The page: takes what the server sends into one view, and draws the view.
 
+import { boundsOf, setBounds, stretch } from "./bounds.js";
 import { Connection } from "./connection.js";
-import { PINNED_DASH } from "./charts.js";
 import { Controls } from "./controls.js";
 import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
@@ -10,13 +10,14 @@ import { pinOf, showPinned, snapshot } from "./pinned.js";
 import { OPENED, circuitsOf, elementsOf, isThermal, ofSystem, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, startSystem } from "./system.js";
-import { State, lengthScale } from "./state.js";
+import { State } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
 import { nameTiles, showTiles } from "./tiles.js";
 import { Track } from "./track.js";
-import { copy, csv, png, save, say } from "./share.js";
+import { startSaving } from "./saving.js";
+import { save } from "./share.js";
 import { grouped, short, typeset, withError } from "./numbers.js";
-import { onTheme, palette, startTheme } from "./theme.js";
+import { onTheme, startTheme } from "./theme.js";
 import { unitOf } from "./units.js";
 
 const element = (id) => document.getElementById(id);
@@ -46,6 +47,7 @@ const view = {
 };
 let chosenByHand = false; // which methods are drawn
 let playing = true;
+let compiling = false; // the kernel of this kind of system
 let question = null; // the newest
 const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
@@ -69,10 +71,11 @@ on("connection", ({ open, text, reason }) => {
   notice("connection", reason ? `The server ended the connection: ${reason}` : open ? "" : connection.failures ? "No connection to the server: is springpot explore still running? Trying again…" : "");
 });
 on("status", ({ theory, kernel }) => {
-  if (kernel) status("live", "live");
-  else status("loading", theory ? "loading the kernel (the first time it is compiled)…" : "loading theory and kernel…");
+  if (kernel) { if (!compiling) status("live", "live"); }
+  else status("loading", ofSystem ? "loading theory and simulation…" : theory ? "loading the kernel (the first time it is compiled)…" : "loading theory and kernel…");
 });
 on("compiling", () => {
+  compiling = true;
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
@@ -80,13 +83,15 @@ on("view", ({ equation, sizes }) => {
   showEquation(element, equation);
   view.sizes = sizes;
   setSpeed();
-  setBounds();
+  setBounds(view);
   dirty.add("motion");
 });
 on("file", ({ name, text }) => save(name, new Blob([text], { type: "application/toml" })));
 on("asked", (problem) => {
   question = problem;
+  compiled();
   track.restart();
+  scene.deepest.clear();
   Object.assign(view, { measured: null, densities: null, grown: null, copies: null });
   for (const [kind, matters] of Object.entries(dependsOn(question))) view.old[kind] = view[kind] !== null && answered[kind] !== matters;
   if (view.old.curve) view.marker = null;
@@ -99,8 +104,11 @@ on("refused", ({ sentence, asked }) => {
   // the last good state stays, and goes on; beside the number stands why
   if (!controls.refuse(sentence, connection.good)) notice("question", `Not possible: ${sentence}`);
 });
-on("trouble", ({ sentence }) => notPossible(sentence));
-on("searching", () => { element("tile-paths-note").textContent = "finding the stationary start…"; });
+on("trouble", ({ sentence }) => { compiled(); notPossible(sentence); });
+on("searching", () => {
+  compiled();
+  element("tile-paths-note").textContent = "finding the stationary start…";
+});
 on("theory", (message) => {
   if (!chosenByHand) {
     view.drawn.clear();
@@ -108,14 +116,14 @@ on("theory", (message) => {
   }
   for (const { moments } of Object.values(message.methods)) addRoots(moments);
   take("theory", message);
-  setBounds();
+  setBounds(view);
 });
 on("growth", (message) => take("growth", message));
 on("curve", (message) => take("curve", message));
 on("estimates", (message) => {
   const { values, errors } = message;
   addRoots(values, errors);
-  if (ofSystem) status("live", "live");
+  compiled();
   view.measured = message;
   view.marker = { order: question.order, value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
   for (const name of ["numbers", "curve"]) dirty.add(name);
@@ -124,7 +132,7 @@ on("densities", ({ arrays }) => {
   view.densities = {};
   Object.keys(DENSITIES).forEach((name, i) => { view.densities[name] = { edges: arrays[2 * i], density: arrays[2 * i + 1] }; });
   if (view.measured?.undefined) view.densities.impact_speed = { edges: [], density: [] }; // of as many as the step counts
-  if (ofSystem) setBounds();
+  if (ofSystem) setBounds(view);
   for (const name of Object.keys(DENSITIES)) dirty.add(name);
   if (ofSystem) drawnChanged();
 });
@@ -132,9 +140,14 @@ on("grown", ({ arrays: [mean, error] }) => { view.grown = { mean, error }; dirty
 on("motion", ({ arrays }) => {
   const hits = track.take(arrays);
   if (hits) for (const hit of track.hits.slice(-Math.min(hits, 4))) scene.flash(hit);
-  stretch(arrays[1], arrays[2]);
+  stretch(view, arrays[1], arrays[2]);
   dirty.add("motion");
 });
+
+function compiled() {
+  if (compiling) status("live", "live");
+  compiling = false;
+}
 
 function addRoots(values, errors) {
   for (const [name, square] of [["x_rms", "x_mean_square"], ["v_rms", "v_mean_square"]]) {
@@ -182,38 +195,8 @@ function notPossible(sentence) {
     if (view.old[kind]) view[kind] = null;
     view.old[kind] = false;
   }
-  setBounds();
+  setBounds(view);
   showOld();
-}
-
-function setBounds() {
-  const places = view.theory?.places ?? {}, { values } = state;
-  if (places.x && !ofSystem) {
-    [view.low, view.high] = [places.x[0], places.x[places.x.length - 1]];
-    view.fastest = places.v[places.v.length - 1];
-  } else if (ofSystem) {
-    const { edges } = view.densities?.x ?? {};
-    const measured = edges?.length > 2, from = places.x ?? [view.sizes.low, view.sizes.high];
-    [view.low, view.high] = measured ? [edges[0], edges[edges.length - 1]] : [from[0], from[from.length - 1]];
-    const speeds = view.densities?.v?.edges;
-    view.fastest = measured && speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
-  } else {
-    const scale = lengthScale(values);
-    view.low = values.wall ? values.position : -3 * scale;
-    view.high = (values.wall ? Math.max(values.position, 0) : 0) + 3 * scale;
-    view.fastest = 3 * scale * values.natural_frequency;
-  }
-}
-
-// rare large motions, and growing ones, make room for themselves
-function stretch(x, v) {
-  const slack = 0.15 * (view.high - view.low), rigid = view.walls.filter(({ soft }) => !soft);
-  const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
-  for (const value of x) {
-    if (value > view.high && value <= roof) view.high = Math.min(value + slack, roof);
-    if (value < view.low - 1e-3 * slack && value >= floor) view.low = Math.max(value - slack, floor);
-  }
-  for (const value of v) if (Math.abs(value) > view.fastest) view.fastest = 1.15 * Math.abs(value);
 }
 
 // --- drawing -------------------------------------------------------------------------------------------------------
@@ -227,24 +210,17 @@ function rmsSpeed() {
 }
 
 const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) });
-// with every wall that is not far away
-function boundsOf() {
-  const wide = view.high - view.low, near = view.walls.filter(({ position }) => !ofSystem || (position > view.low - 1.2 * wide && position < view.high + 1.2 * wide));
-  const soft = ofSystem ? 0.03 * wide : 0;
-  return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
-    Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
-}
 
 function drawMotion() {
   const { values, walls } = view;
-  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: unitsOf().length, bounds: boundsOf(), rms: rmsSpeed() });
+  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: unitsOf().length, bounds: boundsOf(view), rms: rmsSpeed() });
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();
   const places = Math.min(Math.max(Math.round(2.6 - Math.log10(until - since)), 0), 8); // a tenth of a second in 40
   element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(places)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
 }
 
 function drawTraces() {
-  const units = unitsOf(), bounds = boundsOf(), pad = 0.04 * (bounds[1] - bounds[0]);
+  const units = unitsOf(), bounds = boundsOf(view), pad = 0.04 * (bounds[1] - bounds[0]);
   phase.draw({
     values: view.values, walls: view.walls, bounds: [bounds[0] - pad, bounds[1] + (ofSystem ? pad : 0)], fastest: view.fastest, units,
     mu: ofSystem ? 0 : view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square ?? 0,
@@ -376,74 +352,12 @@ document.addEventListener("keydown", (event) => {
   element(button).click();
 });
 
-const described = () => {
-  const v = state.values;
-  if (ofSystem) return [OPENED.file, ...Object.entries(state.changes()).map(([name, value]) => `${name} = ${value}`), `start ${v.start}, seed ${v.seed}, ${v.paths} paths`].join(", ");
-  const wall = v.wall ? `b = ${v.position}, r = ${v.restitution}` : "no wall";
-  return `alpha = ${v.order}, C = ${v.coefficient}, Omega = ${v.natural_frequency}, q = ${v.intensity}, ${wall}, start ${v.start}, seed ${v.seed}, ${v.paths} paths${view.si ? " (in m, s, rad/s)" : " (dimensionless)"}`;
-};
-const fileName = (name, kind) => `springpot-${name}.${kind}`;
-const note = element("copied");
-element("copy-link").addEventListener("click", () => copy(location.origin + location.pathname + state.link(), "Link copied.", note));
-const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not accepted these numbers.", note));
-element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
-element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
-element("save-file")?.addEventListener("click", () => connection.file());
-element("save-csv").addEventListener("click", () => {
-  const { theory, measured } = view, rows = [];
-  for (const [name, value] of Object.entries(measured?.values ?? {})) rows.push(["monte_carlo", name, value, measured.errors[name]]);
-  for (const [method, answer] of Object.entries((!view.old.theory && theory?.methods) || {})) {
-    for (const [name, value] of Object.entries(answer.moments)) rows.push([method, name, value, ""]);
-  }
-  const columns = ["method", "quantity", "value", "standard_error"].map((name, i) => [name, rows.map((row) => row[i] ?? "")]);
-  save(fileName("numbers", "csv"), csv(described(), columns));
-});
-
 fadeWhereCut(element("pinned-table"));
 element("pin").addEventListener("click", () => { view.pin = snapshot(view); drawnChanged(); });
 element("unpin").addEventListener("click", () => { view.pin = null; drawnChanged(); });
 element("pin-return").addEventListener("click", () => state.set(pinOf(view).values));
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
-
-// each card gets its two buttons
-const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
-for (const card of document.querySelectorAll("[data-chart]:not([hidden])")) {
-  const name = card.dataset.chart, title = card.querySelector("h2, h3").textContent;
-  const heading = DENSITIES[name] ? `Density of the ${title.toLowerCase()}` : title;
-  const tools = document.createElement("span");
-  tools.className = "tools";
-  if (CHARTS[name]) {
-    tools.append(tool("CSV", `${title} as CSV`, () => save(fileName(name, "csv"), csv(described(), panels[CHARTS[name][0]].columns()))));
-  }
-  tools.append(tool("PNG", `${title} as PNG`, async () => {
-    const canvases = [];
-    for (const key of CHARTS[name] ?? []) canvases.push(await panels[key].snapshot(720, CHARTS[name].length > 1 ? 230 : 400));
-    const colours = { page: palette.panel, text: palette.text, muted: palette.muted };
-    save(fileName(name, "png"), png(canvases.length ? canvases : [phase.canvas.element], heading, described(), lines(name), colours));
-  }));
-  card.querySelector(".card-head").append(tools);
-}
-
-function lines(name) {
-  if (!DENSITIES[name] && name !== "growth" && name !== "curve") return [];
-  const shown = name === "curve" ? curvesShown(view) : NAMES.filter((method) => view.drawn.has(method) && view.theory?.methods[method]);
-  return [
-    { label: "Monte Carlo", color: palette.measured, dash: [], box: true },
-    ...shown.map((method) => ({ label: METHODS[method].label, color: palette[method], dash: METHODS[method].dash })),
-    ...(view.pin ? [{ label: "pinned", color: palette.pinned, dash: PINNED_DASH }] : []),
-  ];
-}
-
-function tool(text, label, act) {
-  const button = document.createElement("button");
-  button.type = "button";
-  button.className = "tool";
-  button.textContent = text;
-  button.setAttribute("aria-label", label);
-  button.title = label;
-  button.addEventListener("click", act);
-  return button;
-}
+startSaving({ view, element, state, connection, panels, phase });
 
 // --- begin ---------------------------------------------------------------------------------------------------------
 

@@ -175,7 +175,8 @@ function methodsAt(chart, index, first, methods, factor) {
 
 function edgesOf(view, name) {
   const edges = view.densities?.[name]?.edges;
-  return edges?.length > 1 ? Array.from(edges) : [0, 1];
+  if (edges?.length > 1) return Array.from(edges);
+  return name === "x" && ofSystem ? [view.low, view.high] : [0, 1];
 }
 
 // --- mu(t) ---------------------------------------------------------------------------------------------------------

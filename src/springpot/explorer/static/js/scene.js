@@ -15,6 +15,7 @@ export class Scene {
     this.canvas = new Canvas(host, () => TALL);
     this.track = track;
     this.flashes = [];
+    this.deepest = new Map(); // penetration of each soft contact that was seen
     this.density = null;
     this.density_color = null;
   }
@@ -63,8 +64,8 @@ export class Scene {
 
     const at = X(x), back = at + mass, support = W - 26;
     this.trail(g, X, middle, mass);
-    const apart = elements.length > 1 ? (0.54 * mass) / (elements.length - 1) : 0;
-    elements.forEach((one, i) => element(g, one, back, support, middle + (elements.length > 1 ? i * apart - 0.27 * mass : 0), Math.min(1, elements.length > 1 ? apart / 24 : 1)));
+    const rows = elements.length, tall = rows < 2 ? 0 : (rows > 2 ? 0.76 : 0.54) * mass, apart = tall / Math.max(rows - 1, 1);
+    elements.forEach((one, i) => element(g, one, back, support, middle + i * apart - 0.5 * tall, rows > 1 ? Math.min(1, apart / 24) : 1));
     this.support(g, support, middle, mass);
 
     g.fillStyle = palette.mass;
@@ -75,7 +76,7 @@ export class Scene {
     g.stroke();
     this.velocity(g, at + mass / 2, middle - mass / 2 - 14, v, rms);
     for (const wall of inside) {
-      if (wall.soft) bumper(g, { wall, X, x, mass, middle, floor, low, high });
+      if (wall.soft) this.bumper(g, wall, { walls, X, x, mass, middle, floor });
       this.impacts(g, wall, walls.indexOf(wall), X(wall.position) + (wall.lower ? 0 : mass), middle, rms);
     }
     this.flashes = this.flashes.filter((flash) => performance.now() - flash.at < FLASH);
@@ -213,6 +214,15 @@ export class Scene {
     g.lineTo(at + length - sign * 8, y - 5);
     g.lineTo(at + length - sign * 8, y + 5);
     g.fill();
+  }
+
+  // as long as it has been pressed in, or up to the rigid wall behind it
+  bumper(g, wall, { walls, X, x, ...place }) {
+    const to = wall.lower ? 1 : -1, depth = Math.max(0, to * (wall.position - x));
+    const deepest = Math.max(depth, this.deepest.get(wall.name) ?? 0), behind = walls.find((other) => !other.soft && other.lower === wall.lower);
+    this.deepest.set(wall.name, deepest);
+    const free = X(wall.position), end = behind ? X(behind.position) : free - to * Math.max(24, 1.15 * Math.abs(X(wall.position - to * deepest) - free));
+    bumper(g, { ...place, to, depth, free, face: X(wall.position - to * depth), plate: end });
   }
 
   impacts(g, { lower }, number, at, middle, rms) {

@@ -37,7 +37,10 @@ export function showTiles(view, element, playing) {
   say("tile-measured-note", measured && `mean, ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}`);
   write("tile-rms", measuredOf(BESIDE[1]));
   say("tile-rms-note", plainly(BESIDE[1]));
-  write("tile-rate", measured?.undefined ? "no value" : measuredOf(LAST[1]));
+  // a system that is an oscillator is simulated as one, with the names of its numbers
+  const last = measured && LAST[1] === "input_power" && !("input_power" in measured.values) ? ["Power of the springpot", "springpot_power"] : LAST;
+  element("tile-rate").previousElementSibling.textContent = last[0];
+  write("tile-rate", measured?.undefined ? "no value" : measuredOf(last[1]));
   say("tile-rate-note", measured?.undefined ? "infinitely many impacts" : view.walls.length && plainly(LAST[1]));
 
   element("tile-theory").classList.toggle("stale", old);

@@ -27,7 +27,7 @@ export const DIMENSIONS = {
 // factor and name of a quantity's unit; dimensionless numbers have none, and rates are counted per 1/Ω
 export function unitOf(quantity, { units, shown }) {
   const known = DIMENSIONS[quantity] ?? (quantity.endsWith("impact_rate") ? DIMENSIONS.impact_rate : null);
-  if (!known) return { factor: 1, name: isHeavy ? "W" : "m²/s³" }; // a power
+  if (!known) return { factor: 1, name: isHeavy && quantity !== "springpot_power" ? "W" : "m²/s³" }; // a power
   const [length, time] = known;
   if (units !== "si") return { factor: 1, name: length === 0 && time === -1 ? "Ω" : "" };
   const { factor, name } = CHOICES.length[shown.length];

@@ -1,0 +1,42 @@
+// Which displacements and velocities the pictures of the motion show.
+
+import { ofSystem } from "./problem.js";
+import { lengthScale } from "./state.js";
+
+export function setBounds(view) {
+  const places = view.theory?.places ?? {}, { values } = view;
+  if (places.x && !ofSystem) {
+    [view.low, view.high] = [places.x[0], places.x[places.x.length - 1]];
+    view.fastest = places.v[places.v.length - 1];
+  } else if (ofSystem) {
+    const { edges } = view.densities?.x ?? {};
+    const measured = edges?.length > 2, from = places.x ?? [view.sizes.low, view.sizes.high];
+    [view.low, view.high] = measured ? [edges[0], edges[edges.length - 1]] : [from[0], from[from.length - 1]];
+    const speeds = view.densities?.v?.edges;
+    view.fastest = measured && speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
+  } else {
+    const scale = lengthScale(values);
+    view.low = values.wall ? values.position : -3 * scale;
+    view.high = (values.wall ? Math.max(values.position, 0) : 0) + 3 * scale;
+    view.fastest = 3 * scale * values.natural_frequency;
+  }
+}
+
+// rare large motions, and growing ones, make room for themselves
+export function stretch(view, x, v) {
+  const slack = 0.15 * (view.high - view.low), rigid = view.walls.filter(({ soft }) => !soft);
+  const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
+  for (const value of x) {
+    if (value > view.high && value <= roof) view.high = Math.min(value + slack, roof);
+    if (value < view.low - 1e-3 * slack && value >= floor) view.low = Math.max(value - slack, floor);
+  }
+  for (const value of v) if (Math.abs(value) > view.fastest) view.fastest = 1.15 * Math.abs(value);
+}
+
+// with every wall that is not far away
+export function boundsOf(view) {
+  const wide = view.high - view.low, near = view.walls.filter(({ position }) => !ofSystem || (position > view.low - 1.2 * wide && position < view.high + 1.2 * wide));
+  const soft = ofSystem ? 0.03 * wide : 0;
+  return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
+    Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
+}
