@@ -34,6 +34,7 @@ def open_study(store: str | Path) -> xarray.DataTree:
         Both have all quantities by name, with units, and NaN where there is none; ``done`` says whether there is a
         result, ``said`` has its warnings or the reason why there is none.  Results of Monte Carlo also have ``_se``
         (standard error) and, where ``rtol`` controls them, ``_error`` (half-width of the total 95 % interval).
+        Of a system the results of each wall have the dimension ``barrier``.
 
     Raises
     ------
@@ -60,13 +61,14 @@ def study(
     scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xarray.DataTree:
-    """Compute a grid of oscillators by one or more methods, and keep the results.
+    """Compute a grid of oscillators or systems by one or more methods, and keep the results.
 
     Parameters
     ----------
     source : str, Path, mapping or Study
         A study file (``springpot study new`` writes an example), or its content: ``name``, ``methods``, ``axes``
-        and, as needed, ``fixed``, ``zipped``, ``monte_carlo``, ``quantities``, ``seed``.
+        and, as needed, ``fixed``, ``zipped``, ``monte_carlo``, ``quantities``, ``seed``; or ``system``, a
+        `springpot.System` or the place of its file, whose numbers ``parts.<name>.<number>`` are then the axes.
     store : str or Path, optional
         Folder of the store: created if missing; results in it are not computed again.  Without one all results are kept
         in memory only.
@@ -98,6 +100,15 @@ def study(
     >>> tree = study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.5, 1.0], "restitution": [1.0]}})
     >>> tree["theory"]["amplitude_mean_square"].sel(theory="averaging", restitution=1.0).values.round(3).tolist()
     [2.296, 1.0]
+
+    The impact rate at an elastic stop, and how it falls with the gap:
+
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), stop=sp.Barrier(0.0))
+    >>> tree = study({"name": "gaps", "system": device, "methods": ["exact"],
+    ...               "axes": {"parts.stop.position": [0.0, -1.0]}})
+    >>> tree["theory"]["barrier_impact_rate"].sel(theory="exact", barrier="stop").values.round(3).tolist()
+    [0.318, 0.115]
     """
     content = read_study(source)
     if store is None:

@@ -17,7 +17,8 @@ __all__ = ["app"]
 
 app = App(
     name="study",
-    help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",
+    help="Study: a grid of oscillators or systems, described in a file.  Results are saved on disk; interrupted runs "
+    "resume.",
     help_format="plaintext",
 )
 
