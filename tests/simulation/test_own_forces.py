@@ -60,6 +60,7 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
     assert left == pytest.approx(energy, rel=1e-6)
 
 
+@pytest.mark.validation
 def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
     t = np.linspace(0.0, 10.0, 101)
     shaken = sp.System(

@@ -62,7 +62,12 @@ def test_dashpot_between_two_walls() -> None:
     }  # fmt: skip
     assert {name: exact[name] for name in known} == pytest.approx(known, abs=1e-5)
     exact["impact_rate"] = exact["barrier_1_impact_rate"] + exact["barrier_2_impact_rate"]
-    check(sp.System(SPRING, DUFFING, *WALLS, sp.Dashpot(0.4), FAINT, WHITE), exact, paths=12_000)
+    law = boltzmann(1.25, duffing, -0.5, 1.2)
+    exact |= {"barrier_1_force_mean": 1.25 * law["low"], "barrier_2_force_mean": 1.25 * law["high"]}  # kT times density
+    exact["counted_impact_rate"] = math.exp(-1.5**2 / 2.5) * exact["impact_rate"]  # the speeds have Rayleigh's law
+    system = sp.System(SPRING, DUFFING, *WALLS, sp.Dashpot(0.4), FAINT, WHITE)
+    found = check(system, exact, paths=12_000, slowest_counted_impact=1.5)
+    assert found.units["counted_impact_rate"] == "s-1"
 
 
 @pytest.mark.parametrize(

@@ -325,6 +325,7 @@ def kill_workers(times: int, longer: Path, folder: Path, seed: int) -> None:
         assert content(store) == content(longer)
 
 
+@pytest.mark.validation
 def test_a_worker_killed_in_the_middle(longer: Path, tmp_path: Path) -> None:
     kill_workers(1, longer, tmp_path, seed=1)
 
@@ -405,7 +406,7 @@ def test_two_processes_on_one_store(study: str, count: int, request: pytest.Fixt
         (signal.SIGINT, "--threads"),
         validation(signal.SIGTERM, "--threads"),
         validation(signal.SIGINT, "--workers"),
-        (signal.SIGTERM, "--workers"),
+        validation(signal.SIGTERM, "--workers"),
     ],
 )
 def test_stopped_by_a_signal(sent: signal.Signals, how: str, tmp_path: Path) -> None:

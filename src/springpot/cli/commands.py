@@ -263,6 +263,14 @@ def simulate(
             "energy in m^2/s^2; can be repeated.  Time counts from the start of the window; with --start rest from 0.",
         ),
     ] = None,
+    slowest_counted_impact: Annotated[
+        float | None,
+        Parameter(
+            group=MONTE_CARLO,
+            help="A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
+            "impacts is infinite.",
+        ),
+    ] = None,
     out: Annotated[
         str | None,
         Parameter(
@@ -294,6 +302,7 @@ def simulate(
         "max_time": max_time,
         "distributions": distributions or None,
         "first_passage": None if first_passage is None else _levels(first_passage),
+        "slowest_counted_impact": slowest_counted_impact,
         "record": record,
         "record_every": every,
     }

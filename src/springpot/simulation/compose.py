@@ -95,7 +95,8 @@ class Parts:
         units = self.units
         square = units.speed**2
         extra = {f"work of {named.name}": square for named in self.named}
-        factors = {"impacts": 1.0, "speeds": units.speed, "time": units.time, "depth": units.length}
+        speed = units.speed
+        factors = {"impacts": 1.0, "speeds": speed, "momentum": speed, "time": units.time, "depth": units.length}
         extra |= {name: factors.get(name.split()[-1], square) for name in sums_of(self.wall)}
         extra |= {f"voltage of {tap.name}": tap.volts**2 for tap in self.taps}
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}

@@ -24,7 +24,7 @@ MOST_MODES = 128
 MOST_FORCES = 8  # named ones, and taps
 MOST_STATES = 160  # numbers that forces keep for each path
 MOST_CONTACTS = 6
-MOST_EXTRAS = 8 + 4 * MOST_CONTACTS  # sums of the walls
+MOST_EXTRAS = 10 + 5 * MOST_CONTACTS  # sums of the walls
 
 # without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
 FAST: dict[str, Any] = {

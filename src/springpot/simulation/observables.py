@@ -24,12 +24,17 @@ from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.units import UNITS
 
-__all__ = ["EXTREMES", "extremes", "mean_of", "taken_names"]
+__all__ = ["COUNTED", "EXTREMES", "extremes", "faster_than", "mean_of", "taken_names"]
 
 Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
+
+COUNTED = {
+    "counted_impact_rate": "s-1", "counted_impact_speed_mean": "m s-1", "counted_impact_speed_mean_square": "m2 s-2",
+}  # fmt: skip
+"""Results of the impacts that are not slower than a speed, and their units."""
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
@@ -77,7 +82,7 @@ def taken_names() -> set[str]:
     extreme = (f"{name}_quantile" for name in EXTREMES)
     others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
     attributes = ("oscillator", "settings", "diagnostics", "warnings")
-    return {*UNITS, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+    return {*UNITS, *COUNTED, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
 
 
 def _on_steps_of(function: Callable[..., float]) -> Any:
@@ -106,6 +111,29 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
         so_far = array[FIRST + lane]
         array[FIRST + lane] = np.nan
         array[FIRST + lane] = so_far + count * inner(abs(array[_SPEED_UNIT]) * speed)
+
+    return on_impacts
+
+
+# --- impacts that are not slow ---------------------------------------------------------------------------------------
+
+
+def faster_than(speed: float) -> Observer:
+    """Impacts at this speed, in m/s, or faster: their number, the sum of the speeds and of their squares."""
+    initial = np.zeros(4 * LANES)
+    initial[3 * LANES :] = speed
+    return Observer(None, _on_fast_impacts(), initial, per_path=True)
+
+
+@cache
+def _on_fast_impacts() -> Any:
+    @cfunc(ON_IMPACTS, **FAST)
+    def on_impacts(count, speed, lane, array):
+        before = abs(array[_SPEED_UNIT]) * speed
+        if before >= array[FIRST + 3 * LANES + lane]:
+            array[FIRST + lane] += count
+            array[FIRST + LANES + lane] += count * before
+            array[FIRST + 2 * LANES + lane] += count * before * before
 
     return on_impacts
 

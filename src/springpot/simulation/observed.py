@@ -9,16 +9,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.arguments import finite_number
 from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, Contact
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.first_passage import Passage, checked, passage_times
 from springpot.simulation.lanes import GROUP
-from springpot.simulation.observables import EXTREMES, extremes, mean_of
+from springpot.simulation.observables import COUNTED, EXTREMES, extremes, faster_than, mean_of
 from springpot.simulation.observers import Observer
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Ensemble, Simulation
 from springpot.simulation.spectral import Spectrum, checked_frequencies, spectral, spectrum_in
+from springpot.simulation.statistics import ratio
 from springpot.simulation.system_scales import scales_of_problem
 from springpot.system import System
 
@@ -44,6 +47,8 @@ class Requested:
         One, or nothing.
     passages : tuple of Passage
         Levels whose first passage is wanted.
+    counted : tuple of Observer
+        Of the impacts that are not slow, or nothing.
     """
 
     observables: Mapping[str, Observer]
@@ -52,13 +57,14 @@ class Requested:
     frequencies: Floats
     spectrum: tuple[Observer, ...]
     passages: tuple[Passage, ...] = ()
+    counted: tuple[Observer, ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """All observers, in the order in which `read` takes their results."""
         return (
             *self.observables.values(), *self.impact_observables.values(), *self.distributions, *self.spectrum,
-            *(passage.observer for passage in self.passages),
+            *(passage.observer for passage in self.passages), *self.counted,
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -78,6 +84,11 @@ class Requested:
         if self.spectrum:
             spectrum = spectrum_in(self.frequencies, settings, next(left), self.spectrum[0].every)
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
+        if self.counted:
+            number, speeds, squares, _ = next(left).T
+            rate = number / ((high - low) * settings.step)
+            of_fast = (float(rate.mean()), rate), ratio(speeds, number), ratio(squares, number)
+            return Observed(means, counted, per_path, spectrum, passed, dict(zip(COUNTED, of_fast, strict=True)))
         return Observed(means, counted, per_path, spectrum, passed)
 
 
@@ -94,6 +105,8 @@ class Observed:
     spectrum : Spectrum or None
     first_passages : dict
         As in `springpot.simulation.Run`.
+    counted_impacts : dict
+        Value and samples of each of `springpot.simulation.observables.COUNTED`, if they were asked for.
     """
 
     means: dict[str, Floats]
@@ -101,6 +114,7 @@ class Observed:
     extremes: dict[str, Floats] = field(default_factory=dict)
     spectrum: Spectrum | None = None
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
 
 
 def requested(
@@ -112,6 +126,7 @@ def requested(
     distributions: bool,
     spectrum: npt.ArrayLike | None,
     first_passage: Mapping[str, Any] | None = None,
+    slowest_counted_impact: float | None = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -137,4 +152,12 @@ def requested(
         frequencies=frequencies,
         spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
         passages=checked(problem, settings, first_passage),
+        counted=() if slowest_counted_impact is None else (faster_than(_speed(problem, slowest_counted_impact)),),
     )
+
+
+def _speed(problem: Oscillator | System, slowest: float) -> float:
+    walls = problem.barrier if isinstance(problem, Oscillator) else problem.of(Barrier, Contact)
+    if not walls:
+        raise ValueError("slowest_counted_impact needs a wall or a contact: there are no impacts to count.")
+    return finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")

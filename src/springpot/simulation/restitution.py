@@ -2,11 +2,11 @@
 
 ``rebound(rule, arriving, frequency, accumulators, place, lane, weight)``
     The speed after an impact.  Speeds are over ``frequency``.  A rule other than a number adds the energy that the wall
-    takes to sum ``place`` of the walls' own.
+    takes to sum ``place`` of the walls' own, and the momentum to the next one.
 ``lossless(rule)``
     Whether every impact is elastic.
 ``takings(rule)``
-    How many sums the rule needs: 1, or 0 for a number, whose loss follows from the squares of the speeds.
+    How many sums the rule needs: 2, or 0 for a number, for which they follow from the speeds and their squares.
 """
 
 from __future__ import annotations
@@ -86,12 +86,13 @@ def _lossless_power(rule):
 
 @answers(takings, Power)
 def _takings_of_power(rule):
-    return 1
+    return 2
 
 
 @njit(**INLINE)
 def _take(accumulators, place, lane, weight, speed, share):
     accumulators.extras[place * LANES + lane] += weight * 0.5 * (1.0 - share * share) * speed * speed
+    accumulators.extras[(place + 1) * LANES + lane] += weight * (1.0 + share) * speed
 
 
 def rule_of(wall: Barrier, name: str, unit: float) -> Any:
@@ -143,7 +144,7 @@ def _of_function(function: RestitutionLaw, name: str) -> Any:
         return False
 
     @answers(takings, kind)
-    def one(rule):
-        return 1
+    def two(rule):
+        return 2
 
     return kind

@@ -14,7 +14,7 @@ from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact
 from springpot.simulation.budget import Budget
 from springpot.simulation.distributions import Distribution, sample_quantiles
-from springpot.simulation.observables import EXTREMES
+from springpot.simulation.observables import COUNTED, EXTREMES
 from springpot.simulation.passage_times import PassageTimes
 from springpot.simulation.settings import Settings
 from springpot.simulation.spectral import Spectrum
@@ -147,7 +147,9 @@ class Run:
 
     def _unit(self, name: str) -> str:
         """The unit of an estimate; only the user knows that of an observable."""
-        return units_of_system(self.oscillator, name) if isinstance(self.oscillator, System) else UNITS.get(name, "")
+        if isinstance(self.oscillator, System):
+            return units_of_system(self.oscillator, name)
+        return UNITS.get(name) or COUNTED.get(name, "")
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""
@@ -242,7 +244,7 @@ class Run:
         walls = [] if isinstance(system, Oscillator) else [
             name for name, part in system.named() if isinstance(part, Barrier | Contact)
         ]  # fmt: skip
-        for quantity in ("impact_rate", "impact_speed_mean", "power"):
+        for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
             for ending in ("", "_se"):
                 names = [f"{wall}_{quantity}{ending}" for wall in walls]
                 if names and all(name in data for name in names):

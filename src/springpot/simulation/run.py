@@ -43,7 +43,8 @@ __all__ = ["run", "run_as_given", "simulate"]
 
 _DEFAULT_QUANTITIES = ("amplitude_mean_square",)
 _OWN_ARGUMENTS = (
-    "rtol", "quantities", "observables", "impact_observables", "distributions", "spectrum", "first_passage", "progress",
+    "rtol", "quantities", "observables", "impact_observables", "distributions", "spectrum", "first_passage",
+    "slowest_counted_impact", "progress",
 )  # fmt: skip
 
 
@@ -58,6 +59,7 @@ def run(
     distributions: bool = False,
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
+    slowest_counted_impact: float | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> Run:
@@ -128,6 +130,7 @@ def run_as_given(
             "distributions": distributions,
             "spectrum": spectrum is not None,
             "first_passage": first_passage,
+            "slowest_counted_impact": slowest_counted_impact is not None,
         }
         if unusable := [name for name, value in more.items() if value]:
             raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
@@ -145,6 +148,7 @@ def run_as_given(
         distributions=distributions,
         spectrum=spectrum,
         first_passage=first_passage,
+        slowest_counted_impact=slowest_counted_impact,
     )
     begun = time.perf_counter()
     adapted = adapt(problem, settings, progress=progress) if settings.start == "stationary" else None
@@ -156,6 +160,8 @@ def run_as_given(
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
+    for name, (value, samples) in observed.counted_impacts.items():
+        values[name], errors[name] = value, standard_error(samples)
     speeds = observed.distributions.get("impact_speed")
     warnings = (
         *about_default_start(problem, given),
@@ -291,6 +297,7 @@ def simulate(
     distributions: bool = False,
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
+    slowest_counted_impact: float | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> xarray.Dataset:
@@ -329,6 +336,9 @@ def simulate(
         ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
         f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
         left out.
+    slowest_counted_impact : float
+        A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
+        faster.  They exist also where the rate of all impacts is infinite.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -384,19 +394,18 @@ def simulate(
         A system that is no oscillator has ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots,
         dashpots, arms and circuits together) instead of the three of the springpot, no amplitude at the end, and also
         ``input_power`` and the ``..._power`` of each nonlinear damper and of each force that is not white; over the
-        dimension ``barrier``, ``barrier_impact_rate``, ``barrier_impact_speed_mean`` and ``barrier_power``; with
-        circuits ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts ``contact_power``,
-        ``contact_share`` (of time) and ``contact_penetration`` (deepest of each path, averaged over the paths).
-        Then the observables; with ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over
-        ``probability``, and so have the extremes ``x_minimum``, ``x_maximum``, ``v_largest``,
-        ``impact_speed_largest`` over the paths; with
+        dimension ``barrier`` (walls and contacts), ``barrier_impact_rate``, ``barrier_impact_speed_mean``,
+        ``barrier_power`` and ``barrier_force_mean`` (the mean force on each, its momentum per time); with circuits
+        ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts ``contact_share`` (of time) and
+        ``contact_penetration`` (deepest of each path, averaged over the paths).
+        With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds. Then the observables; with
+        ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
+        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
         ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
-        ``..._first_passage_time``.  Attributes
-        ``oscillator``, ``settings``,
-        ``diagnostics`` (JSON) and ``warnings``.
+        ``..._first_passage_time``. Attributes ``oscillator``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------
@@ -413,8 +422,8 @@ def simulate(
     Notes
     -----
     An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.  A
-    system is not simulated with a rigid wall and a soft contact together, nor with two contacts on one side; it has
-    Caputo's derivative.  Memory use is about 230 bytes per path, whatever the number of steps.
+    system that is no oscillator has Caputo's derivative.  Memory use is about 230 bytes per path, whatever the number
+    of steps.
 
     Examples
     --------
@@ -455,6 +464,7 @@ def simulate(
         distributions=distributions,
         spectrum=spectrum,
         first_passage=first_passage,
+        slowest_counted_impact=slowest_counted_impact,
         progress=progress,
         **given,
     )

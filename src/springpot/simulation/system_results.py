@@ -83,7 +83,8 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
     low, high = settings.window_steps
     steps, time, mass = high - low, (high - low) * settings.step, system.mass
     column = dict(zip(parts.columns, rows.T, strict=True))
-    lost = _lost_at_walls(system, column)
+    taken = _taken_by_walls(system, column)
+    lost = {name: energy for name, (energy, _) in taken.items()}
     found = {
         "x_mean": column["x"] / steps,
         "x_mean_square": column["x_square"] / steps,
@@ -116,7 +117,8 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
         elif named.does == "dissipates":
             found[f"{named.name}_power"] = -mass * work
     found["input_power"] = mass * total
-    found |= {f"{name}_power": mass * lost[name] / time for name in lost}
+    found |= {f"{name}_power": mass * energy / time for name, (energy, _) in taken.items()}
+    found |= {f"{name}_force_mean": mass * momentum / time for name, (_, momentum) in taken.items()}
     if expected > 0.0:  # without such noise the balance is an identity, and no check
         balance = parts.expected_power + sum(w for named, w in works.items() if named.does == "expected") - fed
         found["energy_residual"] = balance / supplied
@@ -165,19 +167,19 @@ def _sums(column: dict[str, Floats], where: str) -> tuple[Floats, Floats, Floats
     return column[f"{where} impacts"], column[f"{where} speeds"], column[f"{where} squares"]
 
 
-def _lost_at_walls(system: System, column: dict[str, Floats]) -> dict[str, Floats]:
-    """Energy that each wall and contact took, by its name."""
-    contacts, struck, lost = itertools.count(), _at_walls(system, column), {}
+def _taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
+    """Energy and momentum that each wall and contact took, by its name."""
+    contacts, struck = itertools.count(), _at_walls(system, column)
+    taken = {}
     for name, part in system.named():
-        if isinstance(part, Contact):
-            lost[name] = column[f"contact {next(contacts)} loss"]
-        elif isinstance(part, Barrier):
-            lost[name] = (
-                column["lower loss" if part.side == "above" else "upper loss"]
-                if callable(part.restitution)
-                else 0.5 * (1.0 - part.restitution**2) * struck[name][2]
-            )
-    return lost
+        if isinstance(part, Barrier) and not callable(part.restitution):
+            _, speeds, squares = struck[name]
+            taken[name] = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
+        elif isinstance(part, Barrier | Contact):
+            side = "lower" if part.side == "above" else "upper"
+            where = side if isinstance(part, Barrier) else f"contact {next(contacts)}"
+            taken[name] = column[f"{where} loss"], column[f"{where} momentum"]
+    return taken
 
 
 def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:

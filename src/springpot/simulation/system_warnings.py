@@ -27,6 +27,7 @@ __all__ = ["doubts_of_system", "step_biases_of_system"]
 
 Floats = npt.NDArray[np.float64]
 
+_UNDEFINED = "impact rate and speeds are undefined, but energies are correct"
 _FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
 _MOST_MISSED = 0.01
 _MOST_REMEMBERED = 0.03
@@ -65,7 +66,7 @@ def doubts_of_system(
         return (f"the response is not a finite number{cause}",)
     reason = uncountable(system)
     return (
-        *([f"impact rate and speeds are undefined, but energies are correct: {reason}."] if reason else []),
+        *([f"{_UNDEFINED}: {reason}. slowest_counted_impact counts those that are faster."] if reason else []),
         *([] if bounded else _about_step(simulation, values)),
         *([] if bounded else _about_window(simulation, system)),
         *_about_energy(simulation, rows, values, errors),

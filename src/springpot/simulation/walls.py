@@ -23,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
+_TAKEN = "loss", "momentum"
 SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
 
 
@@ -42,7 +43,7 @@ class Rigid(NamedTuple):
 class Pair(NamedTuple):
     """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one.
 
-    After them come the losses, first at the lower wall, of rules of restitution that need a sum.
+    After them come loss and momentum, first of the lower wall, for rules of restitution that need these sums.
     """
 
     low: float
@@ -55,7 +56,7 @@ class Soft(NamedTuple):
     """Soft contacts, and perhaps rigid walls behind them; they are advanced in short steps of their own.
 
     The sums kept are those of the rigid walls, work done on the mass, time in contact, largest penetration, and of each
-    contact impacts, speeds, squares and dissipated energy.
+    contact impacts, speeds, squares, dissipated energy and momentum.
     """
 
     low: float  # what is touched first on either side, infinitely far where there is nothing
@@ -76,13 +77,13 @@ def sums_of(wall: NoWall | Rigid | Pair | Soft) -> tuple[str, ...]:
     each = "impacts", "speeds", "squares"
     match wall:
         case Rigid():
-            return () if isinstance(wall.rule, Fixed) else ("lower loss",)
+            return () if isinstance(wall.rule, Fixed) else ("lower loss", "lower momentum")
         case Pair():
-            rules = ("lower loss", wall.low_rule), ("upper loss", wall.high_rule)
-            losses = (name for name, rule in rules if not isinstance(rule, Fixed))
-            return *(f"upper {name}" for name in each), *losses
+            rules = ("lower", wall.low_rule), ("upper", wall.high_rule)
+            own = (f"{where} {name}" for where, rule in rules if not isinstance(rule, Fixed) for name in _TAKEN)
+            return *(f"upper {name}" for name in each), *own
         case Soft():
-            own = (f"contact {n} {name}" for n in range(wall.contacts.size // 5) for name in (*each, "loss"))
+            own = (f"contact {n} {name}" for n in range(wall.contacts.size // 5) for name in (*each, *_TAKEN))
             return *sums_of(wall.rigid), "contacts' work", "contacts' time", "contacts' depth", *own
         case _:
             return ()
@@ -353,7 +354,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
 
 @answers(extras, Soft)
 def _extras_of_soft(wall):
-    return extras(wall.rigid) + 3 + 4 * (wall.contacts.size // 5)
+    return extras(wall.rigid) + 3 + 5 * (wall.contacts.size // 5)
 
 
 @answers(begin, Splitting, Soft)
@@ -405,8 +406,10 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             v = later
             for n in range(count):
                 depth, force = _force_of_contact(wall.contacts, n, x, short)
-                place = (own + 6 + 4 * n) * LANES + lane
-                accumulators.extras[place] += weight * force * wall.contacts[5 * n + 4] * middle * middle
+                place = (own + 6 + 5 * n) * LANES + lane
+                viscous = force * wall.contacts[5 * n + 4] * middle
+                accumulators.extras[place] += weight * viscous * middle
+                accumulators.extras[place + LANES] += weight * (force - wall.contacts[5 * n + 1] * viscous)
             accumulators.extras[(own + 1) * LANES + lane] += weight * short
             if weight > 0.0:
                 place = (own + 2) * LANES + lane
@@ -421,7 +424,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
                 there = first + (last - first) * (place - before) / (x - before) if joint else first
                 speed = math.sqrt(max(there - square * place * place, 0.0))
                 add_impacts(accumulators, lane, weight, 1.0, speed)
-                _add_to(accumulators, own + 3 + 4 * n, lane, weight, 1.0, speed)
+                _add_to(accumulators, own + 3 + 5 * n, lane, weight, 1.0, speed)
     accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - energy)
     return x, v
 
