@@ -69,7 +69,7 @@ def possible_results(system: System) -> tuple[str, ...]:
     Examples
     --------
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
-    ['stop_power', 'stop_impact_rate', 'stop_impact_speed_mean']
+    ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
     walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
     lossy = Springpot, Dashpot, PolynomialDashpot, Series, Maxwell, Circuit
@@ -84,6 +84,7 @@ def possible_results(system: System) -> tuple[str, ...]:
         *(f"{name}_power" for name, part in system.named() if isinstance(part, _WORKING)),
         "input_power",
         *(f"{name}_power" for name in walls),
+        *(f"{name}_force_mean" for name in walls),
         *(["energy_residual"] if system.of(*balanced) else []),
         *(f"{name}_voltage_mean_square" for name in circuits),
         *(["harvested_power"] if circuits else []),

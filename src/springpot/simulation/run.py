@@ -93,6 +93,7 @@ def run(
         distributions=distributions,
         spectrum=spectrum,
         first_passage=first_passage,
+        slowest_counted_impact=slowest_counted_impact,
         progress=progress,
         **given,
     )
@@ -109,6 +110,7 @@ def run_as_given(
     distributions: bool = False,
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
+    slowest_counted_impact: float | None = None,
     progress: Progress | None = None,
     **given: Unpack[Options],
 ) -> Run:

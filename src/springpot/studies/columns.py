@@ -27,7 +27,7 @@ __all__ = [
 
 ENDINGS = ("", "_se", "_error")
 """Of a value, its standard error, and the half-width of its total 95 % interval."""
-OF_WALLS = ("impact_rate", "impact_speed_mean", "power")
+OF_WALLS = ("impact_rate", "impact_speed_mean", "power", "force_mean")
 """Quantities of each wall: in a data set they have the dimension ``barrier``."""
 
 
