@@ -20,7 +20,7 @@ from springpot.studies.export import export
 from springpot.studies.question import Study, read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
-from springpot.system_numbers import with_numbers
+from springpot.system_numbers import numbers_of, with_numbers
 from tests.studies.samples import DEVICE, STOPS, chunks, content, given, orphans, with_device, write_toml
 
 
@@ -308,6 +308,24 @@ def test_the_command_checks_runs_and_draws(place: Path, tmp_path: Path, capsys: 
     capsys.readouterr()
     assert cli.main(["study", "plot", str(place), "--out", str(tmp_path / "a.png"), "--quantity", "left_power"]) == 2
     assert "--quantity must be one of amplitude_mean_square, " in capsys.readouterr().err
+
+
+def test_new_writes_a_study_of_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "devices").mkdir()
+    device = tmp_path / "devices" / "stops.toml"
+    device.write_text(sp.to_toml(DEVICE), encoding="utf-8")
+    file = tmp_path / "study.toml"
+    assert cli.main(["study", "new", str(file), "--system", str(device)]) == 0
+    found = read_study(file)
+    assert (found.system, found.shape) == (DEVICE, {"spring_stiffness": 2})
+    text = file.read_text(encoding="utf-8")
+    every = text.replace("\n# parts.", "\nparts.")
+    file.write_text(every, encoding="utf-8")
+    assert {*read_study(file).axes} == {*numbers_of(DEVICE)}
+    capsys.readouterr()
+    assert cli.main(["study", "new", str(tmp_path / "b.toml"), "--system", str(tmp_path / "none.toml")]) == 2
+    assert "There is no file" in capsys.readouterr().err
+    assert not (tmp_path / "b.toml").exists()
 
 
 def test_panels_of_walls(place: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shlex
 from pathlib import Path
 from typing import Annotated, Literal
@@ -29,12 +30,18 @@ _Store = Annotated[str, Parameter(help="Folder of the store, as springpot study 
 @app.command
 def new(
     file: Annotated[str, Parameter(help="The file to write; it must end in .toml, and must not exist yet.")],
+    *,
+    system: Annotated[
+        str | None,
+        Parameter(help="A system's file: the study is then of this system, with a line for each of its numbers."),
+    ] = None,
 ) -> int:
     """Write an example of a study file, with comments; running it takes ten seconds.
 
     Example: springpot study new dampers.toml
     """
-    from springpot.studies.template import TEMPLATE
+    from springpot.studies.template import TEMPLATE, TEMPLATE_OF_SYSTEM, of_system
+    from springpot.system_file import read_system
 
     place = Path(file)
     if place.suffix != ".toml":
@@ -43,7 +50,13 @@ def new(
         raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
     endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
     places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
-    text = TEMPLATE.format(name=json.dumps(place.stem, ensure_ascii=False), **places)
+    name = json.dumps(place.stem, ensure_ascii=False)
+    if system is None:
+        text = TEMPLATE.format(name=name, **places)
+    else:
+        words = of_system(read_system(system))
+        beside = json.dumps(Path(os.path.relpath(system, place.resolve().parent)).as_posix(), ensure_ascii=False)
+        text = TEMPLATE_OF_SYSTEM.format(name=name, system=beside, **places, **words)
     try:
         with place.open("x", encoding="utf-8") as out:
             out.write(text)

@@ -1,8 +1,15 @@
 """The study file that `springpot study new` writes."""
 
+from __future__ import annotations
+
+from springpot.parts import Barrier, Contact, Mass
+from springpot.studies.columns import scalars_of
+from springpot.studies.tables import ALL_METHODS
+from springpot.system import System
+from springpot.system_numbers import numbers_of, unit_of, with_numbers
 from springpot.theory.registry import METHODS
 
-__all__ = ["TEMPLATE"]
+__all__ = ["TEMPLATE", "TEMPLATE_OF_SYSTEM", "of_system"]
 
 TEMPLATE = """\
 # A study: a grid of oscillators, each computed by every method below.  It takes ten seconds.
@@ -42,3 +49,68 @@ rtol = 0.03          #   the total relative error of the quantities,
 # path_times = 1e5   #   the same effort at every point (0.4 / sqrt(path_times) is the relative error of <A^2>), or
 # paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...
 """.replace("METHODS", ", ".join((*METHODS, "monte_carlo")))
+
+TEMPLATE_OF_SYSTEM = """\
+# A study: a grid of systems, each computed by every method below.
+#     springpot study check {file}
+#     springpot study run {file} --store {store}
+#     springpot study plot {store} --out {picture}
+#     springpot study export {store} {table}
+name = {name}
+seed = 1             # every point's own seed is made from this and the point's numbers
+system = {system}    # its place, from this file
+# methods: METHODS
+methods = [
+    "envelope",
+    "linearisation",
+    "monte_carlo",
+]
+# {quantities}
+quantities = {chosen}  # what rtol controls and charts show; the store keeps them all
+
+[axes]               # the grid is the product of the axes; they can be extended later
+{axes}
+
+# [zipped.case]      # columns that vary together, along one axis with a name of your own
+
+[monte_carlo]        # one of
+paths = 1000         #   the settings of a run: paths, duration, step, window, start = "rest", ..., or
+# rtol = 0.05        #   the total relative error of the quantities
+""".replace("METHODS", ", ".join((*ALL_METHODS, "monte_carlo")))
+
+
+def of_system(device: System) -> dict[str, str]:
+    """What the file says of a system: its quantities, and an axis for each number, of which the first is in use.
+
+    Examples
+    --------
+    >>> from springpot.parts import Spring, WhiteNoise
+    >>> print(of_system(System(Spring(80.0), WhiteNoise(0.02)))["axes"])
+    parts.spring.stiffness = [64.0, 80.0]  # s-2
+    # parts.white_noise.intensity = [0.02]  # m2 s-3
+    """
+    numbers = numbers_of(device)
+    usable = [name for name in numbers if _varies(device, name)]
+    heavy = {name for name, part in device.named() if isinstance(part, Mass)}
+    first = next((name for name in usable if name.split(".")[1] not in heavy), next(iter(usable), ""))
+    lines = []
+    for name, value in numbers.items():
+        values = f"[{float(f'{0.8 * value:.12g}')!r}, {value!r}]" if name == first else f"[{value!r}]"
+        unit = unit_of(device, name)
+        lines.append(f"{'' if name == first else '# '}{name} = {values}" + (f"  # {unit}" if unit != "1" else ""))
+    chosen = ["x_mean_square", *(["impact_rate"] if device.of(Barrier, Contact) else [])]
+    return {
+        "axes": "\n".join(lines),
+        "quantities": ", ".join(scalars_of(device)),
+        "chosen": "[" + ", ".join(f'"{name}"' for name in chosen) + "]",
+    }
+
+
+def _varies(device: System, name: str) -> bool:
+    """Whether a number may also be a fifth smaller."""
+    value = numbers_of(device)[name]
+    try:
+        with_numbers(device, {name: 0.8 * value})
+    except ValueError:
+        return False
+    return value != 0.0
