@@ -15,7 +15,7 @@ __all__ = ["STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlatio
 STRONG = 0.95
 """Correlation from which numbers may not be told apart: each is three times as certain if the others are known."""
 
-VAGUE = 0.1
+VAGUE = 0.25
 """Relative error from which numbers of strong correlation are said not to be told apart."""
 
 _PLACES, _STARTS = 40, 2  # drawn between the bounds, and those of them from which the search is repeated

@@ -84,7 +84,12 @@ def _best_of(models: Sequence[Any], data: Data, seed: int) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
     found = sorted((_fit(model, data, seed) for model in models), key=lambda fit: fit.bic)
-    table = tuple(Choice(_label(own.model), _numbers(own), own.bic, own.aicc) for own in found)
+    plain = [_label(own.model) for own in found]
+    labels = [
+        f"{label} ({', '.join(own.values)})" if plain.count(label) > 1 else label
+        for label, own in zip(plain, found, strict=True)
+    ]
+    table = tuple(Choice(label, _numbers(own), own.bic, own.aicc) for label, own in zip(labels, found, strict=True))
     return replace(found[0], choices=table)
 
 

@@ -102,8 +102,8 @@ class Fit:
     at_bounds : dict
         ``"low"`` or ``"high"`` for each number that is held at a bound.
     not_told_apart : tuple of Confusion
-        Numbers whose errors have a correlation of 0.95 or more and are larger than a tenth: the data do not tell them
-        apart.
+        Numbers whose errors have a correlation of 0.95 or more and are larger than a quarter: the data do not tell
+        them apart.
     extras : dict
         What was estimated with the rest, such as ``relative_error``.
     covariance, correlations : ndarray, shape (numbers, numbers)
