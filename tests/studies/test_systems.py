@@ -301,7 +301,7 @@ def test_the_command_checks_runs_and_draws(place: Path, tmp_path: Path, capsys: 
     assert found["shape"] == {"lower_restitution": 2, "magnet_coefficients_3": 2, "gap": 2}
     assert found["without_answer"] == {"exact": 0.5, "linear": 1.0, "monte_carlo": 0.0}
     assert 0.0 < found["processor_seconds"]["monte_carlo"] < 60.0
-    for number, flags in enumerate([[], ["--kind", "map"], ["--along", "gap", "--quantity", "barrier_power"]]):
+    for number, flags in enumerate([["--kind", "map"], ["--along", "gap", "--quantity", "upper_power"]]):
         out = tmp_path / f"{number}.png"
         assert cli.main(["study", "plot", str(place), "--out", str(out), *flags]) == 0
         assert out.read_bytes().startswith(b"\x89PNG")
