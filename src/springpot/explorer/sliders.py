@@ -6,8 +6,9 @@ The page knows no part of a system: it draws the sliders of these lists.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from springpot.arguments import Free
@@ -21,8 +22,9 @@ from springpot.parts import (
     Spring,
 )
 from springpot.system import System, kind_of
+from springpot.system_numbers import ROOT, numbers_of, unit_of, with_numbers
 
-__all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders"]
+__all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -118,61 +120,58 @@ class Size:
 
 @dataclass(frozen=True)
 class _Kind:
-    """How a field of a part is shown: ``si`` is its unit beside a `Mass`, ``unit`` per unit mass or of the ground."""
+    """How a number of a part is shown."""
 
     symbol: str
     said: str
-    si: str = ""
-    unit: str = ""
     range: str = "positive"  # or signed, share, order, exponent
     kind: str = ""
 
 
-_K, _C = "N/m", "N s/m"
 _KINDS = {
-    "mass-value": _Kind("m", "mass", "kg", "kg"),
-    "spring-stiffness": _Kind("k", "stiffness", _K, "s⁻²", "signed"),
-    "dashpot-coefficient": _Kind("c", "coefficient", _C, "s⁻¹"),
-    "van_der_pol-coefficient": _Kind("μ", "coefficient", "N s/m³", "m⁻² s⁻¹"),
-    "van_der_pol-length": _Kind("l", "length", "m", "m", kind="length"),
-    "friction-force": _Kind("F", "force", "N", "m/s²"),
-    "springpot-order": _Kind("α", "order", range="order"),
-    "springpot-coefficient": _Kind("C", "coefficient", "N s^α/m", "s^(α−2)"),
-    "series-springpot-order": _Kind("α", "springpot's order", range="share"),
-    "series-springpot-coefficient": _Kind("C", "springpot", "N s^α/m", "s^(α−2)"),
-    "series-spring-stiffness": _Kind("k", "spring", _K, "s⁻²"),
-    "maxwell-stiffness": _Kind("k", "stiffness", _K, "s⁻²"),
-    "maxwell-coefficient": _Kind("c", "coefficient", _C, "s⁻¹"),
-    "barrier-position": _Kind("b", "position", "m", "m", "signed", "length"),
-    "barrier-restitution": _Kind("r", "restitution", range="share"),
-    "barrier-restitution-restitution": _Kind("r", "restitution at", range="share"),
-    "barrier-restitution-speed": _Kind("v", "this speed", "m/s", "m/s"),
-    "barrier-restitution-exponent": _Kind("p", "falls with power", range="share"),
-    "contact-position": _Kind("b", "position", "m", "m", "signed", "length"),
-    "contact-stiffness": _Kind("k", "stiffness", "N/m^p", "m^(1−p) s⁻²"),
-    "contact-exponent": _Kind("p", "exponent", range="exponent"),
-    "contact-dissipation": _Kind("χ", "dissipation", "s/m", "s/m"),
-    "circuit-coupling": _Kind("θ", "coupling", "N/V", "N/V"),
-    "circuit-resistance": _Kind("R", "resistance", "Ω", "Ω"),
-    "circuit-capacitance": _Kind("Cp", "capacitance", "F", "F"),
-    "white_noise-intensity": _Kind("q", "intensity", "N² s", "", kind="force_noise excitation"),
-    "coloured_noise-variance": _Kind("s²", "variance", "N²", "m²/s⁴"),
-    "coloured_noise-correlation_time": _Kind("τ", "correlation time", "s", "s"),
+    "mass-value": _Kind("m", "mass"),
+    "spring-stiffness": _Kind("k", "stiffness", "signed"),
+    "dashpot-coefficient": _Kind("c", "coefficient"),
+    "van_der_pol-coefficient": _Kind("μ", "coefficient"),
+    "van_der_pol-length": _Kind("l", "length", kind="length"),
+    "friction-force": _Kind("F", "force"),
+    "springpot-order": _Kind("α", "order", "order"),
+    "springpot-coefficient": _Kind("C", "coefficient"),
+    "series-springpot-order": _Kind("α", "springpot's order", "share"),
+    "series-springpot-coefficient": _Kind("C", "springpot"),
+    "series-spring-stiffness": _Kind("k", "spring"),
+    "maxwell-stiffness": _Kind("k", "stiffness"),
+    "maxwell-coefficient": _Kind("c", "coefficient"),
+    "barrier-position": _Kind("b", "position", "signed", kind="length"),
+    "barrier-restitution": _Kind("r", "restitution", "share"),
+    "barrier-restitution-restitution": _Kind("r", "restitution at", "share"),
+    "barrier-restitution-speed": _Kind("v", "this speed"),
+    "barrier-restitution-exponent": _Kind("p", "falls with power", "share"),
+    "contact-position": _Kind("b", "position", "signed", kind="length"),
+    "contact-stiffness": _Kind("k", "stiffness"),
+    "contact-exponent": _Kind("p", "exponent", "exponent"),
+    "contact-dissipation": _Kind("χ", "dissipation"),
+    "circuit-coupling": _Kind("θ", "coupling"),
+    "circuit-resistance": _Kind("R", "resistance"),
+    "circuit-capacitance": _Kind("Cp", "capacitance"),
+    "white_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
+    "coloured_noise-variance": _Kind("s²", "variance"),
+    "coloured_noise-correlation_time": _Kind("τ", "correlation time"),
     "filtered_noise-frequency": _Kind("ω", "filter at", kind="frequency"),
-    "filtered_noise-damping": _Kind("ζ", "damping ratio", range="share"),
-    "filtered_noise-intensity": _Kind("q", "intensity", "N² s", "", kind="force_noise excitation"),
-    "constant-force": _Kind("F", "force", "N", "m/s²", "signed"),
-    "harmonic-amplitude": _Kind("F", "amplitude", "N", "m/s²"),
+    "filtered_noise-damping": _Kind("ζ", "damping ratio", "share"),
+    "filtered_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
+    "constant-force": _Kind("F", "force", "signed"),
+    "harmonic-amplitude": _Kind("F", "amplitude"),
     "harmonic-frequency": _Kind("ν", "frequency", kind="frequency"),
-    "recorded-scale": _Kind("×", "the record times", range="positive"),
-    "force-share": _Kind("×", "the function times", range="signed"),
-    "poisson_impulses-rate": _Kind("λ", "rate", "s⁻¹", "s⁻¹"),
-    "poisson_impulses-mean_square": _Kind("y²", "mean square", "N² s²", "m²/s²"),
-    "parametric_noise-intensity": _Kind("q", "intensity", "N² s/m²", "s⁻³"),
-    "thermal_noise-temperature": _Kind("kT", "temperature", "J", "m²/s²"),
+    "recorded-scale": _Kind("×", "the record times"),
+    "force-share": _Kind("×", "the function times", "signed"),
+    "poisson_impulses-rate": _Kind("λ", "rate"),
+    "poisson_impulses-mean_square": _Kind("y²", "mean square"),
+    "parametric_noise-intensity": _Kind("q", "intensity"),
+    "thermal_noise-temperature": _Kind("kT", "temperature"),
 }
+_SCALE = "scale"  # of a record
 _LINEAR = {"order": (0.0, 1.0, 100), "share": (0.05, 1.0, 95), "exponent": (1.0, 3.0, 80)}
-_UNITS_OF_SPEED = (("N s/m", "s⁻¹"), ("N s²/m²", "m⁻¹"), ("N s³/m³", "m⁻² s"))
 _OF_SPEED = ("of v", "of v|v|", "of v³")
 
 
@@ -181,24 +180,12 @@ def numbers(system: System) -> dict[str, float]:
 
     Examples
     --------
-    >>> numbers(System(Spring(80.0), PolynomialSpring((0.0, 0.0, 5.0))))["polynomial_spring-coefficients-2"]
+    >>> numbers(System(Spring(80.0), PolynomialSpring((0.0, 0.0, 5.0))))["polynomial_spring-coefficients-3"]
     5.0
     """
-    return {f"{name}-{path}": value for name, part in system.named() for path, value in _numbers(part)}
-
-
-def _numbers(part: Any) -> Iterator[tuple[str, float]]:
-    if isinstance(part, Recorded):
-        yield "scale", 1.0
-        return
-    for field in fields(part):
-        value = getattr(part, field.name)
-        if is_dataclass(value):
-            yield from ((f"{field.name}-{path}", inner) for path, inner in _numbers(value))
-        elif isinstance(value, tuple):
-            yield from ((f"{field.name}-{place}", inner) for place, inner in enumerate(value))
-        elif isinstance(value, int | float):
-            yield field.name, value
+    found = {name.removeprefix(ROOT).replace(".", "-"): value for name, value in numbers_of(system).items()}
+    found |= {f"{name}-{_SCALE}": 1.0 for name, part in system.named() if isinstance(part, Recorded)}
+    return {name: found[name] for part in system.names for name in found if name.startswith(f"{part}-")}
 
 
 def changed(system: System, given: Mapping[str, float]) -> System:
@@ -214,31 +201,24 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     >>> changed(System(Spring(80.0)), {"spring-stiffness": 90.0}).parts
     (Spring(stiffness=90.0),)
     """
+    known = numbers(system)
     for name in given:
-        if name not in numbers(system):
+        if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    parts = {}
-    for name, part in system.named():
-        own = {key.removeprefix(f"{name}-"): value for key, value in given.items() if key.startswith(f"{name}-")}
-        parts[name] = _with(part, own) if own else part
-    return System(**parts)
+    scales = {f"{name}-{_SCALE}" for name, part in system.named() if isinstance(part, Recorded)}
+    others = {name: value for name, value in given.items() if name not in scales}
+    other = with_numbers(
+        system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in others.items()}
+    )
+    scaled = {name: _scaled(part, given.get(f"{name}-{_SCALE}", 1.0)) for name, part in other.named()}
+    return System(**scaled) if scales & given.keys() else other
 
 
-def _with(part: Any, given: Mapping[str, float]) -> Any:
-    if isinstance(part, Recorded):
-        return replace(part, values=tuple(given["scale"] * value for value in part.values))
-    values: dict[str, Any] = {}
-    for field in fields(part):
-        value = getattr(part, field.name)
-        start = f"{field.name}-"
-        inside = {key.removeprefix(start): new for key, new in given.items() if key.startswith(start)}
-        if field.name in given:
-            values[field.name] = _as_free(value, given[field.name])
-        elif inside and is_dataclass(value):
-            values[field.name] = _with(value, inside)
-        elif inside:
-            values[field.name] = tuple(_as_free(old, inside.get(str(place), old)) for place, old in enumerate(value))
-    return replace(part, **values)
+def _scaled(part: Any, factor: float) -> Any:
+    """A record with its values multiplied; any other part as it is."""
+    if not isinstance(part, Recorded) or factor == 1.0:
+        return part
+    return replace(part, values=tuple(factor * value for value in part.values))
 
 
 def _as_free(old: object, new: float) -> float:
@@ -259,11 +239,11 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
     >>> [(one.name, one.begin, one.end) for one in found]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
     """
-    return tuple(
-        _slider(system, part, f"{name}-{path}", path, value, size)
-        for name, part in system.named()
-        for path, value in _numbers(part)
-    )
+    found, parts = list[Slider](), dict(system.named())
+    for name, value in numbers(system).items():
+        part, _, path = name.partition("-")
+        found.append(_slider(system, parts[part], name, path, value, size))
+    return tuple(found)
 
 
 def _slider(system: System, part: Any, name: str, path: str, value: float, size: Size) -> Slider:
@@ -272,7 +252,8 @@ def _slider(system: System, part: Any, name: str, path: str, value: float, size:
     kind = shown.kind
     if " " in kind:
         kind = kind.split()[0 if heavy else 1]
-    unit = "" if kind else shown.si if heavy else shown.unit
+    plain = "1" if kind or path == _SCALE else unit_of(system, ROOT + name.replace("-", "."))
+    unit = "" if plain == "1" else written(plain)
     begin, end, steps, log = _ends(system, part, path, value, shown.range, size)
     return Slider(name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind)
 
@@ -295,13 +276,12 @@ def _ends(system: System, part: Any, path: str, value: float, of: str, size: Siz
 
 def _shown(part: Any, path: str) -> _Kind:
     """How a number is shown; coefficients of polynomials by their place."""
-    power = int(path.rpartition("-")[2]) + 1 if path.startswith("coefficients-") else 0
     if isinstance(part, PolynomialSpring):
-        per_mass = "s⁻²" if power == 1 else f"m{_raised(1 - power)} s⁻²"
-        of = "of x" + (_raised(power) if power > 1 else "")
-        return _Kind(f"k{_lowered(power)}", of, f"N/m{_raised(power) if power > 1 else ''}", per_mass, "signed")
+        power = int(path.rpartition("-")[2])
+        return _Kind(f"k{_lowered(power)}", f"of x{_raised(power) if power > 1 else ''}", "signed")
     if isinstance(part, PolynomialDashpot):
-        return _Kind(f"c{_lowered(power)}", _OF_SPEED[power - 1], *_UNITS_OF_SPEED[power - 1], range="signed")
+        power = int(path.rpartition("-")[2])
+        return _Kind(f"c{_lowered(power)}", _OF_SPEED[power - 1], "signed")
     return _KINDS[f"{kind_of(part)}-{path}"]
 
 
@@ -309,7 +289,7 @@ def _natural(system: System, part: Any, path: str, size: Size) -> float:
     """How large a number that is 0 would have to be for its part to matter."""
     mass, force = system.mass, system.mass * size.frequency**2 * size.length
     if path.startswith("coefficients-"):
-        power = int(path.rpartition("-")[2]) + 1
+        power = int(path.rpartition("-")[2])
         return force / (size.length if isinstance(part, PolynomialSpring) else size.speed) ** power
     if path == "position":
         return 1.5 * size.length
@@ -333,8 +313,26 @@ def _rounded(value: float) -> float:
     return next(float(f"{digit * decade:.3g}") for digit in (1.0, 2.0, 5.0, 10.0) if digit * decade >= 0.999 * value)
 
 
+def written(unit: str) -> str:
+    """A unit as the page writes it.
+
+    Examples
+    --------
+    >>> [written(unit) for unit in ("m2 s-3", "N s^alpha m-1", "s-1", "N m^-exponent", "s^(alpha-2)")]
+    ['m²/s³', 'N s^α/m', '1/s', 'N/m^p', 's^(α−2)']
+    """
+    above: list[str] = []
+    below: list[str] = []
+    for word in unit.replace("alpha", "α").replace("exponent", "p").replace("ohm", "Ω").split():
+        base, power = re.fullmatch(r"([^\d^-]+)(.*)", word).groups()  # type: ignore[union-attr]
+        size = power.replace("^-", "-").removeprefix("-")
+        raised = "" if size in ("", "1") else _raised(int(size)) if size.isdigit() else f"^{size.removeprefix('^')}"
+        (below if power.startswith(("-", "^-")) else above).append(base + raised.replace("-", "−"))
+    return " ".join(above or ["1"] * bool(below)) + (f"/{' '.join(below)}" if below else "")
+
+
 def _raised(power: int) -> str:
-    return "".join("⁻" if sign == "-" else "⁰¹²³⁴⁵⁶⁷⁸⁹"[int(sign)] for sign in str(power))
+    return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(power))
 
 
 def _lowered(power: int) -> str:

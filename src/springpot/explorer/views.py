@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from springpot.explorer.question import Opened
-from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders
+from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
 from springpot.faults import listed
 from springpot.parts import Barrier, Circuit, Contact
 from springpot.system import System
+from springpot.system_quantities import units_of_system
 from springpot.units import UNITS
 
 __all__ = ["labels", "opened_script", "sizes"]
@@ -90,13 +90,12 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     >>> labels(System(Spring(1.0), WhiteNoise(1.0)), ["x_mean", "input_power"])
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
-    from springpot.system_quantities import units_of_system
-
     words = _ALL | dict(_of_parts(system)) | _LAST
     if "springpot_power" in names:  # an oscillator's run is per unit mass
-        words["springpot_power"] += ", per unit mass" if system.mass != 1.0 else ""
-        return [(name, words[name], _written(UNITS[name])) for name in ("springpot_power", "energy_residual")]
-    return [(name, said, _written(units_of_system(system, name))) for name, said in words.items() if name in names]
+        said = words.get("springpot_power", "taken by dampers")
+        words["springpot_power"] = f"{said}, per unit mass" if system.mass != 1.0 else said
+        return [(name, words[name], _unit(UNITS[name])) for name in ("springpot_power", "energy_residual")]
+    return [(name, said, _unit(units_of_system(system, name))) for name, said in words.items() if name in names]
 
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
@@ -105,8 +104,9 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     fed = [name for name, part in described.items() if any(word in part["kind"] for word in _FEEDS)]
     linear = ("springpot", "dashpot", "series", "maxwell", "circuit", "polynomial_dashpot")
     dampers = [part["title"] for part in described.values() if part["kind"] in linear]
-    together = f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")
-    yield from (("damping_power", together), ("springpot_power", together))  # the second where it is an oscillator
+    if dampers:
+        together = f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")
+        yield from (("damping_power", together), ("springpot_power", together))  # the second where it is an oscillator
     for name, part in described.items():
         if name in fed and len(fed) > 1:
             yield f"{name}_power", f"fed in by {part['title']}"
@@ -117,18 +117,5 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
         yield f"{name}_voltage_mean_square", f"mean square voltage of {part['title']}"
 
 
-def _written(unit: str) -> str:
-    """A unit as the page writes it.
-
-    Examples
-    --------
-    >>> _written("m2 s-3"), _written("1"), _written("s-1"), _written("W")
-    ('m²/s³', '', '1/s', 'W')
-    """
-    above: list[str] = []
-    below: list[str] = []
-    for letters, sign, digits in re.findall(r"([A-Za-z]+)(-?)(\d?)", unit):
-        (below if sign else above).append(letters + {"2": "²", "3": "³"}.get(digits, ""))
-    if not below:
-        return " ".join(above)
-    return f"{' '.join(above) or '1'}/{' '.join(below)}"
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else written(unit)

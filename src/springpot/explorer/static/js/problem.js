@@ -35,7 +35,7 @@ function restitutionOf(name, values) {
 // what connects mass and support: at most four rows of it are drawn
 export function elementsOf(values) {
   if (!ofSystem) return [{ draw: "spring" }, { draw: "springpot", order: values.order }];
-  const curved = of("polynomial_spring").some(({ name }) => PARAMETERS[`${name}-coefficients-1`]);
+  const curved = of("polynomial_spring").some(({ name }) => PARAMETERS[`${name}-coefficients-2`]);
   const springs = of(...LINEAR_SPRINGS, "polynomial_spring").length ? [{ draw: "spring", curved }] : [];
   const pots = of("springpot").map(({ name }) => ({ draw: "springpot", order: values[`${name}-order`] }));
   const arms = of("series").map(({ name }) => ({ draw: "springpot", order: values[`${name}-springpot-order`], arm: true }));
