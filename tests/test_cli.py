@@ -85,7 +85,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"{springpot.__version__}\n"
 
 
-COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore"]
+COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore", "fit"]
 STUDY_COMMANDS = [f"study {name}" for name in ("new", "schema", "check", "run", "status", "export", "plot")]
 
 

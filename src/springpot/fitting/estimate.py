@@ -15,6 +15,8 @@ __all__ = ["STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlatio
 STRONG = 0.95
 """Correlation from which numbers may not be told apart: each is three times as certain if the others are known."""
 
+_STRONG_AT_BOUND = 0.9
+
 VAGUE = 0.25
 """Relative error from which numbers of strong correlation are said not to be told apart."""
 
@@ -48,7 +50,7 @@ class Confusion:
     ----------
     names : tuple of str
     correlation : float
-        Of their errors; of more than two, that of the first with the best combination of the others.
+        Of their errors: of several, the strongest, or that of the first with the best combination of the others.
     """
 
     names: tuple[str, ...]
@@ -174,8 +176,10 @@ def correlation_of(covariance: FloatArray) -> FloatArray:
     return np.asarray(np.clip(covariance / np.outer(size, size), -1.0, 1.0))
 
 
-def confusions(names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np.bool_]) -> tuple[Confusion, ...]:
-    """Pairs of strong correlation and large errors, and larger groups in which one number follows from the others.
+def confusions(
+    names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np.bool_], held: NDArray[np.bool_]
+) -> tuple[Confusion, ...]:
+    """Numbers of strong correlation and large errors, in groups; and those that follow from several others.
 
     Parameters
     ----------
@@ -184,6 +188,8 @@ def confusions(names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np
         Of the coordinates of the search.
     vague : ndarray of bool, shape (numbers,)
         Whether the error of each is large.
+    held : ndarray of bool, shape (numbers,)
+        Whether each is held at a bound, so that its correlation at a better place is not known: 0.9 is enough then.
 
     Returns
     -------
@@ -191,23 +197,33 @@ def confusions(names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np
 
     Examples
     --------
-    >>> confusions(("C", "order"), np.array([[1.0, -0.98], [-0.98, 1.0]]), np.array([True, False]))
+    >>> free = np.array([False, False])
+    >>> confusions(("C", "order"), np.array([[1.0, -0.98], [-0.98, 1.0]]), ~free, free)
     (Confusion(names=('C', 'order'), correlation=-0.98),)
     """
     rho = correlation_of(covariance)
-    found = [
-        Confusion((names[i], names[j]), float(rho[i, j]))
-        for i in range(len(names)) for j in range(i + 1, len(names))
-        if abs(rho[i, j]) >= STRONG and (vague[i] or vague[j])
-    ]  # fmt: skip
-    told = {name for own in found for name in own.names}
+    count = len(names)
+    groups: list[set[int]] = []
+    for i in range(count):
+        for j in range(i + 1, count):
+            strong = abs(rho[i, j]) >= (_STRONG_AT_BOUND if held[i] or held[j] else STRONG)
+            if strong and (vague[i] or vague[j]):
+                joined = {i, j}.union(*(group for group in groups if group & {i, j}))
+                groups = [*(group for group in groups if not group & joined), joined]
+    found = []
+    for group in groups:
+        own = sorted(group)
+        pairs = [float(rho[i, j]) for i in own for j in own if i < j]
+        found.append(Confusion(tuple(names[n] for n in own), max(pairs, key=abs)))
+    told = {n for group in groups for n in group}
     inverse = np.linalg.pinv(rho, rcond=1e-12)
     partial = -inverse / np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
-    for i, name in enumerate(names):
+    for i in range(count):
         multiple = np.sqrt(max(1.0 - 1.0 / max(inverse[i, i], 1.0), 0.0))
-        if name not in told and multiple >= STRONG:
-            group = [j for j in range(len(names)) if j != i and abs(partial[i, j]) > 0.5]
-            if vague[[i, *group]].any():
-                found.append(Confusion((name, *(names[j] for j in group)), float(multiple)))
-                told |= {name, *(names[j] for j in group)}
+        if i in told or multiple < STRONG:
+            continue
+        others = [j for j in range(count) if j != i and abs(partial[i, j]) > 0.5]
+        if others and vague[[i, *others]].any():
+            found.append(Confusion((names[i], *(names[j] for j in others)), float(multiple)))
+            told |= {i, *others}
     return tuple(found)

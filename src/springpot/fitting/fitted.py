@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import shown
+from springpot.faults import listed, shown
 from springpot.fitting.data import Data, Impacts, Moduli, Record, Spectrum
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
-from springpot.fitting.likelihood import Likelihood
+from springpot.fitting.likelihood import LeastSquares, Likelihood
 from springpot.fitting.result import Choice, Fit
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
@@ -101,6 +101,7 @@ def _fit(model: Any, data: Data, seed: int) -> Fit:
     if not likelihood.size > len(own.free) + 1:
         raise ValueError(f"data must have more points than the model has free numbers: {likelihood.size} are too few "
                          f"for {len(own.free)}.")  # fmt: skip
+    _check_influence(likelihood)
     best = search(likelihood, seed)
     theta = own.outer(best.u)
     named = own.named(theta)
@@ -123,7 +124,7 @@ def _fit(model: Any, data: Data, seed: int) -> Fit:
         at_bounds={
             name: "low" if best.u[n] == own.low[n] else "high" for n, name in enumerate(own.names) if not best.moves[n]
         },
-        not_told_apart=confusions(own.names, whole, own.relative(theta, np.sqrt(np.diag(whole))) > VAGUE),
+        not_told_apart=confusions(own.names, whole, own.relative(theta, np.sqrt(np.diag(whole))) > VAGUE, ~best.moves),
         extras=likelihood.extras(theta),
         covariance=covariance,
         correlations=correlation_of(whole),
@@ -134,6 +135,15 @@ def _fit(model: Any, data: Data, seed: int) -> Fit:
         _likelihood=likelihood,
         _best=best,
     )  # fmt: skip
+
+
+def _check_influence(likelihood: Likelihood) -> None:
+    """No free number may leave the data as they are."""
+    own = likelihood.coordinates
+    if isinstance(likelihood, LeastSquares):
+        moves = np.abs(likelihood.sensitivity(own.outer(own.start))).max(axis=0)
+        if idle := [name for name, move in zip(own.names, moves.tolist(), strict=True) if move == 0.0]:
+            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
 
 def free_numbers_of(model: Any) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
 from springpot.fitting.response import response
-from springpot.fitting.spectra import NOISE, SpectrumLikelihood
+from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
 from springpot.fitting.state_space import state_space
 from springpot.free_numbers import free_numbers, restarted
 from springpot.oscillator import Oscillator
@@ -49,6 +49,7 @@ class RecordLikelihood(Likelihood):
         self._duration = float(data.time[-1] - data.time[0])
         free = (*free_numbers(model).values(),)
         if data.noise is None:
+            check_name(free)
             spread = float(data.values.std())
             free = (*free, Free(0.05 * spread, NOISE, 1e-4 * spread, spread))
         response(model, data.of, sampled=True)  # what a record cannot be of is an error before any work

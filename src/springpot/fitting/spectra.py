@@ -32,6 +32,18 @@ NOISE = "noise"
 _LARGEST_GRID = 2**20
 
 
+def check_name(free: tuple[Free, ...]) -> None:
+    """No number of the model may have the name of the noise that is found with it.
+
+    Raises
+    ------
+    ValueError
+        If one has.
+    """
+    if NOISE in {number.name for number in free}:
+        raise ValueError(f"{NOISE} must not be the name of a free number of the model: the measurement noise has it.")
+
+
 class SpectrumLikelihood(LeastSquares):
     """Averages of periodograms: gamma distributed about the expected one.
 
@@ -52,6 +64,7 @@ class SpectrumLikelihood(LeastSquares):
         self.model, self.data = model, data
         free = (*free_numbers(model).values(),)
         if data.noise is None:
+            check_name(free)
             low, high = float(data.density.min()), float(data.density.max())
             free = (*free, Free(0.5 * low, NOISE, 1e-4 * low, high))
         self.coordinates = Coordinates(free)
