@@ -295,6 +295,14 @@ def test_a_link_and_the_copies_have_the_changed_numbers(device: Tab, tmp_path: P
     assert shown(device) == held
 
 
+def test_a_link_that_is_not_possible_opens_the_file(context: BrowserContext, usual: Server) -> None:
+    with opened(context, usual, "upper-position=-0.01&paths=128", wait=False) as tab:
+        tab.wait("springpotExplorer.generation > 0")
+        banner = tab.page.locator("#banner").inner_text()
+        assert banner.startswith("The link's numbers are not possible: the walls must leave room")
+        assert tab.page.locator("#field-upper-position").input_value() == "0.005"
+
+
 def test_a_number_without_a_value_says_why(device: Tab) -> None:
     """White noise at a restitution that makes infinitely many impacts."""
     device.ask("lower-restitution=0.1&paths=128")

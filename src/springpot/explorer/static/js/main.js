@@ -10,7 +10,7 @@ import { pinOf, showPinned, snapshot } from "./pinned.js";
 import { OPENED, circuitsOf, elementsOf, isThermal, ofSystem, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, startSystem } from "./system.js";
-import { State } from "./state.js";
+import { DEFAULTS, State } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
 import { nameTiles, showTiles } from "./tiles.js";
 import { Track } from "./track.js";
@@ -100,7 +100,11 @@ on("asked", (problem) => {
 });
 on("accepted", (message) => { view.copies = message; notice("question", ""); });
 on("refused", ({ sentence, asked }) => {
-  if (asked === null || !connection.good) return notPossible(sentence);
+  if (asked === null) return notPossible(sentence);
+  if (!connection.good) { // the numbers of a link
+    state.set({ ...DEFAULTS });
+    return notice("link", `The link's numbers are not possible: ${sentence} Those of the file are used.`);
+  }
   // the last good state stays, and goes on; beside the number stands why
   if (!controls.refuse(sentence, connection.good)) notice("question", `Not possible: ${sentence}`);
 });
