@@ -91,6 +91,10 @@ def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
     for name in ("x_mean_square", "v_mean_square", "damping_power"):
         assert one.values[name] == pytest.approx(other.values[name], rel=1e-3)
     assert -one.values["own_power"] == pytest.approx(other.values["polynomial_dashpot_power"], rel=2e-3)
+
+
+@pytest.mark.validation
+def test_a_force_of_ones_own_knows_the_time() -> None:
     pushed = sp.System(sp.Spring(1.0), sp.Dashpot(0.4), sp.Force(lambda t, x, v: math.sin(1.3 * t)))
     end = sp.run(pushed, paths=1, step=0.01, duration=60.0, start="rest").record  # no path is recorded
     assert end.shape[0] == 0
