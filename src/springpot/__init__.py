@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         WhiteNoise,
     )  # fmt: skip
     from springpot.parts.walls import PowerRestitution
+    from springpot.simulation.extended import extend
     from springpot.simulation.loaded import load_run
     from springpot.simulation.run import run, simulate
     from springpot.studies import open_study, study
@@ -55,8 +56,9 @@ __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
     "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
     "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
-    "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "figures", "fit",
-    "free", "load_run", "open_study", "read_data", "read_system", "run", "simulate", "study", "theory", "to_toml",
+    "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "extend",
+    "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "simulate", "study",
+    "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -73,6 +75,7 @@ _LATER = {
     "explore": "springpot.explorer.commands",
     "figures": "springpot.figures",
     "free": "springpot.free_numbers",
+    "extend": "springpot.simulation.extended",
     "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
     "read_data": "springpot.fitting",

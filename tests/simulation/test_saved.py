@@ -58,7 +58,7 @@ def equal(one: Any, other: Any) -> bool:
 def test_a_run_comes_back_equal(which: str, suffix: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     run = sp.run(sp.Oscillator(barrier=None), paths=1, duration=1.0) if which == "tiny" else None
     run = run or request.getfixturevalue(which)
-    again = sp.load_run(run.save(tmp_path / f"run.{suffix}"))
+    again = sp.load_run(run.save(tmp_path / f"run.{suffix}", path_sums=True))
     assert equal(run, again)
     assert again.to_dict() == run.to_dict()
     xarray.testing.assert_identical(again.to_dataset(), run.to_dataset())
@@ -168,7 +168,7 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 @pytest.mark.parametrize("suffix", ["nc", "json"])
 def test_damage_is_one_sentence_or_no_damage_to_the_run(suffix: str, rich: Run, tmp_path: Path) -> None:
-    place = rich.save(tmp_path / f"run.{suffix}")
+    place = rich.save(tmp_path / f"run.{suffix}", path_sums=True)
     content, sentences = place.read_bytes(), []
     for seed in range(60):
         place.write_bytes(damaged(content, seed))

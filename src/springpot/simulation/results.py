@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact
+from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.budget import Budget
 from springpot.simulation.distributions import Distribution, sample_quantiles
 from springpot.simulation.observables import COUNTED, EXTREMES
@@ -63,6 +64,10 @@ class Run:
         `springpot.simulation.Spectrum` of x in the window, if requested.
     first_passages : dict
         `springpot.simulation.PassageTimes` of each level requested, by quantity.
+    path_sums : ndarray, shape (paths, sums)
+        Sums over the window of each path, from which `springpot.extend` goes on; empty with ``rtol``.
+    adapted : Adapted or None
+        How x(0) of a stationary start was found.
     """
 
     oscillator: Oscillator | System
@@ -78,6 +83,8 @@ class Run:
     extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
     spectrum: Spectrum | None = None
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    adapted: Adapted | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, strings, lists and dicts; NaN is None.
@@ -254,7 +261,7 @@ class Run:
                     data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
         return walls
 
-    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+    def save(self, path: str | Path, *, overwrite: bool = False, path_sums: bool = False) -> Path:
         """Write the run to a file: see `springpot.simulation.saved.save_run`, whose arguments are the same.
 
         Returns
@@ -275,7 +282,7 @@ class Run:
         """
         from springpot.simulation.saved import save_run
 
-        return save_run(self, path, overwrite=overwrite)
+        return save_run(self, path, overwrite=overwrite, path_sums=path_sums)
 
 
 def _finite(numbers: list[float]) -> list[float | None]:

@@ -39,7 +39,7 @@ from springpot.system import System
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["run", "run_as_given", "simulate"]
+__all__ = ["diagnostics_of", "doubts_of", "run", "run_as_given", "simulate"]
 
 _DEFAULT_QUANTITIES = ("amplitude_mean_square",)
 _OWN_ARGUMENTS = (
@@ -177,7 +177,7 @@ def run_as_given(
         values=values,
         errors=errors,
         budgets={},
-        diagnostics=_diagnostics(simulation, ensemble.rows, time.perf_counter() - begun),
+        diagnostics=diagnostics_of(simulation, ensemble.rows, time.perf_counter() - begun),
         warnings=warnings,
         time=settings.recorded_times,
         record=ensemble.record,
@@ -185,6 +185,8 @@ def run_as_given(
         extremes=observed.extremes,
         spectrum=observed.spectrum,
         first_passages=observed.first_passages,
+        path_sums=ensemble.rows,
+        adapted=adapted,
     )
 
 
@@ -229,9 +231,22 @@ def _doubts(
     """Reasons to doubt a number, and arguments without effect."""
     problem, step = simulation.problem, simulation.settings.step
     if isinstance(problem, System):
-        return doubts_of_system(simulation, values, errors, rows)
+        return doubts_of(simulation, values, errors, rows)
     quantiles = [] if speeds is None else about_quantiles(problem, step, speeds, PROBABILITIES)
-    return (*without_effect(problem, given), *doubts(simulation, values, errors, rows), *quantiles)
+    return (*without_effect(problem, given), *doubts_of(simulation, values, errors, rows), *quantiles)
+
+
+def doubts_of(
+    simulation: Simulation,
+    values: dict[str, float],
+    errors: dict[str, float],
+    rows: npt.NDArray[np.float64],
+    *,
+    bounded: bool = False,
+) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number; ``bounded``: the total errors include those of the step."""
+    of = doubts_of_system if isinstance(simulation.problem, System) else doubts
+    return tuple(of(simulation, values, errors, rows, bounded=bounded))
 
 
 def _run_to(
@@ -259,13 +274,9 @@ def _run_to(
         progress=progress,
     )
     rows = reached.rows
-    diagnostics = _diagnostics(reached.simulation, rows, time.perf_counter() - begun)
+    diagnostics = diagnostics_of(reached.simulation, rows, time.perf_counter() - begun)
     warned = [
-        *(
-            doubts_of_system(reached.simulation, reached.values, reached.errors, rows, bounded=True)
-            if isinstance(problem, System)
-            else doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True)
-        ),
+        *doubts_of(reached.simulation, reached.values, reached.errors, rows, bounded=True),
         *about_uncontrolled_impacts(reached, quantities, rtol),
         *([reached.shortfall] if reached.shortfall else []),
     ]
@@ -475,7 +486,8 @@ def simulate(
     return result.to_dataset()
 
 
-def _diagnostics(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:
+def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:
+    """How a run was computed; ``rows`` are the sums of its paths."""
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME
 

@@ -83,7 +83,7 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
     return (place, place.with_name(f"{place.stem}_paths.csv")) if place.suffix == ".csv" and recorded else (place,)
 
 
-def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
+def save_run(run: Run, path: str | Path, *, overwrite: bool = False, path_sums: bool = False) -> Path:
     """Write a run to a file in the format of its suffix.
 
     Parameters
@@ -94,6 +94,8 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
         are a second table beside it, ``NAME_paths.csv``).
     overwrite : bool
         Whether to replace an existing file.
+    path_sums : bool
+        Whether to keep the sums of each path, some 100 bytes a path, so that `springpot.extend` can add paths.
 
     Returns
     -------
@@ -115,6 +117,8 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False) -> Path:
     >>> sp.load_run(place).values == run.values
     True
     """
+    if not path_sums:
+        run = dataclasses.replace(run, path_sums=np.zeros((0, 0)))
     first, *others = (place_for(place, overwrite=overwrite) for place in places(path, run))
     if first.suffix == ".nc":
         _write_netcdf(run, first)

@@ -1,0 +1,112 @@
+"""More paths for a run that is there already: the bits of one run of them all."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from springpot.arguments import finite_number
+from springpot.simulation.lanes import LANES
+from springpot.simulation.results import Run
+from springpot.simulation.run import diagnostics_of, doubts_of
+from springpot.simulation.settings import MOST_PATHS
+from springpot.simulation.simulation import Progress, Simulation, simulation_of
+
+__all__ = ["extend"]
+
+
+def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progress | None = None) -> Run:
+    """Add paths to a run, which may come from a file.
+
+    The paths that are there are not computed again, but for the first 64, which show that this machine and this version
+    of springpot give the same bits.  A stationary start stays that of the run.
+
+    Parameters
+    ----------
+    run : Run
+        Of `springpot.run`, or of `springpot.load_run` if it was saved with ``path_sums=True``.
+    paths : int
+        Number of paths afterwards.
+    threads : int
+        As many as this process may use if left out; the result does not depend on it.
+    progress : callable
+        Called with the fraction done, from any thread.
+
+    Returns
+    -------
+    Run
+        To the last bit that of one run of so many paths with the same x(0).
+
+    Raises
+    ------
+    TypeError
+        If ``run`` is not a run.
+    ValueError
+        If it has as many paths already, has results that need every step of each path (distributions, spectrum,
+        observables, first passages), was made with ``rtol``, was saved without the sums of its paths, or its bits
+        cannot be had again here.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> first = sp.run(sp.Oscillator(), paths=100, duration=2.0, start="rest")
+    >>> sp.extend(first, paths=200).values == sp.run(sp.Oscillator(), paths=200, duration=2.0, start="rest").values
+    True
+    """
+    _check(run)
+    before = run.settings.paths
+    wanted = int(finite_number(paths, "paths", low=before + 1, high=MOST_PATHS, hint=f"The run has {before} paths."))
+    settings = replace(run.settings, paths=wanted, threads=threads or run.settings.threads)
+    simulation = simulation_of(run.oscillator, settings, run.adapted)
+    begun = time.perf_counter()
+    _check_bits(simulation, run)
+    whole = before // LANES * LANES
+    skipped = whole if settings.record <= whole else 0
+    later = simulation.but(paths=wanted - skipped, record=0 if skipped else settings.record)
+    ensemble = later.advance(skipped=skipped, progress=progress)
+    rows = np.concatenate([run.path_sums[:skipped], ensemble.rows])
+    values, errors = simulation.estimates(rows)
+    old = {*doubts_of(simulation.but(paths=before), run.values, run.errors, run.path_sums)}
+    kept = (sentence for sentence in run.warnings if sentence not in old)
+    return replace(
+        run,
+        settings=settings,
+        values=values,
+        errors=errors,
+        diagnostics=diagnostics_of(simulation, rows, run.diagnostics["seconds"] + time.perf_counter() - begun),
+        warnings=(*kept, *doubts_of(simulation, values, errors, rows)),
+        record=run.record if skipped else ensemble.record,
+        path_sums=rows,
+    )
+
+
+def _check(run: object) -> None:
+    if not isinstance(run, Run):
+        raise TypeError(f"run must be a Run, not {run!r}.")
+    if run.budgets:
+        raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
+    more = {
+        "distributions": run.distributions,
+        "a spectrum": run.spectrum is not None,
+        "first passages": run.first_passages,
+        "observables": [name for name, unit in run.units.items() if not unit or name.startswith("counted_")],
+    }
+    if there := [name for name, value in more.items() if value]:
+        raise ValueError(f"run must have moments only, but it has {there[0]}, which need every step of each path.")
+    if not run.path_sums.size:
+        raise ValueError("run was saved without the sums of its paths: save it with path_sums=True.")
+
+
+def _check_bits(simulation: Simulation, run: Run) -> None:
+    """The first block must be what it was: another version, processor or library would give others."""
+    paths = min(LANES, run.settings.paths)
+    again = simulation.but(paths=paths, record=min(paths, run.settings.record)).advance()
+    there = run.path_sums[:paths]
+    if again.rows.shape != there.shape or not np.array_equal(again.rows, there, equal_nan=True):
+        made = run.diagnostics.get("versions", {}).get("springpot", "?")
+        raise ValueError(
+            f"run cannot be extended here: it was made by springpot {made} on another machine or with other libraries, "
+            "and its first paths come out with other bits; run it anew."
+        )

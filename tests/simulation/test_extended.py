@@ -1,0 +1,62 @@
+"""More paths for a run: the bits of one long run, and what cannot be extended."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import springpot as sp
+
+WALL = sp.Oscillator(springpot=sp.Springpot(0.5, 0.8), barrier=sp.Barrier(-0.2, 0.8))
+GIVEN = {"duration": 12.0, "step": 0.05, "window": (6.0, 12.0), "seed": 4}
+
+
+def same(one: sp.simulation.Run, other: sp.simulation.Run) -> None:  # type: ignore[name-defined]
+    for mine, theirs in ((one.values, other.values), (one.errors, other.errors)):
+        assert mine.keys() == theirs.keys()
+        assert np.array_equal([*mine.values()], [*theirs.values()], equal_nan=True)
+    assert one.settings == other.settings
+    assert one.warnings == other.warnings
+    assert np.array_equal(one.path_sums, other.path_sums)
+    assert np.array_equal(one.record, other.record)
+
+
+@pytest.mark.parametrize(
+    ("problem", "given"),
+    [
+        (WALL, {}),
+        (WALL, {"record": 3}),
+        (WALL, {"record": 70}),  # some of them in the block that is not whole
+        (WALL, {"start": "rest", "threads": 1}),
+        (sp.Oscillator(springpot=sp.Springpot(1.0, 0.8), barrier=None), {}),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".nc", ".json"])
+def test_the_bits_of_one_long_run(problem: sp.Oscillator, given: dict, suffix: str, tmp_path: Path) -> None:
+    first = sp.run(problem, paths=100, **GIVEN, **given)
+    again = sp.load_run(first.save(tmp_path / f"run{suffix}", path_sums=True))
+    longer = sp.extend(sp.extend(again, paths=101), paths=300)
+    same(longer, sp.run(problem, paths=300, **GIVEN, **given))
+
+
+def test_what_cannot_be_extended(tmp_path: Path) -> None:
+    run = sp.run(WALL, paths=64, **GIVEN)
+    with pytest.raises(ValueError, match=r"paths must be in \[65, .*The run has 64 paths"):
+        sp.extend(run, paths=64)
+    with pytest.raises(TypeError, match="run must be a Run"):
+        sp.extend(run.values, paths=100)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"without the sums of its paths: save it with path_sums=True"):
+        sp.extend(sp.load_run(run.save(tmp_path / "run.nc")), paths=100)
+    with pytest.raises(ValueError, match="moments only, but it has distributions"):
+        sp.extend(sp.run(WALL, paths=64, **GIVEN, distributions=True), paths=100)
+    with pytest.raises(ValueError, match="moments only, but it has observables"):
+        sp.extend(sp.run(WALL, paths=64, **GIVEN, slowest_counted_impact=0.1), paths=100)
+    with pytest.raises(ValueError, match="must not be made with rtol"):
+        sp.extend(sp.run(WALL, rtol=0.2), paths=100_000)
+    other = run.path_sums.copy()
+    other[5, 1] = np.nextafter(other[5, 1], 1.0)
+    with pytest.raises(ValueError, match="first paths come out with other bits; run it anew"):
+        sp.extend(replace(run, path_sums=other), paths=100)
