@@ -248,6 +248,8 @@ def test_a_bad_study_is_refused_in_one_sentence(changes: dict[str, Any], says: s
 
 
 def test_other_sentences(tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match=r"^source must be a study file .* not System\(.*\)\. Give \{'system': it, "):
+        sp.study(DEVICE)  # type: ignore[arg-type]
     theory = {"name": "orders", "methods": ["linear"], "axes": {"order": [0.5]}}
     with pytest.raises(ValueError, match=r"methods, number 1: linear is for systems, as system = 'device\.toml'"):
         read_study(theory)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -282,6 +283,8 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
     Raises
     ------
+    TypeError
+        If it is something else.
     ValueError
         One sentence: the error and its place, or why the file cannot be read.
     FileNotFoundError
@@ -299,6 +302,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         return source
     if isinstance(source, Mapping):
         title, content = "the study", dict(source)
+    elif not isinstance(source, str | os.PathLike):
+        hint = " Give {'system': it, 'axes': ..., 'name': ..., 'methods': ...}." if isinstance(source, System) else ""
+        raise TypeError(f"source must be a study file or its content, a dict, not {shown(source)}.{hint}")
     else:
         title = f"study file {str(source)!r}"
         content = read_toml(source, title)
