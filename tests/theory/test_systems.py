@@ -547,7 +547,7 @@ def test_the_spectrum_of_matched_noise_at_zero_frequency() -> None:
 def test_all_methods_answer_or_say_why() -> None:
     device = sp.System(SPRING, cubic(1.0), sp.Dashpot(0.5), WHITE)
     answers, statements = solve_all(device)
-    assert list(answers) == ["envelope", "linearisation", "exact"]
+    assert list(answers) == ["averaging_amplitude", "linearisation", "envelope", "exact"]
     assert statements["linear"].endswith("not polynomial_spring.")
     assert statements["closure"].startswith("polynomial_spring cannot be part of an Oscillator")
     assert json.loads(json.dumps(answers["exact"].to_dict()))["x_mean_square"] == pytest.approx(0.46792, abs=1e-5)

@@ -472,11 +472,11 @@ def validity(
     out: Annotated[str, Parameter(help="Folder for the files; created if missing.")] = "figures",
     simulate_again: Annotated[
         bool,
-        Parameter(negative="", help="First repeat the Monte Carlo of the map: half an hour; can be interrupted."),
+        Parameter(negative="", help="First repeat the Monte Carlo of the maps: two hours; can be interrupted."),
     ] = False,
     threads: Threads = None,
 ) -> int:
-    """The validity map: how far each method of the theory is from Monte Carlo, as pictures and as a table.
+    """The validity maps: how far each method of the theory is from Monte Carlo, as pictures and as tables.
 
     Example: springpot validity --out figures
     """
@@ -484,23 +484,32 @@ def validity(
         raise ValueError("--threads has no effect without --simulate-again: nothing is computed.")
     with leave_at_once():
         from springpot.figures.style import save
-        from springpot.figures.validity import draw_gaps
-        from springpot.theory.reliability import MAP_FILE
+        from springpot.figures.validity import draw_gaps, draw_system_gaps
+        from springpot.theory.reliability import MAP_FILE, SYSTEMS_FILE
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    source = MAP_FILE
+    sources = MAP_FILE, SYSTEMS_FILE
     if simulate_again:
-        from springpot.validity import make_map
+        from springpot.validity import CELLS, SYSTEM_CELLS, make_map
 
-        with Bar("simulating the validity map") as bar:
-            source = make_map(path=folder / MAP_FILE.name, threads=threads, progress=bar)
+        maps = ("oscillators", CELLS, MAP_FILE), ("systems", SYSTEM_CELLS, SYSTEMS_FILE)
+        made = []
+        for what, cells, file in maps:
+            with Bar(f"simulating the validity map of {what}") as bar:
+                made.append(make_map(cells=cells, path=folder / file.name, threads=threads, progress=bar))
+        sources = made[0], made[1]
     else:
-        (folder / MAP_FILE.name).write_bytes(MAP_FILE.read_bytes())
-    print(folder / MAP_FILE.name)
+        for file in sources:
+            (folder / file.name).write_bytes(file.read_bytes())
+    source, of_systems = sources
+    for file in sources:
+        print(folder / file.name)
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):
             print(save(draw_gaps(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
+    for moment in ("x_mean_square", "v_mean_square", "impact_rate"):
+        print(save(draw_system_gaps(moment, path=of_systems), folder / f"validity_systems_{moment}.png"))
     return 0
 
 

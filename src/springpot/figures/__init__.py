@@ -17,11 +17,11 @@ from springpot.figures.stationary import correlation, density, spectrum
 from springpot.figures.studies import draw_study
 from springpot.figures.style import COLOURS, METHOD_LINES, bars, new_figure, new_grid, save
 from springpot.figures.sweeps import against
-from springpot.figures.validity import draw_gaps, gaps
+from springpot.figures.validity import draw_gaps, draw_system_gaps, gaps, system_gaps
 
 __all__ = [
     "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "design_chart",
-    "draw_comparison", "draw_fit", "draw_gaps", "draw_study", "fourier_error", "fourier_series", "gaps",
-    "memory_error", "memory_terms", "new_figure", "new_grid", "path", "phase_portrait", "profile", "save", "spectrum",
-    "survival", "terms_against_tolerance", "transient",
+    "draw_comparison", "draw_fit", "draw_gaps", "draw_study", "draw_system_gaps", "fourier_error", "fourier_series",
+    "gaps", "memory_error", "memory_terms", "new_figure", "new_grid", "path", "phase_portrait", "profile", "save",
+    "spectrum", "survival", "system_gaps", "terms_against_tolerance", "transient",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Pictures of the validity map: gaps of the methods to Monte Carlo, over order and strength of the springpot."""
+"""Pictures of the validity maps: gaps of the methods to Monte Carlo, over order and strength of the springpot."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.figures.style import method_label, new_grid, panel
-from springpot.theory.registry import MAPPED
-from springpot.theory.reliability import GOOD, MAP_FILE, read_map
+from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
+from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_FILE, SYSTEMS_GOOD, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_gaps", "gaps"]
+__all__ = ["draw_gaps", "draw_system_gaps", "gaps", "system_gaps"]
 
 NAMES = {
     "amplitude_mean_square": r"$\langle A^2\rangle$",
@@ -29,6 +29,17 @@ NAMES = {
     "impact_speed_mean_square": "mean square impact speed",
 }
 LARGEST = 12.0  # per cent at which the colours end
+
+CASES: Mapping[str, Mapping[str, float]] = {
+    "no wall\n$\\kappa$ = 0.1": {"walls": 0, "hardening": 0.1},
+    "no wall\n$\\kappa$ = 1": {"walls": 0, "hardening": 1.0},
+    "no wall\n$\\kappa$ = 10": {"walls": 0, "hardening": 10.0},
+    "one wall\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "hardening": 1.0},
+    "one wall\n$\\kappa$ = 1, $r$ = 0.8": {"walls": 1, "restitution": 0.8, "hardening": 1.0},
+    "two walls, near\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 0.5, "restitution": 0.8},
+    "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "colour": 1.0, "hardening": 1.0},
+}
+"""Columns of `draw_system_gaps`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
 
 Cells = Mapping[str, np.ndarray[Any, Any]]
 
@@ -149,6 +160,130 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path:
     where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"
     figure.suptitle(f"Gap of {NAMES[moment]} to Monte Carlo from an adapted start, {where}", fontsize=10)
     return figure
+
+
+def system_gaps(
+    method: str,
+    moment: str = "x_mean_square",
+    axes: Axes | None = None,
+    *,
+    walls: int = 0,
+    position: float = 0.0,
+    restitution: float = 1.0,
+    colour: float = 0.0,
+    hardening: float = 1.0,
+    path: Path = SYSTEMS_FILE,
+) -> Axes:
+    """Draw the gap of one method to Monte Carlo for systems, in per cent, over order and strength of the springpot.
+
+    Parameters
+    ----------
+    method : {"averaging_amplitude", "linearisation", "envelope"}
+    moment : str
+        Any of `springpot.theory.result.MOMENTS` but ``"amplitude_mean_square"``.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+    walls, position, restitution, colour, hardening
+        The other numbers of `springpot.theory.cells.Cell`.
+    path : Path
+        The map; the one that comes with the package if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        As of `gaps`.
+
+    Raises
+    ------
+    ValueError
+        If the map has no such method, moment or cells.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> axes = sp.figures.system_gaps("linearisation", "v_mean_square", hardening=1.0)
+    >>> len(axes.texts) >= 12
+    True
+    """
+    if method not in SYSTEM_MAPPED or moment not in SYSTEMS_GOOD:
+        known = f"method must be one of {', '.join(SYSTEM_MAPPED)} and moment one of {', '.join(SYSTEMS_GOOD)}"
+        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    case = {"walls": walls, "position": position, "restitution": restitution, "colour": colour, "hardening": hardening}
+    here = _cells_of(case, path)
+    if not here["c"].size:
+        numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
+        raise ValueError(f"the map of systems has no cells with {numbers}.")
+    axes = panel(axes, 4.6, 3.2)
+    _panel(axes, here, f"{method}:{moment}", SYSTEMS_GOOD[moment])
+    axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
+    axes.set_ylabel(r"order $\alpha$ (1)")
+    axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
+    return axes
+
+
+def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, path: Path = SYSTEMS_FILE) -> Figure:
+    """Draw the gap of one moment of systems: a row for each method, a column for each of some kinds of systems.
+
+    Parameters
+    ----------
+    moment : str
+        Any of `springpot.theory.result.MOMENTS` but ``"amplitude_mean_square"``.
+    methods : sequence of str
+    path : Path
+        The map; the one that comes with the package if left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If there is no such moment.
+
+    Examples
+    --------
+    >>> len(draw_system_gaps("impact_rate").axes) > 7
+    True
+    """
+    if moment not in SYSTEMS_GOOD:
+        raise ValueError(f"moment must be one of {', '.join(SYSTEMS_GOOD)}, not {moment!r}.")
+    struck = moment.startswith("impact") or moment == "x_mean"
+    cases = {title: case for title, case in CASES.items() if case["walls"] > 0 or not struck}
+    figure, panels = new_grid(1.75 * len(cases) + 1.2, 1.6 * len(methods) + 1.1, len(methods), len(cases))
+    image: Any = None
+    for number, cell in enumerate(panels):
+        row, column = divmod(number, len(cases))
+        title, case = list(cases.items())[column]
+        image = _panel(cell, _cells_of(case, path), f"{methods[row]}:{moment}", SYSTEMS_GOOD[moment])
+        if row == 0:
+            cell.set_title(title, fontsize=8)
+        if column == 0:
+            cell.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$", fontsize=8)
+        else:
+            cell.set_yticklabels([])
+        if row == len(methods) - 1:
+            cell.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$", fontsize=8)
+        else:
+            cell.set_xticklabels([])
+    bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
+    bar.set_label(
+        f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
+        f"bold: more than {SYSTEMS_GOOD[moment]:g} %; grey: no result; blank: Monte Carlo too uncertain",
+        fontsize=7,
+    )
+    figure.suptitle(f"Systems: gap of {NAMES[moment]} to Monte Carlo; walls at or about the equilibrium", fontsize=10)
+    return figure
+
+
+def _cells_of(case: Mapping[str, float], path: Path) -> Cells:
+    """The cells of one kind of systems."""
+    cells = read_map(path)
+    usual = {"position": 0.0, "restitution": 1.0, "colour": 0.0, "hardening": 0.0}
+    chosen = np.ones(cells["c"].size, bool)
+    for name, value in (usual | dict(case)).items():
+        chosen &= cells[name] == value
+    return {name: column[chosen] for name, column in cells.items()}
 
 
 def _panel(panel: Axes, here: Cells, name: str, good: float) -> Any:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
+    from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
     from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearisation import Linearisation, linearisation
@@ -22,10 +23,10 @@ if TYPE_CHECKING:
     from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
-    "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "LinearResponse", "Linearisation",
-    "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods", "averaging",
-    "best_guess", "closure", "envelope", "exact", "fokker_planck", "linear", "linearisation", "recommended",
-    "solve_all", "solve_one", "trust", "why_none_is_recommended",
+    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "LinearResponse",
+    "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods",
+    "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact", "fokker_planck", "linear",
+    "linearisation", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
@@ -33,6 +34,7 @@ _PLACES = {
     "methods.envelope.method": ("Envelope", "envelope"),
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
+    "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),
     "methods.systems.energy": ("ExactLaw",),
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearisation": ("Linearisation", "linearisation"),

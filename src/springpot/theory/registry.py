@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["MAPPED", "METHODS", "SYSTEM_METHODS", "Method"]
+__all__ = ["MAPPED", "METHODS", "SYSTEM_MAPPED", "SYSTEM_METHODS", "Method"]
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,14 @@ MAPPED: tuple[str, ...] = tuple(method.name for method in _LISTED if method.mapp
 """Names of the methods that are on the validity map."""
 
 _FOR_SYSTEMS = (
-    Method("envelope", "envelope", "envelope.method.envelope", "vermilion"),
-    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0)),
+    Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "purple",
+           (1.0, 1.5), mapped=True),
+    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0), mapped=True),
+    Method("envelope", "envelope", "envelope.method.envelope", "vermilion", mapped=True),
     Method("linear", "linear", "systems.linear.linear", "black", (4.0, 2.0), exact=True),
     Method("exact", "exact", "systems.energy.exact_law", "black", exact=True),
-)
+)  # fmt: skip
 SYSTEM_METHODS: Mapping[str, Method] = {method.name: method for method in _FOR_SYSTEMS}
 """The methods for systems of parts by name; the others cover a system that is an `springpot.Oscillator`."""
+SYSTEM_MAPPED: tuple[str, ...] = tuple(method.name for method in _FOR_SYSTEMS if method.mapped)
+"""Names of those that are on the validity map of systems."""

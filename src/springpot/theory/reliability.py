@@ -1,7 +1,9 @@
-"""Reliability of a method for an oscillator: its gaps to Monte Carlo at the nearest cells of the validity map.
+"""Reliability of a method for a problem: its gaps to Monte Carlo at the nearest cells of a validity map.
 
-The map (``validity.csv``, written by :mod:`springpot.validity`) has stationary Monte Carlo over order, c, restitution
-and wall position, and the gap of every method to it.  Between cells the largest of the neighbouring gaps is used.
+There are two maps, written by :mod:`springpot.validity`: ``validity.csv`` of oscillators, over order, c, restitution
+and wall position, and ``validity_systems.csv`` of systems, over the numbers of `springpot.theory.cells.Cell`.  Both
+have stationary Monte Carlo and the gap of every method to it.  Between cells the largest of the neighbouring gaps is
+used.
 """
 
 from __future__ import annotations
@@ -9,24 +11,31 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import listed
+from springpot.faults import NotCovered, listed
 from springpot.oscillator import Oscillator
+from springpot.system import System
+from springpot.theory.cells import cell_of
 from springpot.theory.problem import checked
-from springpot.theory.registry import MAPPED, METHODS
-from springpot.theory.result import MOMENTS, Result
+from springpot.theory.registry import MAPPED, METHODS, SYSTEM_MAPPED, SYSTEM_METHODS
+from springpot.theory.result import MOMENTS
 
 __all__ = [
+    "GOOD",
     "JUDGED",
     "MAP_FILE",
+    "SYSTEMS_FILE",
+    "SYSTEMS_GOOD",
     "Trust",
     "best_guess",
+    "exists",
     "map_warnings",
     "read_map",
     "recommended",
@@ -35,10 +44,18 @@ __all__ = [
 ]
 
 MAP_FILE = Path(__file__).with_name("validity.csv")
+SYSTEMS_FILE = Path(__file__).with_name("validity_systems.csv")
 JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
-"""Moments by which methods are ranked."""
+"""Moments by which methods are ranked, for an oscillator."""
+SYSTEMS_JUDGED = ("x_mean_square", "v_mean_square", "impact_rate")
+"""The same for a system."""
 GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
-"""Moments whose gaps are on the map, and the gaps in per cent up to which no warning is given."""
+"""Moments whose gaps are on the map of oscillators, and the gaps in per cent up to which no warning is given."""
+SYSTEMS_GOOD = {
+    "x_mean": 3.0, "x_mean_square": 3.0, "v_mean_square": 3.0,
+    "impact_rate": 5.0, "impact_speed_mean": 5.0, "impact_speed_mean_square": 5.0,
+}  # fmt: skip
+"""The same of the map of systems."""
 
 _WORDS = {
     "amplitude_mean_square": "<A^2>",
@@ -54,33 +71,85 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class _Map:
+    """One of the two maps.
+
+    Parameters
+    ----------
+    file : Path
+    axes : tuple of (name, slack)
+        Its coordinates in the order in which neighbours are looked for, each with the distance beyond the last cell up
+        to which that cell still counts as near.
+    methods : tuple of str
+    good : dict
+        Moments, and the gaps in per cent up to which no warning is given.
+    judged : tuple of str
+        Moments by which methods are ranked.
+    guesses : tuple of str
+        Methods by how likely they are to be accurate away from the map.
+    """
+
+    file: Path
+    axes: tuple[tuple[str, float], ...]
+    methods: tuple[str, ...]
+    good: Mapping[str, float]
+    judged: tuple[str, ...]
+    guesses: tuple[str, ...]
+
+
+_OSCILLATORS = _Map(
+    file=MAP_FILE,
+    axes=(("position", 0.25), ("restitution", 0.15), ("order", 0.1), ("c", 0.3)),
+    methods=MAPPED,
+    good=GOOD,
+    judged=JUDGED,
+    guesses=("closure", "envelope", "averaging"),
+)
+_SYSTEMS = _Map(
+    file=SYSTEMS_FILE,
+    axes=(
+        ("walls", 0.0), ("position", 0.25), ("restitution", 0.05), ("colour", 0.2), ("hardening", 0.1), ("order", 0.1),
+        ("c", 0.1),
+    ),
+    methods=SYSTEM_MAPPED,
+    good=SYSTEMS_GOOD,
+    judged=SYSTEMS_JUDGED,
+    guesses=("envelope", "linearisation", "averaging_amplitude"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Trust:
-    """Errors of one method near an oscillator, from the map.
+    """Errors of one method near an oscillator or system, from the map.
 
     Attributes
     ----------
     gaps : dict
-        Largest gap in per cent, without sign, of each moment in GOOD at the cells on either side; infinite if the
+        Largest gap in per cent, without sign, of each moment of the map at the cells on either side; infinite if the
         method has no result or the map has no cell near, NaN if the map's Monte Carlo is too uncertain at all of them.
     unjudged : tuple of str
         Moments for which it is too uncertain at one of these cells at least.
     mapped : bool
         Whether the map has a cell near.
+    limits : dict
+        Of the moments by which methods are ranked: the gaps in per cent up to which no warning is given.
     """
 
     gaps: Mapping[str, float]
     mapped: bool
     unjudged: tuple[str, ...] = ()
+    limits: Mapping[str, float] = field(default_factory=lambda: {name: GOOD[name] for name in JUDGED})
 
     @property
     def judges(self) -> bool:
         """Whether the map has a finite gap of one moment at least, among those by which methods are ranked."""
-        return self.mapped and any(math.isfinite(self.gaps[name]) for name in JUDGED)
+        return self.mapped and any(math.isfinite(self.gaps[name]) for name in self.limits)
 
     @property
     def worst(self) -> float:
-        """The largest known gap over the limit in GOOD, of the moments in JUDGED."""
-        return max((self.gaps[name] / GOOD[name] for name in JUDGED if not math.isnan(self.gaps[name])), default=0.0)
+        """The largest known gap over its limit, of the moments by which methods are ranked."""
+        known = (self.gaps[name] / good for name, good in self.limits.items() if not math.isnan(self.gaps[name]))
+        return max(known, default=0.0)
 
 
 @cache
@@ -94,15 +163,15 @@ def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def trust(oscillator: Oscillator, method: str) -> Trust:
-    """Errors of a method for this oscillator, from the map.
+def trust(problem: Oscillator | System, method: str) -> Trust:
+    """Errors of a method for this oscillator or system, from the map.
 
     Parameters
     ----------
-    oscillator : Oscillator
-        With a wall.
+    problem : Oscillator or System
+        An oscillator with a wall, or a system; one that is an `Oscillator` is taken as such.
     method : str
-        One of `springpot.theory.registry.MAPPED`.
+        One of `springpot.theory.registry.MAPPED`; of a system that is none, of ``SYSTEM_MAPPED``.
 
     Returns
     -------
@@ -111,7 +180,7 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     Raises
     ------
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If ``problem`` is neither.
     ValueError
         If ``method`` is another word.
 
@@ -120,31 +189,85 @@ def trust(oscillator: Oscillator, method: str) -> Trust:
     >>> trust(Oscillator(), "averaging").mapped
     True
     """
-    checked(oscillator)
-    if method not in MAPPED:
-        raise ValueError(f"method must be one of {', '.join(MAPPED)}, not {method!r}.")
-    unknown = Trust(dict.fromkeys(GOOD, math.inf), mapped=False)
-    c = oscillator.dimensionless_coefficient
-    if oscillator.barrier is None or not c > 0.0 or not math.isfinite(oscillator.dimensionless_position):
+    atlas, here = _place(problem)
+    if method not in atlas.methods:
+        raise ValueError(f"method must be one of {', '.join(atlas.methods)}, not {method!r}.")
+    unknown = Trust(dict.fromkeys(atlas.good, math.inf), mapped=False, limits=_limits(atlas, here))
+    if here is None:
         return unknown
-    if oscillator.springpot.order == 0.0:  # a spring, to which small orders do not apply
+    columns = read_map(atlas.file)
+    near = _near(atlas, columns, here)
+    if not near.any():
         return unknown
-    columns = read_map()
-    lightest = float(columns["c"].min())  # below it every method is better than on the map
-    near = np.ones(columns["c"].size, bool)
-    for name, value, slack in (
-        ("position", oscillator.dimensionless_position, 0.25),
-        ("restitution", oscillator.restitution, 0.15),
-        ("order", oscillator.springpot.order, 0.1),
-        ("c", max(c, lightest), 0.3),
-    ):
-        beside = _beside(np.unique(columns[name][near]), value, slack)
+    names = [name for name in atlas.good if exists(name, here)]
+    gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in names}
+    unjudged = tuple(name for name in names if np.isnan(gaps[name]).any())
+    worst = {name: _worst(gaps[name]) for name in names}
+    return Trust(worst, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
+
+
+def _place(problem: Oscillator | System) -> tuple[_Map, dict[str, float] | None]:
+    """The map that a problem belongs to, and its coordinates there; None if the map has none."""
+    if isinstance(problem, System):
+        found = _canonical(problem)
+        if found is None:
+            return _SYSTEMS, _place_of_system(problem)
+        problem = found
+    c, order = checked(problem).dimensionless_coefficient, problem.springpot.order
+    known = problem.barrier is not None and c > 0.0 and math.isfinite(problem.dimensionless_position)
+    if not known or order == 0.0:  # a spring, to which small orders do not apply
+        return _OSCILLATORS, None
+    lightest = float(read_map()["c"].min())  # below it every method is better than on the map
+    place = problem.dimensionless_position, problem.restitution, order, max(c, lightest)
+    return _OSCILLATORS, dict(zip(("position", "restitution", "order", "c"), place, strict=True))
+
+
+def _place_of_system(system: System) -> dict[str, float] | None:
+    try:
+        cell = cell_of(system)
+    except NotCovered:
+        return None
+    lightest = float(read_map(SYSTEMS_FILE)["c"].min())  # below it the envelope is better than on the map
+    return {name: float(value) for name, value in cell._replace(c=max(cell.c, lightest))._asdict().items()}
+
+
+def _canonical(system: System) -> Oscillator | None:
+    try:
+        return system.canonical()
+    except NotCovered:
+        return None
+
+
+def _near(atlas: _Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> npt.NDArray[np.bool_]:
+    """Which cells are beside a place, on either side along every axis; none if it is outside along one of them."""
+    corners = [np.ones(columns["c"].size, bool)]
+    for name, slack in atlas.axes:
+        column = columns[name]
+        shared = set.intersection(*(set(column[corner].tolist()) for corner in corners))
+        beside = _beside(np.array(sorted(shared)), here[name], slack)
         if not beside:
-            return unknown
-        near &= np.isin(columns[name], beside)
-    gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in GOOD}
-    unjudged = tuple(name for name in GOOD if np.isnan(gaps[name]).any())
-    return Trust({name: _worst(gaps[name]) for name in GOOD}, mapped=True, unjudged=unjudged)
+            return np.zeros(column.size, bool)
+        corners = [corner & (column == value) for corner in corners for value in beside]
+    return np.asarray(np.any(corners, axis=0))
+
+
+def exists(name: str, here: Mapping[str, float]) -> bool:
+    """Whether a moment exists at a place of a map, and is not 0.
+
+    Examples
+    --------
+    >>> exists("impact_rate", {"walls": 2.0, "restitution": 0.8, "colour": 1.0})
+    False
+    """
+    walls = here.get("walls", 1.0)
+    if name == "x_mean":
+        return walls == 1.0
+    countable = here["restitution"] == 1.0 or here.get("colour", 0.0) == 0.0
+    return not name.startswith("impact") or (walls > 0.0 and countable)
+
+
+def _limits(atlas: _Map, here: Mapping[str, float] | None) -> dict[str, float]:
+    return {name: atlas.good[name] for name in atlas.judged if here is None or exists(name, here)}
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
@@ -153,7 +276,8 @@ def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
     below, above = values[values <= here + within], values[values >= here - within]
     nearest = {float(side) for side in (below[-1:], above[:1]) for side in side}
     one_sided = not (below.size and above.size)
-    return () if one_sided and min(abs(value - here) for value in nearest) > slack else tuple(nearest)
+    outside = not nearest or (one_sided and min(abs(value - here) for value in nearest) > slack)
+    return () if outside else tuple(nearest)
 
 
 def _worst(gaps: Floats) -> float:
@@ -163,17 +287,20 @@ def _worst(gaps: Floats) -> float:
     return float(np.max(gaps[np.isfinite(gaps)], initial=-math.inf)) if np.isfinite(gaps).any() else math.nan
 
 
-def map_warnings(oscillator: Oscillator, method: str) -> tuple[str, ...]:
+def map_warnings(problem: Oscillator | System, method: str) -> tuple[str, ...]:
     """One sentence if a method has large errors near here, or no cell of the map is near; otherwise none.
 
-    The map does not apply without a wall or without a springpot.
+    The map of oscillators does not apply without a wall or without a springpot.
     """
-    if oscillator.barrier is None or not oscillator.dimensionless_coefficient > 0.0:
+    atlas, _ = _place(problem)
+    if isinstance(problem, Oscillator) and (problem.barrier is None or not problem.dimensionless_coefficient > 0.0):
         return ()
-    here = trust(oscillator, method)
+    if method not in atlas.methods:  # of a system that is an oscillator
+        return ()
+    here = trust(problem, method)
     if not here.mapped:
         return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
-    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if GOOD[name] < gap < math.inf]
+    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if atlas.good[name] < gap < math.inf]
     sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
     if here.unjudged and min(here.gaps.values()) < math.inf:
         unknown = listed([_WORDS[name] for name in here.unjudged])
@@ -181,7 +308,7 @@ def map_warnings(oscillator: Oscillator, method: str) -> tuple[str, ...]:
     return (" ".join(sentences),) if sentences else ()
 
 
-def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+def recommended(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """The most reliable method here, among those that have a result.
 
     Exact methods first; then the method with the smallest of the largest gaps on the map.  If the map has no cell near,
@@ -190,7 +317,7 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
 
     Parameters
     ----------
-    oscillator : Oscillator
+    problem : Oscillator or System
     answers : dict
         Name of a method to its result, as from `springpot.theory.solve_all`.
 
@@ -204,22 +331,24 @@ def recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     >>> recommended(Oscillator(), {})
     ''
     """
-    if exact := [method.name for method in METHODS.values() if method.exact and method.name in answers]:
+    methods = {**METHODS, **SYSTEM_METHODS} if isinstance(problem, System) else METHODS
+    if exact := [name for name, method in methods.items() if method.exact and name in answers]:
         return exact[-1]  # the list ends with the most exact
-    judged = {name: trust(oscillator, name) for name in MAPPED if name in answers}
+    judged = {name: trust(problem, name) for name in _place(problem)[0].methods if name in answers}
     known = [name for name, trusted in judged.items() if trusted.judges]
     return min(known, key=lambda name: judged[name].worst) if known else ""
 
 
-def best_guess(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """The recommended method, or the one most likely to be accurate if the errors are unknown.
 
-    Away from the map: the closure, or the envelope, or averaging up to the largest c of the map (beyond, the error of
-    its <A^2> is 50 % and more).
+    Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
+    the error of its <A^2> is 50 % and more).  Away from that of systems: the envelope, or statistical linearisation, or
+    averaging of the amplitude.
 
     Parameters
     ----------
-    oscillator, answers
+    problem, answers
         As in `recommended`.
 
     Returns
@@ -232,17 +361,19 @@ def best_guess(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
     >>> best_guess(Oscillator(), {})
     ''
     """
-    strong = oscillator.dimensionless_coefficient > float(read_map()["c"].max())
-    usual = ("closure", "envelope") if strong else ("closure", "envelope", "averaging")
-    return recommended(oscillator, answers) or next((name for name in usual if name in answers), "")
+    atlas, _ = _place(problem)
+    guesses = atlas.guesses
+    if atlas is _OSCILLATORS and checked(problem).dimensionless_coefficient > float(read_map()["c"].max()):
+        guesses = guesses[:2]
+    return recommended(problem, answers) or next((name for name in guesses if name in answers), "")
 
 
-def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result]) -> str:
+def why_none_is_recommended(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """Why no method is recommended here, and which is the best guess, in one sentence; empty if one is recommended.
 
     Parameters
     ----------
-    oscillator, answers
+    problem, answers
         As in `recommended`.
 
     Returns
@@ -254,14 +385,15 @@ def why_none_is_recommended(oscillator: Oscillator, answers: Mapping[str, Result
     >>> why_none_is_recommended(Oscillator(), {})
     'no method is recommended here: none has an answer.'
     """
-    if recommended(oscillator, answers):
+    if recommended(problem, answers):
         return ""
     if not answers:
         return "no method is recommended here: none has an answer."
-    mapped = any(trust(oscillator, name).mapped for name in MAPPED)
-    why = "the validity map has no cell near this oscillator"
+    atlas, _ = _place(problem)
+    mapped = any(trust(problem, name).mapped for name in atlas.methods)
+    why = f"the validity map has no cell near this {'oscillator' if atlas is _OSCILLATORS else 'system'}"
     if mapped:
         why = "the Monte Carlo of the validity map is too uncertain to judge them"
-    guess = best_guess(oscillator, answers)
+    guess = best_guess(problem, answers)
     hint = f"The best guess is {guess}: compare" if guess else "Compare"
     return f"no method is recommended here, because {why}. {hint} with Monte Carlo before you use a number."

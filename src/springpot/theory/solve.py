@@ -109,7 +109,7 @@ def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
     --------
     >>> from springpot.parts import Spring
     >>> list(methods_for(System(Spring(1.0))))[-3:]
-    ['linearisation', 'linear', 'exact']
+    ['envelope', 'linear', 'exact']
     """
     if not isinstance(oscillator, System):
         return METHODS
@@ -162,13 +162,4 @@ def trusted(problem: Oscillator | System, answers: Mapping[str, Any]) -> tuple[s
     >>> trusted(Oscillator(), {})[0]
     ''
     """
-    if isinstance(problem, System):
-        if exact := [name for name, method in SYSTEM_METHODS.items() if method.exact and name in answers]:
-            return exact[-1], ""
-        try:
-            problem = problem.canonical()
-        except NotCovered:
-            if not answers:
-                return "", "no method is recommended here: none has an answer."
-            return "", "no method is recommended here, for the validity map knows oscillators only."
     return recommended(problem, answers), why_none_is_recommended(problem, answers)

@@ -19,7 +19,7 @@ from springpot.theory.problem import Units, checked, endless
 from springpot.theory.reliability import map_warnings
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
 
-__all__ = ["Averaging", "averaging", "harmonic_sum"]
+__all__ = ["Averaging", "averaging", "harmonic_sum", "stiffness_sum"]
 
 FloatArray = NDArray[np.float64]
 
@@ -365,7 +365,7 @@ def _shifted_frequency(oscillator: Oscillator) -> float:
     alpha, omega = oscillator.springpot.order, oscillator.natural_frequency
     stiffness = oscillator.dimensionless_coefficient * math.sin((1.0 - alpha) * math.pi / 2.0)
     if oscillator.barrier is not None:
-        stiffness *= 16.0 / math.pi**2 * _stiffness_sum(alpha)
+        stiffness *= 16.0 / math.pi**2 * stiffness_sum(alpha)
 
     def excess(log_ratio: float) -> float:
         """Of the logarithm: w^alpha may be far larger than 1."""
@@ -377,8 +377,14 @@ def _shifted_frequency(oscillator: Oscillator) -> float:
     return omega * math.exp(optimize.brentq(excess, 0.0, highest, xtol=1e-16, rtol=1e-15))
 
 
-def _stiffness_sum(alpha: float) -> float:
-    """sum_{m>=1} (2m)^alpha / (4m^2-1)^2, by the expansion of `harmonic_sum`."""
+def stiffness_sum(alpha: float) -> float:
+    """sum_{m>=1} (2m)^alpha / (4m^2-1)^2, by the expansion of `harmonic_sum`.
+
+    Examples
+    --------
+    >>> round(stiffness_sum(0.0) - (math.pi**2 / 16 - 0.5), 12)
+    0.0
+    """
     k = np.arange(_SERIES_TERMS)
     terms = (k + 1.0) * 0.25**k * special.zeta(2.0 * k + 4.0 - alpha, 1.0)
     return math.exp2(alpha - 4.0) * math.fsum(terms.tolist())

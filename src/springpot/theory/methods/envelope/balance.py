@@ -19,7 +19,7 @@ from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.problem import Problem
 
-__all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "missing_sinc"]
+__all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "before_impact", "missing_sinc", "saturated"]
 
 FloatArray = NDArray[np.float64]
 
@@ -400,7 +400,7 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
     rate = w1 / (2.0 * math.pi)
     rate[:first] = 0.0
     dashpot = 0.5 * c * problem.out_of_phase * w1 ** (1.0 + alpha) * a * a * harmonic_sum(p, 1.0 + alpha)
-    before = _before_impact(dashpot / v_square * 2.0 * p / w, r)
+    before = before_impact(dashpot / v_square * 2.0 * p / w, r)
     dissipation = dashpot + closure.share * _broadening(problem, closure, p, a, w, w1)
     lost = dissipation + rate * 0.5 * (1.0 - r * r) * before * speed**2
     action = v_square / w1
@@ -468,7 +468,7 @@ def missing_sinc(angle: FloatArray) -> FloatArray:
     return np.where(angle < 0.01, small, 1.0 - np.sinc(angle / math.pi))
 
 
-def _before_impact(damping: FloatArray, r: float) -> FloatArray:
+def before_impact(damping: FloatArray, r: float) -> FloatArray:
     """Energy before an impact over the mean energy between two impacts.
 
     With damping d and period T the energy H grows towards q / 2d, from r^2 times its value before the impact: the ratio
@@ -517,17 +517,23 @@ def _close(b: Balance) -> Closure:
         return plain
     memory = float(squares @ rates**alpha) / variance
     late = (rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase
-    slow = squares @ (rates**alpha * _saturated(late, 1.0 / (1.0 - alpha)))
+    slow = squares @ (rates**alpha * saturated(late, 1.0 / (1.0 - alpha)))
     extra = b.average(
         _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
     )
     taken_back = c * float(squares @ rates) * memory
-    share = float(_saturated(np.array(taken_back / extra), 1.0 / alpha)) if extra > 0.0 else 0.0
+    share = float(saturated(np.array(taken_back / extra), 1.0 / alpha)) if extra > 0.0 else 0.0
     return Closure(c * float(slow) / variance, mean, decay, frequency, share, taken)
 
 
-def _saturated(y: FloatArray, power: float) -> FloatArray:
-    """(1 - y) / (1 - y^power): 1 - y for small y, and never negative."""
+def saturated(y: FloatArray, power: float) -> FloatArray:
+    """(1 - y) / (1 - y^power): 1 - y for small y, and never negative.
+
+    Examples
+    --------
+    >>> saturated(np.array([0.5, 2.0]), 2.0).round(4)
+    array([0.6667, 0.3333])
+    """
     log = np.log(np.clip(y, 1e-200, 1e200))
     high = np.minimum(power * log, 700.0)
     near = np.abs(log) < 1e-9

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-from numpy.polynomial import legendre, polynomial
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy import optimize
 
@@ -35,7 +33,19 @@ from springpot.parts.walls import restitution_at, slow_restitution
 from springpot.potential import Potential
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.methods.envelope.balance import Labels
+from springpot.theory.methods.envelope.balance import Labels, before_impact, saturated
+from springpot.theory.methods.systems.cycles import (
+    COARSE,
+    FINE,
+    REACH,
+    Cycles,
+    Field,
+    Ladder,
+    Problem,
+    check_settled,
+    ladder_of,
+    speed_at,
+)
 from springpot.theory.methods.systems.result import (
     SystemMoments,
     SystemResult,
@@ -43,325 +53,22 @@ from springpot.theory.methods.systems.result import (
     checked_system,
     walls_of,
 )
+from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
+from springpot.theory.reliability import map_warnings
 
 __all__ = ["envelope_of_system"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_REACH = "The envelope of systems covers one well, between walls or without them, with stationary noise"
-_PLACES = 96  # of a half cycle, by Gauss's rule over theta with x = mid + half sin(theta)
-_HARMONICS = 64
-_COARSE = (40, 12)  # the same in the search for the energies of interest
-_BISECTIONS = 54
-_SETTLED = 1e-10, 1e-4, 200  # of the cycles' own stiffness: change at the end, tolerated change, steps
-_ROUGHLY = 1e-5, 1e-2, 40  # the same in the search
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _FAR = 42.0  # the density ends where its share in the mean energy has fallen by e^-42
 _REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the typical energy and beyond
+_DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean field
+_STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
 _STRONG, _TOO_STRONG = 1.0, 3.0  # loss in a cycle over the energy: above them moments can be off by some 5 and 10 %
-
-
-@dataclass(frozen=True)
-class _Problem:
-    """A system per unit mass, its potential seen from the bottom of the well.
-
-    Parameters
-    ----------
-    potential : Potential
-        As a function of x - origin.
-    origin : float
-        The bottom: the place of least potential energy.
-    damping : float
-        Of all linear dampers.
-    elements : tuple
-        What has a modulus and memory.
-    circuits : tuple of Circuit
-    unit : System
-    """
-
-    potential: Potential
-    origin: float
-    damping: float
-    elements: tuple[Springpot | Series | Maxwell, ...]
-    circuits: tuple[Circuit, ...]
-    unit: System
-
-    @property
-    def remembers(self) -> bool:
-        """Whether anything has memory."""
-        return bool(self.elements or self.circuits)
-
-    def modulus(self, p: Any) -> ComplexArray:
-        """Force over displacement of everything with memory."""
-        found: ComplexArray = np.zeros_like(p)
-        for element in self.elements:
-            found = found + element.modulus(p)
-        return found + self.electric(p)
-
-    def electric(self, p: Any) -> ComplexArray:
-        """The same of the circuits alone."""
-        found: ComplexArray = np.zeros_like(p)
-        for circuit in self.circuits:
-            found = found + circuit.coupling**2 / circuit.capacitance * p / (p + 1.0 / circuit.time)
-        return found
-
-    @property
-    def places(self) -> list[float]:
-        """Where cycles change their kind as they grow: walls and the beginnings of contacts, seen from the bottom."""
-        ends = self.potential.low, self.potential.high, *(contact.position for contact in self.potential.contacts)
-        return [place for place in ends if math.isfinite(place)]
-
-
-@dataclass(frozen=True)
-class _Cycles:
-    """Closed cycles of one system; one entry per cycle for every array.
-
-    Parameters
-    ----------
-    energy : ndarray
-        Above the least, with the cycle's own stiffness.
-    period, mean, x_square, v_square : ndarray
-        Mean and mean square of x are those of x - origin.
-    v_third, v_fourth, xv_square : ndarray
-        Means of \\|v\\|^3, v^4 and x^2 v^2 (x itself).
-    harmonics : ndarray
-        Squares of the cosine coefficients of x, one column for each.
-    tail : ndarray
-        n^4 times the squares of those that follow.
-    stiffness, centre : ndarray
-        Of the memory, in phase, and the cycle's mean about which it acts.
-    """
-
-    energy: FloatArray
-    period: FloatArray
-    mean: FloatArray
-    x_square: FloatArray
-    v_square: FloatArray
-    v_third: FloatArray
-    v_fourth: FloatArray
-    xv_square: FloatArray
-    harmonics: FloatArray
-    tail: FloatArray
-    stiffness: FloatArray
-    centre: FloatArray
-    least: FloatArray
-
-    @property
-    def frequency(self) -> FloatArray:
-        return np.asarray(2.0 * math.pi / self.period)
-
-    def sum_over(self, factor: Any) -> FloatArray:
-        """sum_n f(n, n w) X_n^2 with all harmonics; f takes arrays."""
-        count = self.harmonics.shape[1]
-        n = np.arange(1.0, count + 1.0)
-        found = np.sum(factor(n, n * self.frequency[:, None]) * self.harmonics, axis=1)
-        z, weights = _tail_nodes()
-        far = (count + 0.5) / z**2  # the sum from there on as an integral
-        steps = weights * 2.0 * (count + 0.5) / z**3
-        return np.asarray(found + self.tail * ((factor(far, far * self.frequency[:, None]) / far**4) @ steps))
-
-
-@lru_cache(maxsize=1)
-def _tail_nodes() -> tuple[FloatArray, FloatArray]:
-    points, weights = legendre.leggauss(16)
-    return 0.5 * (points + 1.0), 0.5 * weights
-
-
-@lru_cache(maxsize=2)
-def _half_cycle(places: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Angles theta from -pi/2 to pi/2, their weights, and the matrix of integrals up to each angle."""
-    points, weights = legendre.leggauss(places)
-    values = legendre.legvander(points, places)
-    k = np.arange(places)
-    integrals = np.empty((places, places))
-    integrals[:, 0] = points + 1.0
-    integrals[:, 1:] = (values[:, 2:] - values[:, :-2])[:, : places - 1] / (2.0 * k[1:] + 1.0)
-    to_series = (values[:, :places] * weights[:, None]).T * (k[:, None] + 0.5)
-    quarter = 0.5 * math.pi
-    return quarter * points, quarter * weights, quarter * integrals @ to_series
-
-
-def _cycles(problem: _Problem, above: FloatArray, place: FloatArray, size: tuple[int, int]) -> _Cycles:
-    """The cycles whose energy is ``above`` that at a place, or above the least where the place is NaN.
-
-    The memory's force in phase is a spring about the cycle's mean; the two are found together.  A cycle for which they
-    do not settle has no period.
-    """
-    stiffness, centre = np.zeros_like(above), np.zeros_like(above)
-    found = _given(problem, above, place, stiffness, centre, size)
-    if not problem.remembers:
-        return found
-    settled, nearly, steps = _ROUGHLY if size == _COARSE else _SETTLED
-    for _ in range(steps):
-        found = _given(problem, above, place, stiffness, centre, size)
-        squares = found.sum_over(lambda n, w: np.ones_like(w))
-        wanted = found.sum_over(lambda n, w: problem.modulus(1j * w).real) / squares
-        change = np.abs(wanted - stiffness) / (wanted + 1e-300) + np.abs(found.mean - centre) / np.sqrt(0.5 * squares)
-        stiffness, centre = wanted, found.mean
-        if not np.any(change > settled):  # far out of range they may not be numbers
-            return found
-    return replace(found, period=np.where(change > nearly, np.nan, found.period))
-
-
-def _given(
-    problem: _Problem, above: FloatArray, place: FloatArray, k: FloatArray, centre: FloatArray, size: tuple[int, int]
-) -> _Cycles:
-    """Cycles with a spring k about a centre beside the potential."""
-    potential = problem.potential
-
-    def force(x: FloatArray) -> FloatArray:
-        return potential.force(x) + k * (x - centre)
-
-    # between the bottom and the centre both forces change their sign
-    here, there = np.zeros_like(above), np.array(centre)
-    inner = np.sign(force(here)) != np.sign(force(there))
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (here + there)
-        same = np.sign(force(middle)) == np.sign(force(here))
-        here, there = np.where(same, middle, here), np.where(same, there, middle)
-    least = np.where(inner, here, 0.0)
-    offset = potential.energy(least)
-
-    def energy(x: FloatArray) -> FloatArray:
-        rows = (slice(None),) + (None,) * (x.ndim - 1)
-        springs = 0.5 * k[rows] * (x - least[rows]) * (x + least[rows] - 2.0 * centre[rows])
-        return np.asarray(potential.energy(x) - offset[rows] + springs)
-
-    e = np.where(np.isnan(place), above, above + energy(np.nan_to_num(place)))
-    e = np.maximum(e, 1e-300)
-    left, right = (_turning(potential, energy, least, e, sign, k) for sign in (-1.0, 1.0))
-    theta, weights, integrals = _half_cycle(size[0])
-    half = 0.5 * (right - left)
-    # 1 - sin and 1 + sin without cancellation
-    x = np.where(theta < 0.0, left[:, None] + 2.0 * half[:, None] * np.sin(0.5 * (theta + 0.5 * math.pi)) ** 2,
-                 right[:, None] - 2.0 * half[:, None] * np.sin(0.5 * (0.5 * math.pi - theta)) ** 2)  # fmt: skip
-    v = np.sqrt(2.0 * np.maximum(e[:, None] - energy(x), 1e-15 * e[:, None] * np.cos(theta) ** 2))
-    pace = half[:, None] * np.cos(theta) / v
-    share = pace * weights
-    t = np.sum(share, axis=1)
-    share = share / t[:, None]
-    mean = np.sum(share * x, axis=1)
-    swing = x - mean[:, None]
-    phase = math.pi * (1.0 - pace @ integrals.T / t[:, None])
-    squares = _harmonics(share * swing, phase, size[1])
-    v_square = np.sum(share * v * v, axis=1)
-    frequency = math.pi / t
-    missing = v_square - 0.5 * frequency**2 * (squares @ np.arange(1.0, size[1] + 1.0) ** 2)
-    missing = np.where(missing > 1e-6 * v_square, missing, 0.0)
-    place_x = x + problem.origin
-    return _Cycles(
-        energy=e,
-        period=2.0 * t,
-        mean=mean,
-        x_square=np.sum(share * x * x, axis=1),
-        v_square=v_square,
-        v_third=np.sum(share * v**3, axis=1),
-        v_fourth=np.sum(share * v**4, axis=1),
-        xv_square=np.sum(share * (place_x * v) ** 2, axis=1),
-        harmonics=squares,
-        tail=2.0 * missing * (size[1] + 0.5) / frequency**2,
-        stiffness=k,
-        centre=centre,
-        least=least,
-    )
-
-
-def _harmonics(weighted: FloatArray, phase: FloatArray, count: int) -> FloatArray:
-    """Squares of X_n = (4/T) int x cos(n w t) dt over half a cycle."""
-    cosine = np.cos(phase)
-    before, now = np.ones_like(cosine), cosine
-    found = np.empty((weighted.shape[0], count))
-    for n in range(count):
-        found[:, n] = 2.0 * np.sum(weighted * now, axis=1)
-        before, now = now, 2.0 * cosine * now - before
-    return found * found
-
-
-def _turning(
-    potential: Potential, energy: Any, least: FloatArray, e: FloatArray, sign: float, k: FloatArray
-) -> FloatArray:
-    """Where the cycles turn on one side, or the wall before that."""
-    wall = potential.low if sign < 0.0 else potential.high
-    stiff = np.maximum(potential.curvature(least) + k, 0.0)
-    push = np.maximum(sign * potential.force(least), 0.0)
-    with np.errstate(divide="ignore"):
-        reach = np.minimum(np.minimum(np.sqrt(2.0 * e / stiff), e / push), 1e30)
-    room = sign * (wall - least) if math.isfinite(wall) else np.full_like(e, math.inf)
-    reach = np.minimum(reach, room)
-    for _ in range(400):
-        short = (energy(least + sign * reach) < e) & (reach < room)
-        if not np.any(short):
-            break
-        reach = np.where(short, np.minimum(2.0 * reach, room), reach)
-    for _ in range(400):
-        long = energy(least + 0.5 * sign * reach) > e
-        if not np.any(long):
-            break
-        reach = np.where(long, 0.5 * reach, reach)
-    struck = (reach >= room) & (energy(least + sign * reach) <= e)
-    low, high = 0.5 * reach, reach
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        inside = energy(least + sign * middle) <= e
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return np.where(struck, wall, least + sign * high)
-
-
-@dataclass(frozen=True)
-class _Ladder:
-    """One label for all cycles, rising with their size: an energy, counted from that at the last place passed.
-
-    Parameters
-    ----------
-    places : tuple of float
-        Walls and contacts in the order in which growing cycles reach them.
-    starts : tuple of float
-        The label at which they do.
-    lengths : tuple of float
-        Energy above that at the place, when the next one is reached.
-    """
-
-    places: tuple[float, ...]
-    starts: tuple[float, ...]
-    lengths: tuple[float, ...]
-
-    def cycles(self, problem: _Problem, label: FloatArray, size: tuple[int, int]) -> _Cycles:
-        """The cycles with these labels."""
-        above, place = np.array(label), np.full_like(label, math.nan)
-        ends = (*self.starts, math.inf)[1:]
-        for where, start, end, length in zip(self.places, self.starts, ends, self.lengths, strict=True):
-            here = (label > start) & (label <= end)
-            scale = length / (end - start) if math.isfinite(end) else 1.0
-            above = np.where(here, (label - start) * scale, above)
-            place = np.where(here, where, place)
-        return _cycles(problem, above, place, size)
-
-
-def _ladder(problem: _Problem) -> _Ladder:
-    places = np.array(problem.places)
-    away = problem.potential.energy(places) > 1e-12 * problem.potential.size(places)
-    at_rest, places = [float(place) for place in places[~away]], places[away]
-    if not places.size:
-        return _Ladder(tuple(at_rest[:1]), (0.0,) * len(at_rest[:1]), (math.inf,) * len(at_rest[:1]))
-    touching = _cycles(problem, np.zeros_like(places), places, (_PLACES, _HARMONICS))
-    _check_settled(touching)
-    energies = touching.energy
-    order = np.argsort(energies, kind="stable")
-    kept: list[int] = []
-    for index in order:
-        if not kept or energies[index] > energies[kept[-1]] * (1.0 + 1e-9):
-            kept.append(int(index))
-    passed = (*at_rest[:1], *(float(places[index]) for index in kept))
-    starts = (*(0.0 for _ in at_rest[:1]), *(float(energies[index]) for index in kept))
-    lengths = []
-    for place, following in zip(passed, kept[len(passed) == len(kept) :], strict=False):
-        square = _speed_at(problem, touching, place)[following] ** 2
-        if not square > 0.0:
-            raise NotCovered(f"{_REACH}; here cycles of different size cross: the memory is too strong.")
-        lengths.append(0.5 * float(square))
-    return _Ladder(passed, starts, (*lengths, math.inf))
 
 
 @dataclass(frozen=True)
@@ -378,6 +85,8 @@ class _Rates:
         Power in the resistors.
     struck : tuple of ndarray
         The speed at each wall and contact at first touch, before the loss is counted; NaN where it is not reached.
+    damped : ndarray
+        The part of ``loss`` that is not of impacts.
     """
 
     loss: FloatArray
@@ -385,9 +94,10 @@ class _Rates:
     action: FloatArray
     electric: FloatArray
     struck: tuple[FloatArray, ...]
+    damped: FloatArray
 
 
-def _rates(problem: _Problem, cycles: _Cycles) -> _Rates:
+def _rates(problem: Problem, cycles: Cycles) -> _Rates:
     unit = problem.unit
     loss = problem.damping * cycles.v_square
     for part in unit.of(PolynomialDashpot):
@@ -398,7 +108,7 @@ def _rates(problem: _Problem, cycles: _Cycles) -> _Rates:
     memory, electric = np.zeros_like(loss), np.zeros_like(loss)
     action = cycles.period * cycles.v_square
     if problem.remembers:
-        memory = 0.5 * cycles.sum_over(lambda n, w: w * problem.modulus(1j * w).imag)
+        memory = 0.5 * cycles.sum_over(lambda n, w: w * problem.modulus(1j * w).imag) + _broadened(problem, cycles)
         electric = 0.5 * cycles.sum_over(lambda n, w: w * problem.electric(1j * w).imag)
         action = action - 0.5 * math.pi * cycles.sum_over(lambda n, w: n * _slope(problem, w))
     kinetic = problem.damping * cycles.v_square + memory
@@ -410,71 +120,71 @@ def _rates(problem: _Problem, cycles: _Cycles) -> _Rates:
     for density in (np.vectorize(each, otypes=[float]) for each in densities):
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
+    taken = loss
     for wall in walls_of(unit):
         place = wall.position - problem.origin
-        speed = _speed_at(problem, cycles, place)
+        speed = speed_at(problem, cycles, place)
         struck.append(speed)
         if isinstance(wall, Barrier):
-            r_square = _restitution(wall, speed) ** 2
-            loss = loss + np.nan_to_num(speed) ** 2 * (1.0 - r_square) / (1.0 + r_square) / cycles.period
-    return _Rates(loss, spread, action, electric, tuple(struck))
+            r, before = _impacts(problem, wall, speed, loss, cycles)
+            taken = taken + 0.5 * before * np.nan_to_num(speed) ** 2 * (1.0 - r**2) / cycles.period
+    return _Rates(taken, spread, action, electric, tuple(struck), loss)
 
 
-def _restitution(wall: Barrier, speed: FloatArray) -> float | FloatArray:
-    """r of the impacts of a cycle that reaches the wall with this speed in the middle of its loss.
+def _impacts(
+    problem: Problem, wall: Barrier, speed: FloatArray, damped: FloatArray, cycles: Cycles
+) -> tuple[float | FloatArray, FloatArray]:
+    """The restitution, and the energy before an impact over the mean energy between two impacts.
 
-    The squares of the speeds before and after an impact have that of ``speed`` as their mean.
+    They are as in the envelope of an oscillator.  With a law of the speed the squares of the speeds before and after an
+    impact have that of ``speed`` as their mean.
     """
     if not callable(wall.restitution):
-        return wall.restitution
+        walls = len(problem.unit.of(Barrier))
+        damping = np.maximum(damped / np.maximum(cycles.v_square, 1e-300), 0.0)
+        return wall.restitution, before_impact(np.nan_to_num(damping * cycles.period / walls), wall.restitution)
     law = np.vectorize(lambda v: restitution_at(wall, v), otypes=[float])
     known = np.nan_to_num(speed)
     r = np.clip(law(known), 0.0, 1.0)
     for _ in range(_REBOUNDS):
         r = np.clip(law(known * np.sqrt(2.0 / (1.0 + r**2))), 0.0, 1.0)
-    return np.asarray(r)
+    return r, np.asarray(2.0 / (1.0 + r**2))
 
 
-def _slope(problem: _Problem, w: FloatArray) -> FloatArray:
+def _slope(problem: Problem, w: FloatArray) -> FloatArray:
     """Derivative of the in-phase stiffness by the frequency."""
     step = 1e-5
     up, down = (problem.modulus(1j * w * factor).real for factor in (1.0 + step, 1.0 - step))
     return np.asarray((up - down) / (2.0 * step * w))
 
 
-def _speed_at(problem: _Problem, cycles: _Cycles, place: float) -> FloatArray:
-    potential, least, k = problem.potential, cycles.least, cycles.stiffness
-    at = potential.energy(place) - potential.energy(least)
-    at = at + 0.5 * k * (place - least) * (place + least - 2.0 * cycles.centre)
-    square = 2.0 * (cycles.energy - at)
-    return np.where(square > 0.0, np.sqrt(np.maximum(square, 0.0)), np.nan)
-
-
 @dataclass(frozen=True)
 class _Law:
-    """The stationary law on a grid of cycles: their probabilities."""
+    """The stationary law on a grid of cycles: their probabilities, how the action diffuses, and `_range`."""
 
-    cycles: _Cycles
+    cycles: Cycles
     rates: _Rates
     weight: FloatArray
+    strength: FloatArray
+    range: tuple[float, float, float]
 
     def average(self, values: FloatArray) -> float:
         return float(self.weight @ values)
 
 
-def _range(problem: _Problem, ladder: _Ladder) -> tuple[float, float, float] | str:
+def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str:
     """The least and largest label of interest and their typical size, or why there is no stationary state."""
     low, high = _LOWEST, _HIGHEST
     for count in (361, 241, 241):
         decades = np.linspace(low, high, count)
         label = 10.0**decades
         with np.errstate(all="ignore"):
-            cycles = ladder.cycles(problem, label, _COARSE)
+            cycles = ladder.cycles(problem, label, COARSE)
             rates = _rates(problem, cycles)
             slope = 2.0 * rates.loss / (rates.spread * cycles.period)
             known = np.isfinite(slope) & np.isfinite(rates.action) & (rates.action > 0.0)
         if not np.any(known):
-            raise NotCovered(f"{_REACH}; here the energies are beyond double precision.")
+            raise NotCovered(f"{REACH}; here the energies are beyond double precision.")
         label, decades, slope, action = label[known], decades[known], slope[known], rates.action[known]
         fall = np.r_[0.0, np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(action))]
         near = np.log(action) - fall
@@ -488,14 +198,85 @@ def _range(problem: _Problem, ladder: _Ladder) -> tuple[float, float, float] | s
     return 10.0**low, 10.0**high, typical
 
 
-def _check_settled(cycles: _Cycles) -> None:
-    if np.any(np.isnan(cycles.period)):
-        raise NotCovered(f"{_REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
+def _law(problem: Problem) -> _Law | str:
+    """The stationary law, with the mean field that it makes itself where the two can be found together."""
+    if not problem.pots or problem.unit.of(ThermalNoise):  # matched noise balances the broadened lines too
+        return _law_in(problem)
+    try:
+        return _law_in_its_field(problem)
+    except NotCovered:
+        return _law_in(problem)
 
 
-def _law(problem: _Problem) -> _Law | str:
-    ladder = _ladder(problem)
-    found = _range(problem, ladder)
+def _law_in_its_field(problem: Problem) -> _Law | str:
+    """The law and its mean field, found together."""
+    law = _law_in(problem, COARSE)
+    if isinstance(law, str):
+        return law
+    here = np.array(astuple(_field(problem, law)))
+    spread = math.sqrt(law.average(law.cycles.x_square))
+    mix = Anderson(_DEPTH, _CUTOFF)
+    for _ in range(_FIELD_STEPS):
+        inside = replace(problem, field=Field(*here.tolist()))
+        law = _law_in(inside, COARSE, law)
+        if isinstance(law, str):
+            return law
+        there = np.array(astuple(_field(inside, law)))
+        scales = np.array([here[0] + there[0], spread, 1.0, here[3] + there[3]])
+        if np.all(np.abs(there - here) <= _FIELD_SETTLED * scales):
+            return _law_in(replace(problem, field=Field(*there.tolist())), like=law)
+        mixed = mix.part_of_step(here, there, 1.0)
+        here = mixed if min(mixed[0], mixed[2], mixed[3]) >= 0.0 else there
+    raise NotCovered(f"{REACH}; here the mean field of the cycles does not settle: the memory is too strong.")
+
+
+def _field(problem: Problem, law: _Law) -> Field:
+    """The averages of a law, as in the envelope of an oscillator.
+
+    The mean of a cycle is a function of the action, which diffuses: its correlation is a sum of exponentials, on each
+    of which a springpot acts with C rate^alpha, less what makes the correlation smooth at lag 0.
+    """
+    cycles, rates = law.cycles, law.rates
+    mean, decay = law.average(cycles.mean), law.average(rates.loss) / (2.0 * law.average(cycles.v_square))
+    width = decay / law.average(np.sqrt(np.maximum(cycles.arc, 0.0)))
+    likely = law.weight > 1e-25 * law.weight.max()
+    likely &= np.diff(np.maximum.accumulate(rates.action), prepend=0.0) > 0.0
+    diffusion = make_energy_diffusion(rates.action[likely], law.weight[likely], law.strength[likely])
+    kept = np.flatnonzero(likely)[np.isin(rates.action[likely], diffusion.action)]
+    rate, squares = diffusion.spectrum(cycles.mean[kept])
+    variance = float(squares.sum())
+    # between two walls the mean of a growing cycle turns back at the second one: worse with such a spring than without
+    between = math.isfinite(problem.potential.low) and math.isfinite(problem.potential.high)
+    if between or variance <= _STILL * law.average(cycles.x_square):
+        return Field(0.0, mean, width, 0.0)
+    frequency, stiffness, back = law.average(cycles.frequency), 0.0, 0.0
+    for pot in problem.pots:
+        sine, power = math.sin(pot.order * math.pi / 2.0), 1.0 - pot.order
+        slow = float(squares @ (rate**pot.order * saturated((rate / frequency) ** power * sine, 1.0 / power)))
+        stiffness += pot.coefficient * slow / variance
+        back += pot.coefficient * float(squares @ rate) * float(squares @ rate**pot.order) / variance
+    whole = law.average(_broadened(replace(problem, field=Field(extra=decay)), cycles))
+    least = min(pot.order for pot in problem.pots)
+    share = float(saturated(np.array(back / whole), 1.0 / least)) if whole > 0.0 else 0.0
+    return Field(stiffness, mean, width, share * decay)
+
+
+def _broadened(problem: Problem, cycles: Cycles) -> FloatArray:
+    """Power that springpots take because the harmonics are lines of finite width, beyond that of an arc."""
+    found = np.zeros_like(cycles.energy)
+    if problem.field.extra == 0.0:
+        return found
+    arc = np.maximum(cycles.arc, 1e-300)[:, None]
+    for pot in problem.pots:
+        whole = 0.25 * pot.coefficient * math.cos(pot.order * math.pi / 2.0) * (1.0 - pot.order) * problem.field.extra
+        found = found + whole * cycles.sum_over(lambda n, w, a=pot.order: w**a * (w * w / arc - 1.0))
+    return np.maximum(found, 0.0)
+
+
+def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = None) -> _Law | str:
+    """The stationary law in a given mean field, found from that in a similar one."""
+    ladder = ladder_of(problem)
+    found = like.range if like else _range(problem, ladder)
     if isinstance(found, str):
         if problem.unit.of(ParametricNoise):
             return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
@@ -515,15 +296,20 @@ def _law(problem: _Problem) -> _Law | str:
     part = labels.nodes.ravel() - panel
     bent = np.isin(edges, [0.0, *cuts])[panel]  # roots of the energy above a place that is just reached
     label = edges[panel] + (edges[panel + 1] - edges[panel]) * np.where(bent, part * part, part)
-    cycles = ladder.cycles(problem, label, (_PLACES, _HARMONICS))
-    _check_settled(cycles)
+    cycles = ladder.cycles(problem, label, size, like.cycles if like else None)
+    check_settled(cycles)
     rates = _rates(problem, cycles)
     measure = labels.derivative(rates.action)
     fall = labels.integral(2.0 * rates.loss / (rates.spread * cycles.period) * measure)
     weight = labels.weights.ravel() * measure * np.exp(fall.min() - fall)
+    if not np.all(np.isfinite(weight)):
+        raise NotCovered(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
     if np.any(weight < -1e-6 * np.abs(weight).sum()):
-        raise NotCovered(f"{_REACH}; here cycles of different size cross: the memory is too strong.")
-    return _Law(cycles, rates, np.maximum(weight, 0.0) / np.maximum(weight, 0.0).sum())
+        raise NotCovered(f"{REACH}; here cycles of different size cross: the memory is too strong.")
+    weight = np.maximum(weight, 0.0)
+    # D f / J of the diffusion of the action: D is half the rate at which its variance grows
+    strength = 0.5 * rates.spread * cycles.period**2 * np.exp(fall.min() - fall) / rates.action
+    return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found)
 
 
 def envelope_of_system(system: System) -> SystemResult:
@@ -554,7 +340,8 @@ def envelope_of_system(system: System) -> SystemResult:
     P = (1/2) sum n w Im K(n w) X_n^2 that an element of modulus K takes, further losses L, the rate D at which noise
     spreads the energy, and the action J = int v dx - (pi/2) sum n Re K'(n w) X_n^2, the stationary density per action
     is exp(-int 2 (P + L) / (D T) dJ).  The second term makes J that of a wave with dispersion [1]_: for a linear
-    oscillator <v^2> is then exact to first order in K.
+    oscillator <v^2> is then exact to first order in K.  Springpots also have the mean field of the envelope of an
+    oscillator: k1 and P of lines that have a width, and, with at most one wall, a spring against slow changes of X0.
 
     References
     ----------
@@ -583,7 +370,7 @@ def envelope_of_system(system: System) -> SystemResult:
     else:
         problem = _problem(unit)
         if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
-            raise NotCovered(f"{_REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
+            raise NotCovered(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
         if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
             raise NotCovered(
                 "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
@@ -591,13 +378,16 @@ def envelope_of_system(system: System) -> SystemResult:
         law = _law(problem)
         stationary = law if isinstance(law, str) else _moments(system, problem, law)
         warnings = () if isinstance(law, str) else tuple(_warnings(problem, law))
+        if not isinstance(law, str) and not _is_exact(problem):
+            warnings += map_warnings(system, "envelope")
     return SystemResult(
         method="envelope",
         system=system,
         stationary=stationary,
         assumptions=(
             "The energy changes little in one cycle: damping and noise are light or moderate.",
-            "The memory acts on a cycle as a spring about its mean and as a damper, not on slow changes of the mean.",
+            "The memory acts on a cycle as a spring and as a damper, and on slow changes of its mean as a softer "
+            "spring, but not between two walls.",
             "After an impact the energy is that of the whole cycle: many impacts in one hop are not resolved.",
         ),
         warnings=warnings,
@@ -607,14 +397,14 @@ def envelope_of_system(system: System) -> SystemResult:
 def _check_covered(unit: System) -> None:
     for name, part in unit.named():
         if isinstance(part, Harmonic):
-            raise NotCovered(f"{_REACH}, not {name}.")
+            raise NotCovered(f"{REACH}, not {name}.")
         if isinstance(part, Contact) and part.dissipation > 0.0:
-            raise NotCovered(f"{_REACH}, not the dissipation of {name}.")
+            raise NotCovered(f"{REACH}, not the dissipation of {name}.")
 
 
-def _problem(unit: System) -> _Problem:
+def _problem(unit: System) -> Problem:
     origin = _bottom(unit.potential)
-    return _Problem(
+    return Problem(
         potential=unit.potential.seen_from(origin),
         origin=origin,
         damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
@@ -649,7 +439,7 @@ def _bottom(potential: Potential) -> float:
     wells = [(a, b) for a, b, s, t in zip(places, places[1:], signs, signs[1:], strict=False) if s < 0.0 < t]
     at_walls = [low] * bool(signs[0] > 0.0) + [high] * bool(signs[-1] < 0.0)
     if len(wells) + len(at_walls) > 1:
-        raise NotCovered(f"{_REACH}, not two wells.")
+        raise NotCovered(f"{REACH}, not two wells.")
     if at_walls:
         return float(at_walls[0])
     return float(optimize.brentq(lambda x: float(potential.force(x)), *wells[0], xtol=1e-300, rtol=1e-15))
@@ -664,15 +454,17 @@ def _length(potential: Potential) -> float:
     return math.exp(min(max(math.log(first / last) / (m - n), -100.0), 100.0))
 
 
-def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
+def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
     unit, cycles = problem.unit, law.cycles
     shift, square = law.average(cycles.mean), law.average(cycles.x_square)
     x_square = problem.origin * (problem.origin + 2.0 * shift) + square
     v_square = law.average(cycles.v_square)
     rates, means, squares = [], [], []
     for wall, speed in zip(walls_of(unit), law.rates.struck, strict=True):
-        before = np.sqrt(2.0 / (1.0 + _restitution(wall, speed) ** 2)) if isinstance(wall, Barrier) else 1.0
-        hits, fast = np.isfinite(speed) / cycles.period, before * np.nan_to_num(speed)
+        before = np.ones_like(speed)
+        if isinstance(wall, Barrier):
+            _, before = _impacts(problem, wall, speed, law.rates.damped, cycles)
+        hits, fast = np.isfinite(speed) / cycles.period, np.sqrt(before) * np.nan_to_num(speed)
         rate = law.average(hits)
         many = isinstance(wall, Barrier) and _endless(unit, wall) and rate > 0.0
         rates.append(math.nan if many else rate)
@@ -698,7 +490,16 @@ def _endless(unit: System, wall: Barrier) -> bool:
     return slow <= COLLAPSE_BELOW or (slow < 1.0 and smooth)
 
 
-def _warnings(problem: _Problem, law: _Law) -> Iterator[str]:
+def _is_exact(problem: Problem) -> bool:
+    """Whether the density depends on the energy alone: linear dampers, white noise and elastic walls."""
+    unit = problem.unit
+    bent = any(not part.is_linear for part in unit.of(PolynomialDashpot)) or unit.of(VanDerPol)
+    other = unit.of(ColouredNoise, FilteredNoise, ParametricNoise, PoissonImpulses)
+    lossy = any(callable(wall.restitution) or wall.restitution < 1.0 for wall in unit.of(Barrier))
+    return not (problem.remembers or bent or other or lossy)
+
+
+def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
     unit, cycles, rates = problem.unit, law.cycles, law.rates
     harmless = problem.damping * cycles.v_square  # exact between elastic walls
     taken = law.average(np.abs(rates.loss - harmless) * cycles.period) / law.average(cycles.energy)

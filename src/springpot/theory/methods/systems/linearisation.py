@@ -32,6 +32,7 @@ from springpot.system import System
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, moments_of
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
+from springpot.theory.reliability import map_warnings
 from springpot.theory.result import NoConvergence
 
 __all__ = ["Linearisation", "linearisation"]
@@ -108,7 +109,11 @@ def linearisation(system: System) -> Linearisation:
     _check_covered(unit)
     companion = companion_of(_without_nonlinear(unit))
     companion, stationary = _solve(unit, companion)
-    warnings = () if isinstance(stationary, str) else tuple(_strained(unit, companion, stationary))
+    warnings: tuple[str, ...] = ()
+    if not isinstance(stationary, str):
+        warnings = tuple(_strained(unit, companion, stationary))
+        if not _is_linear(unit):
+            warnings += map_warnings(system, "linearisation")
     if not isinstance(stationary, str):
         omega = system.natural_frequency
         stationary = replace(
@@ -133,6 +138,13 @@ def _check_covered(unit: System) -> None:
             raise NotCovered(f"{_REACH} and with stationary noise, not {name}.")
     if _wells(unit.potential) > 1:
         raise NotCovered(f"{_REACH}, not two wells.")
+
+
+def _is_linear(unit: System) -> bool:
+    """Whether nothing is approximated."""
+    bent = [not part.is_linear for part in unit.of(PolynomialSpring)]
+    bent += [not part.is_linear for part in unit.of(PolynomialDashpot)]
+    return not any(bent) and not unit.of(VanDerPol)
 
 
 def _wells(potential: Potential) -> int:

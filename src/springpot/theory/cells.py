@@ -1,0 +1,160 @@
+"""The dimensionless numbers of the systems on the validity map: a hardening spring, one springpot, walls and noise.
+
+The unit of time is 1 / Omega and that of length sqrt(q / Omega^3), where Omega^2 is the linear stiffness over the mass
+and q the intensity of the force per unit mass.  Of coloured noise q is 2 pi times the spectral density at Omega.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from springpot.faults import NotCovered
+from springpot.parts import (
+    Barrier,
+    ColouredNoise,
+    Dashpot,
+    Mass,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    WhiteNoise,
+)
+from springpot.parts.walls import slow_restitution
+from springpot.system import System
+
+__all__ = ["Cell", "cell_of", "system_of"]
+
+
+class Cell(NamedTuple):
+    """One point of the map.
+
+    Attributes
+    ----------
+    walls : int
+        0, 1 or 2; two walls are on both sides of the equilibrium, at the same distance.
+    position : float
+        With one wall its place (positive for a preload) in sqrt(q / Omega^3).  With two their distance from the
+        equilibrium over the root mean square of x that averaging gives without walls and without hardening,
+        sqrt(q / (2 C Omega^(alpha+1) sin(alpha pi/2))).  0 without walls.
+    restitution : float
+        The same of all walls; 1 without walls.
+    colour : float
+        Correlation time times Omega; 0 for white noise.
+    hardening : float
+        kappa q / Omega^5, for a spring force kappa x^3 per unit mass.
+    order, c : float
+        alpha and C Omega^(alpha-2).
+    """
+
+    walls: int
+    position: float
+    restitution: float
+    colour: float
+    hardening: float
+    order: float
+    c: float
+
+
+def _free_spread(order: float, c: float) -> float:
+    """The unit of distance of two walls."""
+    return 1.0 / math.sqrt(2.0 * c * math.sin(order * math.pi / 2.0))
+
+
+def system_of(cell: Cell) -> System:
+    """The system of a cell, with Omega = q = 1.
+
+    Examples
+    --------
+    >>> cell = Cell(2, 1.5, 0.8, 0.0, 1.0, 0.5, 0.1)
+    >>> cell_of(system_of(cell)) == cell
+    True
+    """
+    parts: list[object] = [Spring(1.0), Springpot(cell.order, cell.c)]
+    if cell.hardening > 0.0:
+        parts.append(PolynomialSpring((0.0, 0.0, cell.hardening)))
+    if cell.walls == 1:
+        parts.append(Barrier(cell.position, cell.restitution))
+    elif cell.walls == 2:
+        place = cell.position * _free_spread(cell.order, cell.c)
+        parts += [Barrier(-place, cell.restitution), Barrier(place, cell.restitution, side="below")]
+    if cell.colour > 0.0:
+        parts.append(ColouredNoise((1.0 + cell.colour**2) / (2.0 * cell.colour), cell.colour))
+    else:
+        parts.append(WhiteNoise(1.0))
+    return System(*parts)
+
+
+_REACH = (
+    "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, walls of "
+    "one restitution, and white or coloured noise"
+)
+
+
+def cell_of(system: System) -> Cell:
+    """Where a system is on the map.
+
+    Raises
+    ------
+    NotCovered
+        If it has other parts; the sentence names the part.
+    """
+    unit = system.per_unit_mass
+    kinds = Mass | Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier
+    for name, part in unit.named():
+        bent = isinstance(part, PolynomialDashpot) and not part.is_linear
+        if bent or not isinstance(part, kinds | WhiteNoise | ColouredNoise):
+            raise NotCovered(f"{_REACH}, not {name}.")
+        if isinstance(part, Barrier) and callable(part.restitution):
+            raise NotCovered(f"{_REACH}, not the restitution of {name}.")
+    coefficients = (*unit.potential.coefficients, *[0.0] * 10)
+    omega, kappa = unit.natural_frequency, coefficients[3]
+    if not omega > 0.0 or any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or kappa < 0.0:
+        raise NotCovered(f"{_REACH}; here the springs are others.")
+    order, coefficient = _dissipator(unit)
+    intensity, colour = _noise(unit)
+    walls, c = unit.of(Barrier), coefficient * omega ** (order - 2.0)
+    length = math.sqrt(intensity / omega**3)
+    position = 0.0
+    if len({wall.restitution for wall in walls}) > 1:
+        raise NotCovered(f"{_REACH}; here the walls have several restitutions.")
+    if len(walls) == 1:
+        position = (1.0 if walls[0].side == "above" else -1.0) * walls[0].position / length + 0.0
+    elif len(walls) == 2:
+        low, high = unit.potential.low, unit.potential.high
+        if not math.isclose(-low, high, rel_tol=1e-6):
+            raise NotCovered(f"{_REACH}; here the two walls are not at the same distance from the equilibrium.")
+        position = 0.5 * (high - low) / (length * _free_spread(order, c))
+    return Cell(
+        walls=len(walls),
+        position=position,
+        restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
+        colour=colour * omega,
+        hardening=kappa * intensity / omega**5,
+        order=order,
+        c=c,
+    )
+
+
+def _dissipator(unit: System) -> tuple[float, float]:
+    """Order and coefficient of the one springpot or dashpot."""
+    found = [(pot.order, pot.coefficient) for pot in unit.of(Springpot) if pot.dissipates]
+    if unit.damping > 0.0:
+        found.append((1.0, unit.damping))
+    if len({order for order, _ in found}) != 1:
+        raise NotCovered(f"{_REACH}; here there is {'no' if not found else 'more than one'} springpot or dashpot.")
+    return found[0][0], sum(coefficient for _, coefficient in found)
+
+
+def _noise(unit: System) -> tuple[float, float]:
+    """Intensity at Omega and correlation time of the one noise."""
+    white = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    coloured = unit.of(ColouredNoise)
+    if len(coloured) > 1 or (coloured and white > 0.0):
+        raise NotCovered(f"{_REACH}; here there are several noises.")
+    if coloured:
+        return 2.0 * math.pi * coloured[0].density(unit.natural_frequency), coloured[0].correlation_time
+    if not white > 0.0:
+        raise NotCovered(f"{_REACH}; here there is no noise.")
+    return white, 0.0

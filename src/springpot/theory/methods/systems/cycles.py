@@ -1,0 +1,412 @@
+"""Cycles of systems: periodic motions in any single well, with the memory as springs, for the envelope."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from springpot.faults import NotCovered
+from springpot.parts import Circuit, Maxwell, Series, Springpot
+from springpot.potential import Potential
+from springpot.system import System
+
+__all__ = ["COARSE", "FINE", "REACH", "Cycles", "Field", "Ladder", "Problem", "check_settled", "ladder_of", "speed_at"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+REACH = "The envelope of systems covers one well, between walls or without them, with stationary noise"
+FINE = (96, 64)  # places of a half cycle, by Gauss's rule over theta with x = mid + half sin(theta); harmonics
+COARSE = (40, 12)  # the same in the search for the energies of interest, and for the mean field
+_BISECTIONS = 54
+_SETTLED = 1e-10, 1e-4, 200  # of the cycles' own stiffness: change at the end, tolerated change, steps
+_AHEAD = 30  # steps in which their limit is foreseen
+_ROUGHLY = 1e-5, 1e-2, 80  # the same in the search
+
+
+@dataclass(frozen=True)
+class Field:
+    """Averages over all cycles on which each cycle with a springpot depends.
+
+    Parameters
+    ----------
+    slow_stiffness, about : float
+        Of the springpots against slow changes of a cycle's mean, and the place about which it acts, seen from the
+        bottom.
+    width : float
+        Decay rate of the amplitude over the frequency: the harmonics are lines of this width.
+    extra : float
+        The part of the decay rate that gives the broadened lines more power.
+    """
+
+    slow_stiffness: float = 0.0
+    about: float = 0.0
+    width: float = 0.0
+    extra: float = 0.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A system per unit mass, its potential seen from the bottom of the well.
+
+    Parameters
+    ----------
+    potential : Potential
+        As a function of x - origin.
+    origin : float
+        The bottom: the place of least potential energy.
+    damping : float
+        Of all linear dampers.
+    elements : tuple
+        What has a modulus and memory.
+    circuits : tuple of Circuit
+    unit : System
+    field : Field
+    """
+
+    potential: Potential
+    origin: float
+    damping: float
+    elements: tuple[Springpot | Series | Maxwell, ...]
+    circuits: tuple[Circuit, ...]
+    unit: System
+    field: Field = Field()
+
+    @property
+    def remembers(self) -> bool:
+        """Whether anything has memory."""
+        return bool(self.elements or self.circuits)
+
+    def modulus(self, p: Any) -> ComplexArray:
+        """Force over displacement of everything with memory."""
+        found: ComplexArray = np.zeros_like(p)
+        for element in self.elements:
+            found = found + element.modulus(p)
+        return found + self.electric(p)
+
+    def in_phase(self, w: FloatArray) -> FloatArray:
+        """Stiffness of everything with memory on a line at w, which for springpots has a width."""
+        found = self.modulus(1j * w).real
+        for pot in self.pots:
+            broad = (1.0 - pot.order) * self.field.width * math.sin(pot.order * math.pi / 2.0)
+            whole = math.cos(pot.order * math.pi / 2.0)
+            found = found - pot.coefficient * min(broad, whole) * w**pot.order
+        return np.asarray(found)
+
+    @property
+    def pots(self) -> tuple[Springpot, ...]:
+        """The springpots that are not in series with a spring."""
+        return tuple(element for element in self.elements if isinstance(element, Springpot))
+
+    def electric(self, p: Any) -> ComplexArray:
+        """The same of the circuits alone."""
+        found: ComplexArray = np.zeros_like(p)
+        for circuit in self.circuits:
+            found = found + circuit.coupling**2 / circuit.capacitance * p / (p + 1.0 / circuit.time)
+        return found
+
+    @property
+    def places(self) -> list[float]:
+        """Where cycles change their kind as they grow: walls and the beginnings of contacts, seen from the bottom."""
+        ends = self.potential.low, self.potential.high, *(contact.position for contact in self.potential.contacts)
+        return [place for place in ends if math.isfinite(place)]
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """Closed cycles of one system; one entry per cycle for every array.
+
+    Parameters
+    ----------
+    energy : ndarray
+        Above the least, with the cycle's own stiffness.
+    period, mean, x_square, v_square : ndarray
+        Mean and mean square of x are those of x - origin.
+    v_third, v_fourth, xv_square : ndarray
+        Means of \\|v\\|^3, v^4 and x^2 v^2 (x itself).
+    harmonics : ndarray
+        Squares of the cosine coefficients of x, one column for each.
+    tail : ndarray
+        n^4 times the squares of those that follow.
+    stiffness, centre : ndarray
+        Of the memory, in phase, and the place about which it acts.
+    least : ndarray
+        The place of least energy, with the cycle's own stiffness.
+    arc : ndarray
+        Square of the frequency between impacts: the slope of the force over x.
+    """
+
+    energy: FloatArray
+    period: FloatArray
+    mean: FloatArray
+    x_square: FloatArray
+    v_square: FloatArray
+    v_third: FloatArray
+    v_fourth: FloatArray
+    xv_square: FloatArray
+    harmonics: FloatArray
+    tail: FloatArray
+    stiffness: FloatArray
+    centre: FloatArray
+    least: FloatArray
+    arc: FloatArray
+
+    @property
+    def frequency(self) -> FloatArray:
+        return np.asarray(2.0 * math.pi / self.period)
+
+    def sum_over(self, factor: Any) -> FloatArray:
+        """sum_n f(n, n w) X_n^2 with all harmonics; f takes arrays."""
+        count = self.harmonics.shape[1]
+        n = np.arange(1.0, count + 1.0)
+        found = np.sum(factor(n, n * self.frequency[:, None]) * self.harmonics, axis=1)
+        z, weights = _tail_nodes()
+        far = (count + 0.5) / z**2  # the sum from there on as an integral
+        steps = weights * 2.0 * (count + 0.5) / z**3
+        return np.asarray(found + self.tail * ((factor(far, far * self.frequency[:, None]) / far**4) @ steps))
+
+
+@lru_cache(maxsize=1)
+def _tail_nodes() -> tuple[FloatArray, FloatArray]:
+    points, weights = legendre.leggauss(16)
+    return 0.5 * (points + 1.0), 0.5 * weights
+
+
+@lru_cache(maxsize=2)
+def _half_cycle(places: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angles theta from -pi/2 to pi/2, their weights, and the matrix of integrals up to each angle."""
+    points, weights = legendre.leggauss(places)
+    values = legendre.legvander(points, places)
+    k = np.arange(places)
+    integrals = np.empty((places, places))
+    integrals[:, 0] = points + 1.0
+    integrals[:, 1:] = (values[:, 2:] - values[:, :-2])[:, : places - 1] / (2.0 * k[1:] + 1.0)
+    to_series = (values[:, :places] * weights[:, None]).T * (k[:, None] + 0.5)
+    quarter = 0.5 * math.pi
+    return quarter * points, quarter * weights, quarter * integrals @ to_series
+
+
+def cycles_of(
+    problem: Problem, above: FloatArray, place: FloatArray, size: tuple[int, int], like: Cycles | None = None
+) -> Cycles:
+    """The cycles whose energy is ``above`` that at a place, or above the least where the place is NaN.
+
+    The memory's force in phase is a spring about the cycle's mean, and a weaker one about the mean of all cycles; the
+    first of them, moved by the second, and the cycle are found together, from those of ``like``.  A cycle for which
+    they do not settle has no period.
+    """
+    stiffness, centre = np.zeros_like(above), np.zeros_like(above)
+    if like is not None and like.energy.shape == above.shape:
+        stiffness, centre = like.stiffness, like.centre
+    found = _given(problem, above, place, stiffness, centre, size)
+    if not problem.remembers:
+        return found
+    settled, nearly, steps = _ROUGHLY if size == COARSE else _SETTLED
+    last = here = np.stack([stiffness, centre])
+    for number in range(steps):
+        found = _given(problem, above, place, stiffness, centre, size)
+        squares = np.maximum(found.sum_over(lambda n, w: np.ones_like(w)), 1e-300)
+        wanted = found.sum_over(lambda n, w: problem.in_phase(w)) / squares
+        moved = found.mean - problem.field.slow_stiffness / (wanted + 1e-300) * (found.mean - problem.field.about)
+        change = np.abs(wanted - stiffness) / (wanted + 1e-300) + np.abs(moved - centre) / np.sqrt(0.5 * squares)
+        last, here, before = here, np.stack([wanted, moved]), last
+        # far from the bottom of the well energies near the least cancel
+        rounded = 1e-7 * np.sqrt(stiffness * centre**2 / found.energy) if problem.field.slow_stiffness else 0.0
+        if not np.any(change > settled + rounded):  # far out of range they may not be numbers
+            return found
+        stiffness, centre = _ahead(before, last, here) if number % 3 == 2 and number < _AHEAD else here
+    return replace(found, period=np.where(change > nearly, np.nan, found.period))
+
+
+def _ahead(before: FloatArray, last: FloatArray, here: FloatArray) -> FloatArray:
+    """Where a sequence that approaches its limit geometrically ends (Aitken)."""
+    first, second = last - before, here - last
+    ratio = np.divide(second, first, out=np.zeros_like(first), where=np.abs(first) > 1e-14 * np.abs(here))
+    ratio = np.clip(ratio, -0.8, 0.8)
+    return np.asarray(here + second * ratio / (1.0 - ratio))
+
+
+def _given(
+    problem: Problem, above: FloatArray, place: FloatArray, k: FloatArray, centre: FloatArray, size: tuple[int, int]
+) -> Cycles:
+    """Cycles with a spring k about a centre beside the potential."""
+    potential = problem.potential
+
+    def force(x: FloatArray) -> FloatArray:
+        return potential.force(x) + k * (x - centre)
+
+    # between the bottom and the centre both forces change their sign
+    here, there = np.zeros_like(above), np.clip(centre, potential.low, potential.high)
+    pulled = np.sign(there) * force(here) < 0.0
+    inner = pulled & (np.sign(force(here)) != np.sign(force(there)))
+    beyond = np.where(pulled, there, 0.0)
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (here + there)
+        same = np.sign(force(middle)) == np.sign(force(here))
+        here, there = np.where(same, middle, here), np.where(same, there, middle)
+    least = np.where(inner, here, beyond)
+    offset = potential.energy(least)
+
+    def energy(x: FloatArray) -> FloatArray:
+        rows = (slice(None),) + (None,) * (x.ndim - 1)
+        springs = 0.5 * k[rows] * (x - least[rows]) * (x + least[rows] - 2.0 * centre[rows])
+        return np.asarray(potential.energy(x) - offset[rows] + springs)
+
+    def force_at(x: FloatArray) -> FloatArray:
+        return np.asarray(potential.force(x) + k[:, None] * (x - centre[:, None]))
+
+    e = np.where(np.isnan(place), above, above + energy(np.nan_to_num(place)))
+    e = np.maximum(e, 1e-300)
+    left, right = (_turning(potential, energy, least, e, sign, k) for sign in (-1.0, 1.0))
+    theta, weights, integrals = _half_cycle(size[0])
+    half = 0.5 * (right - left)
+    # 1 - sin and 1 + sin without cancellation
+    x = np.where(theta < 0.0, left[:, None] + 2.0 * half[:, None] * np.sin(0.5 * (theta + 0.5 * math.pi)) ** 2,
+                 right[:, None] - 2.0 * half[:, None] * np.sin(0.5 * (0.5 * math.pi - theta)) ** 2)  # fmt: skip
+    v = np.sqrt(2.0 * np.maximum(e[:, None] - energy(x), 1e-15 * e[:, None] * np.cos(theta) ** 2))
+    pace = half[:, None] * np.cos(theta) / v
+    share = pace * weights
+    t = np.sum(share, axis=1)
+    share = share / t[:, None]
+    mean = np.sum(share * x, axis=1)
+    swing = x - mean[:, None]
+    phase = math.pi * (1.0 - pace @ integrals.T / t[:, None])
+    squares = _harmonics(share * swing, phase, size[1])
+    v_square = np.sum(share * v * v, axis=1)
+    frequency = math.pi / t
+    missing = v_square - 0.5 * frequency**2 * (squares @ np.arange(1.0, size[1] + 1.0) ** 2)
+    missing = np.where(missing > 1e-6 * v_square, missing, 0.0)
+    place_x = x + problem.origin
+    return Cycles(
+        energy=e,
+        period=2.0 * t,
+        mean=mean,
+        x_square=np.sum(share * x * x, axis=1),
+        v_square=v_square,
+        v_third=np.sum(share * v**3, axis=1),
+        v_fourth=np.sum(share * v**4, axis=1),
+        xv_square=np.sum(share * (place_x * v) ** 2, axis=1),
+        harmonics=squares,
+        tail=2.0 * missing * (size[1] + 0.5) / frequency**2,
+        stiffness=k,
+        centre=centre,
+        least=least,
+        arc=np.sum(share * swing * force_at(x), axis=1) / np.maximum(np.sum(share * swing * swing, axis=1), 1e-300),
+    )
+
+
+def _harmonics(weighted: FloatArray, phase: FloatArray, count: int) -> FloatArray:
+    """Squares of X_n = (4/T) int x cos(n w t) dt over half a cycle."""
+    cosine = np.cos(phase)
+    before, now = np.ones_like(cosine), cosine
+    found = np.empty((weighted.shape[0], count))
+    for n in range(count):
+        found[:, n] = 2.0 * np.sum(weighted * now, axis=1)
+        before, now = now, 2.0 * cosine * now - before
+    return found * found
+
+
+def _turning(
+    potential: Potential, energy: Any, least: FloatArray, e: FloatArray, sign: float, k: FloatArray
+) -> FloatArray:
+    """Where the cycles turn on one side, or the wall before that."""
+    wall = potential.low if sign < 0.0 else potential.high
+    stiff = np.maximum(potential.curvature(least) + k, 0.0)
+    push = np.maximum(sign * potential.force(least), 0.0)
+    with np.errstate(divide="ignore"):
+        reach = np.minimum(np.minimum(np.sqrt(2.0 * e / stiff), e / push), 1e30)
+    room = sign * (wall - least) if math.isfinite(wall) else np.full_like(e, math.inf)
+    reach = np.minimum(reach, room)
+    for _ in range(400):
+        short = (energy(least + sign * reach) < e) & (reach < room)
+        if not np.any(short):
+            break
+        reach = np.where(short, np.minimum(2.0 * reach, room), reach)
+    for _ in range(400):
+        long = energy(least + 0.5 * sign * reach) > e
+        if not np.any(long):
+            break
+        reach = np.where(long, 0.5 * reach, reach)
+    struck = (reach >= room) & (energy(least + sign * reach) <= e)
+    low, high = 0.5 * reach, reach
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        inside = energy(least + sign * middle) <= e
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    return np.where(struck, wall, least + sign * high)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """One label for all cycles, rising with their size: an energy, counted from that at the last place passed.
+
+    Parameters
+    ----------
+    places : tuple of float
+        Walls and contacts in the order in which growing cycles reach them.
+    starts : tuple of float
+        The label at which they do.
+    lengths : tuple of float
+        Energy above that at the place, when the next one is reached.
+    """
+
+    places: tuple[float, ...]
+    starts: tuple[float, ...]
+    lengths: tuple[float, ...]
+
+    def cycles(self, problem: Problem, label: FloatArray, size: tuple[int, int], like: Cycles | None = None) -> Cycles:
+        """The cycles with these labels, found from those of ``like``."""
+        above, place = np.array(label), np.full_like(label, math.nan)
+        ends = (*self.starts, math.inf)[1:]
+        for where, start, end, length in zip(self.places, self.starts, ends, self.lengths, strict=True):
+            here = (label > start) & (label <= end)
+            scale = length / (end - start) if math.isfinite(end) else 1.0
+            above = np.where(here, (label - start) * scale, above)
+            place = np.where(here, where, place)
+        return cycles_of(problem, above, place, size, like)
+
+
+def ladder_of(problem: Problem) -> Ladder:
+    places = np.array(problem.places)
+    away = problem.potential.energy(places) > 1e-12 * problem.potential.size(places)
+    drawn = problem.potential.force(places) + problem.field.slow_stiffness * (places - problem.field.about)
+    away |= (places == problem.potential.low) & (drawn < 0.0) | (places == problem.potential.high) & (drawn > 0.0)
+    at_rest, places = [float(place) for place in places[~away]], places[away]
+    if not places.size:
+        return Ladder(tuple(at_rest[:1]), (0.0,) * len(at_rest[:1]), (math.inf,) * len(at_rest[:1]))
+    touching = cycles_of(problem, np.zeros_like(places), places, FINE)
+    check_settled(touching)
+    energies = touching.energy
+    order = np.argsort(energies, kind="stable")
+    kept: list[int] = []
+    for index in order:
+        if not kept or energies[index] > energies[kept[-1]] * (1.0 + 1e-9):
+            kept.append(int(index))
+    passed = (*at_rest[:1], *(float(places[index]) for index in kept))
+    starts = (*(0.0 for _ in at_rest[:1]), *(float(energies[index]) for index in kept))
+    lengths = []
+    for place, following in zip(passed, kept[len(passed) == len(kept) :], strict=False):
+        square = speed_at(problem, touching, place)[following] ** 2
+        if not square > 0.0:
+            raise NotCovered(f"{REACH}; here cycles of different size cross: the memory is too strong.")
+        lengths.append(0.5 * float(square))
+    return Ladder(passed, starts, (*lengths, math.inf))
+
+
+def speed_at(problem: Problem, cycles: Cycles, place: float) -> FloatArray:
+    potential, least, k = problem.potential, cycles.least, cycles.stiffness
+    at = potential.energy(place) - potential.energy(least)
+    at = at + 0.5 * k * (place - least) * (place + least - 2.0 * cycles.centre)
+    square = 2.0 * (cycles.energy - at)
+    return np.where(square > 0.0, np.sqrt(np.maximum(square, 0.0)), np.nan)
+
+
+def check_settled(cycles: Cycles) -> None:
+    if np.any(np.isnan(cycles.period)):
+        raise NotCovered(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")

@@ -1,0 +1,149 @@
+"""The validity map of systems: its cells, the theory in it, and the warnings and recommendations made from it."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.theory import NotCovered, averaging_amplitude, envelope, linearisation, recommended, solve_all, trust
+from springpot.theory.cells import Cell, cell_of, system_of
+from springpot.theory.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
+from springpot.theory.solve import trusted
+from springpot.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
+from tests.sizes import validation
+
+COLUMNS = read_map(SYSTEMS_FILE)
+PLACES = [Cell(*row) for row in zip(*(COLUMNS[name].tolist() for name in Cell._fields), strict=True)]
+HARD = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
+WHITE = sp.WhiteNoise(1.0)
+
+
+def row_of(cell: Cell) -> dict[str, float]:
+    i = PLACES.index(cell)
+    return {name: float(column[i]) for name, column in COLUMNS.items()}
+
+
+def test_the_map_has_its_cells() -> None:
+    assert set(PLACES) == set(SYSTEM_CELLS)
+    assert len(PLACES) == len(set(PLACES)) >= 500
+
+
+@pytest.mark.parametrize("cell", SYSTEM_CELLS[::23])
+def test_a_cell_is_found_again_in_si_units(cell: Cell) -> None:
+    """The same system with other units of mass, length and time."""
+    mass, length, time = 0.3, 0.01, 0.2
+    force = mass * length / time**2
+    parts: list[object] = [sp.Mass(mass), sp.Spring(mass / time**2)]
+    parts.append(sp.Springpot(cell.order, cell.c * mass * time ** (cell.order - 2.0)))
+    if cell.hardening:
+        parts.append(sp.PolynomialSpring((0.0, 0.0, cell.hardening * force / length**3)))
+    for part in system_of(cell).parts:
+        if isinstance(part, sp.Barrier):
+            parts.append(sp.Barrier(part.position * length, part.restitution, part.side))
+        elif isinstance(part, sp.WhiteNoise):
+            parts.append(sp.WhiteNoise(force**2 * time))
+        elif isinstance(part, sp.ColouredNoise):
+            parts.append(sp.ColouredNoise(part.variance * force**2, part.correlation_time * time))
+    assert cell_of(sp.System(*parts)) == pytest.approx(cell, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [2, validation(40)])
+def test_the_theory_of_the_map_is_todays(count: int) -> None:
+    for i in np.random.default_rng(3).choice(len(PLACES), count, replace=False):
+        row = {name: float(column[i]) for name, column in COLUMNS.items()}
+        for name, gap in gaps_of(PLACES[i], row).items():
+            assert row[name] == pytest.approx(gap, abs=0.05, nan_ok=True), (PLACES[i], name)
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        Cell(0, 0.0, 1.0, 0.0, 1.0, 0.5, 1.0),
+        validation(Cell(1, 0.0, 0.8, 0.0, 1.0, 0.5, 1.0)),
+        validation(Cell(2, 1.5, 0.8, 0.0, 1.0, 0.5, 0.3)),
+        validation(Cell(1, -1.0, 1.0, 0.0, 0.1, 0.8, 1.0)),
+        validation(Cell(0, 0.0, 1.0, 1.0, 1.0, 0.5, 0.3)),
+        validation(Cell(1, 0.0, 1.0, 0.3, 1.0, 0.5, 1.0)),
+    ],
+)
+def test_a_cell_measured_again_with_another_seed(cell: Cell) -> None:
+    """Two runs have errors of 1.5 % at most each, with steps of their own."""
+    now, before = simulate_cell(cell, seed=11), row_of(cell)
+    for name in ("x_mean_square", "v_mean_square", *(("impact_rate",) if cell.walls else ())):
+        error = math.hypot(now[f"{name}_se"], before[f"{name}_se"])
+        assert abs(now[name] - before[name]) < 4.0 * error + 0.005 * before[name], name
+
+
+def test_where_a_method_is_exact_its_values_are_in_the_map() -> None:
+    cell = Cell(1, 0.0, 1.0, 0.0, 10.0, 1.0, 0.3)
+    row = row_of(cell)
+    assert row["x_mean_square_se"] == 0.0
+    assert row["envelope:impact_rate"] == pytest.approx(0.0, abs=0.01)
+    assert row["impact_rate"] == pytest.approx(sp.theory.exact(system_of(cell)).impact_rate, rel=1e-5)
+
+
+def test_the_errors_of_the_monte_carlo() -> None:
+    for name in ("x_mean_square", "v_mean_square"):
+        relative = COLUMNS[f"{name}_se"] / COLUMNS[name]
+        assert np.median(relative) < 0.005
+        assert np.mean(relative < 0.01) > 0.85
+
+
+def test_the_best_method_on_the_map() -> None:
+    """With white noise: within 3 % of <x^2> and <v^2> and 5 % of the impact rate; where nothing is, all warn."""
+    good = count = 0
+    for i, cell in enumerate(PLACES):
+        if cell.colour > 0.0:
+            continue
+        names = [name for name in ("x_mean_square", "v_mean_square", "impact_rate") if exists(name, cell._asdict())]
+        gaps = [[abs(COLUMNS[f"{method}:{name}"][i]) / SYSTEMS_GOOD[name] for name in names] for method in METHODS]
+        worst = [np.nanmax(each) for each in gaps if not np.all(np.isnan(each))]
+        count += 1
+        good += bool(worst) and min(worst) <= 1.0
+    assert good / count > 0.88
+
+
+METHODS = ("averaging_amplitude", "linearisation", "envelope")
+
+
+def test_a_method_is_recommended_from_the_map() -> None:
+    """Light damping and hardening: the envelope is within 1 %, linearisation 10 % off, and says so."""
+    duffing = sp.System(*HARD, sp.Springpot(0.4, 0.15), WHITE)
+    answers, _ = solve_all(duffing)
+    assert trusted(duffing, answers) == ("envelope", "")
+    assert trust(duffing, "envelope").gaps["x_mean_square"] < 1.0
+    assert trust(duffing, "linearisation").gaps["x_mean_square"] > 8.0
+    assert "gaps to Monte Carlo of up to: <x^2>" in linearisation(duffing).warnings[-1]
+    assert envelope(duffing).warnings == ()
+    exact = sp.System(*HARD, sp.Dashpot(0.4), WHITE)
+    assert recommended(exact, solve_all(exact)[0]) == "exact"
+    assert averaging_amplitude(exact).warnings == envelope(exact).warnings == ()
+
+
+def test_beside_the_map_the_errors_are_unknown() -> None:
+    pump = sp.System(*HARD, sp.Springpot(0.5, 0.3), sp.VanDerPol(0.1), WHITE)
+    wide = sp.System(*HARD, sp.Springpot(0.5, 8.0), WHITE)
+    for far in (pump, wide):
+        answers, _ = solve_all(far)
+        best, why = trusted(far, answers)
+        assert best == ""
+        assert "the validity map has no cell near this system. The best guess is envelope" in why
+        assert best_guess(far, answers) == "envelope"
+        assert any("has no cell near" in sentence for sentence in envelope(far).warnings)
+    with pytest.raises(NotCovered, match="not van_der_pol"):
+        cell_of(pump)
+
+
+def test_the_map_of_systems_goes_on_where_it_was(tmp_path) -> None:
+    """What is exact costs nothing, so two such cells make a small map."""
+    cells = (Cell(0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.3), Cell(1, 0.0, 1.0, 0.0, 1.0, 1.0, 0.3))
+    path = make_map(cells=cells, path=tmp_path / "map.csv")
+    with path.open(newline="") as file:
+        first, second = csv.DictReader(file)
+    assert float(first["linearisation:x_mean_square"]) == pytest.approx(0.0, abs=0.01)
+    assert second["linearisation:x_mean_square"] == "inf"
+    assert first["envelope:impact_rate"] == "nan"
