@@ -31,7 +31,7 @@ for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
     print(f"order {order:g}, c = {c:g}, r = {r:g}: {best},", *(f"{name} {gap:.1f} %" for name, gap in gaps.items()))
 
 # %%
-# Systems with a hardening spring, other walls or coloured noise have a map of their own, of 548 cells. The panels are for
+# Systems with a hardening spring, other walls or coloured noise have a map of their own, of 548 cells. The panels have
 # :math:`\kappa q/\Omega^5 = 1`: three show :math:`\langle x^2\rangle` without a wall, the last one the impact rate at a
 # wall of restitution 0.8.
 

@@ -51,7 +51,7 @@ def test_a_cell_is_found_again_in_si_units(cell: Cell) -> None:
     assert cell_of(sp.System(*parts)) == pytest.approx(cell, rel=1e-9)
 
 
-@pytest.mark.parametrize("count", [2, validation(40)])
+@pytest.mark.parametrize("count", [1, validation(40)])
 def test_the_theory_of_the_map_is_todays(count: int) -> None:
     for i in np.random.default_rng(3).choice(len(PLACES), count, replace=False):
         row = {name: float(column[i]) for name, column in COLUMNS.items()}
@@ -62,7 +62,7 @@ def test_the_theory_of_the_map_is_todays(count: int) -> None:
 @pytest.mark.parametrize(
     "cell",
     [
-        Cell(0, 0.0, 1.0, 0.0, 1.0, 0.5, 1.0),
+        validation(Cell(0, 0.0, 1.0, 0.0, 1.0, 0.5, 1.0)),
         validation(Cell(1, 0.0, 0.8, 0.0, 1.0, 0.5, 1.0)),
         validation(Cell(2, 1.5, 0.8, 0.0, 1.0, 0.5, 0.3)),
         validation(Cell(1, -1.0, 1.0, 0.0, 0.1, 0.8, 1.0)),
