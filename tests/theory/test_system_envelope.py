@@ -239,3 +239,11 @@ def test_it_is_one_of_the_methods() -> None:
     assert json.loads(json.dumps(answers["envelope"].to_dict()))["barrier_impact_rate"] == [
         pytest.approx(answers["envelope"].impact_rate)
     ]
+
+
+def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered() -> None:
+    parts = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColouredNoise(1.0, 0.5)
+    with pytest.raises(NotCovered, match="comes to rest on stop, which is lossy"):
+        sp.theory.envelope(sp.System(*parts, stop=sp.Barrier(0.2, 0.8)))
+    for stop in (sp.Barrier(0.2), sp.Barrier(-0.2, 0.8)):
+        assert sp.theory.envelope(sp.System(*parts, stop=stop)).v_mean_square > 0.1

@@ -375,6 +375,7 @@ def envelope_of_system(system: System) -> SystemResult:
             raise NotCovered(
                 "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
             )
+        _check_rest(unit, problem.origin)
         law = _law(problem)
         stationary = law if isinstance(law, str) else _moments(system, problem, law)
         warnings = () if isinstance(law, str) else tuple(_warnings(problem, law))
@@ -392,6 +393,16 @@ def envelope_of_system(system: System) -> SystemResult:
         ),
         warnings=warnings,
     )
+
+
+def _check_rest(unit: System, bottom: float) -> None:
+    """A mass that a smooth force lifts now and then from a wall on which it rests does not go round in cycles."""
+    for name, part in unit.named():
+        if isinstance(part, Barrier) and part.position == bottom and _is_smooth(unit) and slow_restitution(part) < 1.0:
+            raise NotCovered(
+                f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
+                "smooth force lifts it now and then."
+            )
 
 
 def _check_covered(unit: System) -> None:
@@ -484,10 +495,14 @@ def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
 
 def _endless(unit: System, wall: Barrier) -> bool:
     """Whether a wall is struck infinitely often: by slow impacts, or without white noise."""
-    white = any(noise.intensity > 0.0 for noise in unit.of(WhiteNoise))
-    smooth = not white and not unit.of(PoissonImpulses) and not unit.of(ThermalNoise)
     slow = slow_restitution(wall)
-    return slow <= COLLAPSE_BELOW or (slow < 1.0 and smooth)
+    return slow <= COLLAPSE_BELOW or (slow < 1.0 and _is_smooth(unit))
+
+
+def _is_smooth(unit: System) -> bool:
+    """Whether the excitation has no jumps in the momentum."""
+    white = any(noise.intensity > 0.0 for noise in unit.of(WhiteNoise))
+    return not white and not unit.of(PoissonImpulses) and not unit.of(ThermalNoise)
 
 
 def _is_exact(problem: Problem) -> bool:
