@@ -21,8 +21,8 @@ PAGES = sorted(
 EXAMPLES = sorted((DOCS / "gallery").glob("*.py"))
 PUBLIC = (
     "springpot", "springpot.device", "springpot.simulation", "springpot.theory", "springpot.theory.fourier",
-    "springpot.comparison", "springpot.fitting", "springpot.figures", "springpot.memory", "springpot.paper",
-    "springpot.studies",
+    "springpot.comparison", "springpot.designing", "springpot.fitting", "springpot.figures", "springpot.memory",
+    "springpot.paper", "springpot.studies",
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from springpot import figures, theory
     from springpot.atlases import atlas
+    from springpot.designing import sensitivity
     from springpot.explanation import explain
     from springpot.explorer.commands import explore
     from springpot.fitting import Impacts, Moduli, Record, Spectrum, fit, read_data
@@ -57,8 +58,8 @@ __all__ = [
     "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
     "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
     "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "extend",
-    "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "simulate", "study",
-    "theory", "to_toml",
+    "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate",
+    "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -82,6 +83,7 @@ _LATER = {
     "read_system": "springpot.system_file",
     "to_toml": "springpot.system_file",
     "run": "springpot.simulation",
+    "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",
     "theory": "springpot.theory",

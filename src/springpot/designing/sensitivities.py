@@ -1,0 +1,405 @@
+"""How much each quantity changes with each number: by theory, or by Monte Carlo on common random numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import finite_number
+from springpot.designing.numbers import Numbers, as_simulated, checked_model, moved_numbers
+from springpot.designing.quantities import MONTE_CARLO, checked_names, chosen_method, theory_values
+from springpot.designing.stencils import Stencil, extrapolated, stencil
+from springpot.faults import NotCovered, meant
+from springpot.oscillator import Oscillator
+from springpot.simulation.adapted import adapt
+from springpot.simulation.completed_rate import are_crowded
+from springpot.simulation.settings import Settings, check_stationary, resolve
+from springpot.simulation.simulation import Progress, simulation_of
+from springpot.simulation.statistics import standard_error
+from springpot.system import System
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Sensitivity", "sensitivity"]
+
+THEORY_STEP = 0.04  # of the logarithm of a number; halved twice
+USUAL_CHANGE = 0.1
+
+Floats = NDArray[np.float64]
+Table = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Relative change of each quantity over the relative change of each number.
+
+    Attributes
+    ----------
+    model : System or Oscillator
+    method : str
+        The analytical method, or ``"monte_carlo"``.
+    numbers : dict
+        Where they stand, by name.
+    quantities : dict
+        Their values there.
+    values : dict of dict
+        d ln(quantity) / d ln(number), as ``values[quantity][number]``; NaN where there is none.
+    errors : dict of dict
+        By Monte Carlo the standard error; by theory an estimate of the error of the differences, without that of the
+        method itself.
+    gains : dict of dict
+        By Monte Carlo: the variance that independent random numbers on both sides would give, over that of the common
+        ones; empty by theory.
+    settings : Settings or None
+        Of the runs, the same for all.
+    warnings : tuple of str
+        One sentence for each reason to doubt a number, or for its absence.
+    """
+
+    model: Oscillator | System
+    method: str
+    numbers: dict[str, float]
+    quantities: dict[str, float]
+    values: Table
+    errors: Table
+    gains: Table
+    settings: Settings | None
+    warnings: tuple[str, ...]
+
+    def report(self, warnings: bool = True) -> str:
+        """All of it in words.
+
+        Parameters
+        ----------
+        warnings : bool
+            With the warnings at its end.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
+        >>> print(sp.sensitivity(linear, "x_mean_square").report())
+        d ln(quantity) / d ln(number), by theory (exact)
+        x_mean_square = 0.185185
+          spring_stiffness      -1.00000
+          dashpot_coefficient   -1.00000
+          white_noise_intensity  1.00000
+        """
+        by_chance = self.method == MONTE_CARLO
+        paths = self.settings.paths if self.settings is not None else 0
+        how = f"Monte Carlo on common random numbers, {paths} paths" if by_chance else f"theory ({self.method})"
+        lines = [f"d ln(quantity) / d ln(number), by {how}"]
+        wide = max(map(len, self.numbers)) + 1
+        for quantity, row in self.values.items():
+            lines.append(f"{quantity} = {self.quantities[quantity]:.6g}")
+            for name, value in row.items():
+                if not by_chance:
+                    lines.append(f"  {name:{wide}}{round(value, 5) + 0.0:8.5f}")  # no -0
+                    continue
+                gain = self.gains[quantity][name]
+                lines.append(f"  {name:{wide}}{value:8.4f} +- {self.errors[quantity][name]:<8.2g} {_beats(gain)}")
+        return "\n".join([*lines, *(self.warnings if warnings else ())])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers as plain values; NaN is None.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
+        >>> round(sp.sensitivity(linear, "x_mean_square").to_dict()["values"]["x_mean_square"]["spring_stiffness"], 6)
+        -1.0
+        """
+
+        def plain(table: Table) -> dict[str, dict[str, float | None]]:
+            return {
+                quantity: {name: value if math.isfinite(value) else None for name, value in row.items()}
+                for quantity, row in table.items()
+            }
+
+        return {
+            "method": self.method,
+            "numbers": self.numbers,
+            "quantities": self.quantities,
+            "values": plain(self.values),
+            "errors": plain(self.errors),
+            "gains": plain(self.gains),
+            "settings": None if self.settings is None else self.settings.to_dict(),
+            "warnings": [*self.warnings],
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """An xarray Dataset over ``quantity`` and ``number``: ``sensitivity``, ``error`` and, by Monte Carlo, ``gain``.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
+        >>> dict(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]).to_xarray().sizes)
+        {'quantity': 2, 'number': 3}
+        """
+        import xarray
+
+        tables = {"sensitivity": self.values, "error": self.errors, "gain": self.gains}
+        return xarray.Dataset(
+            {
+                name: (("quantity", "number"), [[*row.values()] for row in table.values()])
+                for name, table in tables.items() if table
+            },
+            coords={"quantity": [*self.values], "number": [*self.numbers]},
+            attrs={"method": self.method},
+        )  # fmt: skip
+
+
+def sensitivity(
+    model: System | Oscillator,
+    quantities: Sequence[str] | str,
+    *,
+    method: str | None = None,
+    change: float = USUAL_CHANGE,
+    paths: int = 5000,
+    seed: int = 1,
+    duration: float | None = None,
+    step: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Sensitivity:
+    """How much each quantity changes with each free number: d ln(quantity) / d ln(number).
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        With a stationary state.  Its free numbers are moved (`springpot.free`), or all of its numbers if none is free.
+    quantities : str or sequence of str
+        Names of results, such as ``"impact_rate"``.
+    method : {"theory", "monte_carlo", None} or str
+        ``"theory"`` is the recommended method or the best guess, a name that method (``"envelope"``).  If left out, the
+        recommended method, or Monte Carlo where none is.
+    change : float
+        Relative change of each number to either side by Monte Carlo, in [0.001, 0.3].  A larger one has a smaller
+        standard error, and an error of the difference of about its square over 6 times the third derivative.
+    paths, seed, duration, step, threads
+        Of each run by Monte Carlo, as in `springpot.simulate`.
+    progress : callable
+        Called with the fraction of the work done.
+
+    Returns
+    -------
+    Sensitivity
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong, a quantity unknown, or there is no stationary state.
+
+    Notes
+    -----
+    By theory differences at three steps are extrapolated (Richardson).  By Monte Carlo both sides have the same random
+    numbers (Glasserman, "Monte Carlo methods in financial engineering", 2003, chapter 7), the same step, duration and
+    window; the standard error is that of the differences path by path.  Impacts separate paths with the same random
+    numbers, and the gain in variance is then small.  Where a part refuses one side, as a restitution above 1, the
+    difference is taken from three points on the other side.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(sp.free("c", 0.3, (0.1, 1.0))), sp.WhiteNoise(1.0))
+    >>> round(sp.sensitivity(linear, "x_mean_square").values["x_mean_square"]["c"], 6)
+    -1.0
+    >>> wall = sp.Oscillator(springpot=sp.Springpot(sp.free("order", 0.5, (0.1, 1.0)), 1.0))
+    >>> found = sp.sensitivity(wall, "impact_rate", method="monte_carlo", paths=256, duration=40.0)
+    >>> 0.0 < found.errors["impact_rate"]["order"] < 0.1
+    True
+    """
+    problem = checked_model(model, "model")
+    names = checked_names(quantities, "quantities")
+    finite_number(change, "change", low=0.001, high=0.3)
+    check_stationary(as_simulated(problem), "sensitivity")
+    numbers = moved_numbers(problem)
+    if not numbers.values:
+        raise ValueError("model must have a number that is not 0.")
+    chosen, doubt = chosen_method(problem, method)
+    said = [doubt] if doubt else []
+    said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
+    moved = replace(numbers, values={name: value for name, value in numbers.values.items() if value != 0.0})
+    if not moved.values:
+        raise ValueError("model must have a free number that is not 0: the others have no relative change.")
+    if chosen == MONTE_CARLO:
+        settings = resolve(
+            as_simulated(problem), paths=paths, seed=seed, duration=duration, step=step, threads=threads
+        )  # fmt: skip
+        return _by_monte_carlo(problem, moved, names, settings, change, said, progress)
+    return _by_theory(problem, moved, names, chosen, said, progress)
+
+
+def _by_theory(
+    problem: Oscillator | System,
+    numbers: Numbers,
+    names: tuple[str, ...],
+    method: str,
+    said: list[str],
+    progress: Progress | None,
+) -> Sensitivity:
+    base, statement = theory_values(problem, method)
+    if not base:
+        raise ValueError(f"method {method!r} has no answer for this model: {statement}")
+    for name in names:
+        if name not in base:
+            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base)}.")
+    values, errors = _tables(names), _tables(names)
+    for done, name in enumerate(numbers.values):
+
+        def logarithms(distance: float, name: str = name) -> Floats | None:
+            try:
+                found, _ = theory_values(_moved(numbers, name, distance), method)
+            except (ValueError, TypeError, NotCovered):
+                return None
+            if not found:
+                return None
+            pairs = [(found.get(quantity, math.nan), base[quantity]) for quantity in names]
+            return np.array([_logarithm(new, old) for new, old in pairs])
+
+        own = stencil(lambda distance: logarithms(distance) is not None, THEORY_STEP)
+        result = None if own is None else _extrapolated(own, logarithms)
+        if result is None:
+            said.append(f"{method} has no answer on either side of {name} = {numbers.values[name]:g}.")
+            result = np.full(len(names), math.nan), np.full(len(names), math.nan)
+        for quantity, value, error in zip(names, *result, strict=True):
+            values[quantity][name], errors[quantity][name] = float(value), float(error)
+        if progress is not None:
+            progress((done + 1) / len(numbers.values))
+    quantities = {name: base[name] for name in names}
+    return Sensitivity(problem, method, numbers.values, quantities, values, errors, {}, None, tuple(said))
+
+
+def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None:
+    differences = []
+    for level in range(3):
+        step = THEORY_STEP / 2**level
+        found = [logarithms(offset * step) for offset in own.offsets]
+        if any(each is None for each in found):
+            return None
+        differences.append(np.asarray(sum(w * f for w, f in zip(own.weights, found, strict=True)) / step))
+    return extrapolated(differences, own.powers)
+
+
+def _by_monte_carlo(
+    problem: Oscillator | System,
+    numbers: Numbers,
+    names: tuple[str, ...],
+    settings: Settings,
+    change: float,
+    said: list[str],
+    progress: Progress | None,
+) -> Sensitivity:
+    step = math.log1p(change)
+    stencils: dict[str, Stencil] = {}
+    for name, value in numbers.values.items():
+        own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
+        if own is None:
+            said.append(f"{name} cannot be changed from {value:g}: its part refuses both sides.")
+        else:
+            stencils[name] = own
+    runs = 1 + sum(1 for own in stencils.values() for offset in own.offsets if offset)
+    done = 0
+
+    def simulated(model: Oscillator | System) -> dict[str, tuple[float, Floats, float]]:
+        nonlocal done
+        found = _samples(as_simulated(model), settings, progress, done, runs)
+        done += 1
+        return found
+
+    base = simulated(problem)
+    for name in names:
+        if name not in base:
+            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base)}.")
+    if are_crowded(as_simulated(problem)) and any("impact_" in name for name in names):
+        said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
+    values, errors, gains = _tables(names), _tables(names), _tables(names)
+    for name in numbers.values:
+        sides = (
+            [base if offset == 0.0 else simulated(_moved(numbers, name, offset * step)) for offset in own.offsets]
+            if (own := stencils.get(name)) else []
+        )  # fmt: skip
+        for quantity in names:
+            value, error, gain = math.nan, math.nan, math.nan
+            if own is not None and _same_sign([side[quantity][0] for side in (*sides, base)]):
+                value, error, gain = _difference([side[quantity] for side in sides], own, step)
+            elif own is not None:
+                said.append(f"{quantity} changes its sign, or is not known, near {name} = {numbers.values[name]:g}.")
+            values[quantity][name], errors[quantity][name], gains[quantity][name] = value, error, gain
+    quantities = {name: base[name][0] for name in names}
+    return Sensitivity(problem, MONTE_CARLO, numbers.values, quantities, values, errors, gains, settings, tuple(said))
+
+
+def _samples(
+    problem: Oscillator | System, settings: Settings, progress: Progress | None, done: int, runs: int
+) -> dict[str, tuple[float, Floats, float]]:
+    """Value, samples path by path and the error of the start of every result."""
+    part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
+    adapted = adapt(problem, settings, progress=part) if settings.start == "stationary" else None
+    simulation = simulation_of(problem, settings, adapted)
+    samples = simulation.samples(simulation.advance(progress=part).rows)
+    start = simulation.errors_of_the_start({name: value for name, (value, _) in samples.items()})
+    return {name: (value, own, start[name]) for name, (value, own) in samples.items()}
+
+
+def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step: float) -> tuple[float, float, float]:
+    """The derivative of the logarithm, its standard error, and the gain of common random numbers.
+
+    Examples
+    --------
+    >>> common = np.array([1.0, 2.0, 4.0, 3.0])
+    >>> sides = [(2.5, common, 0.0), (5.0, 2.0 * common, 0.0)]
+    >>> [float(round(number, 3)) for number in _difference(sides, Stencil((-1.0, 1.0), (-0.5, 0.5), (2,)), 0.1)]
+    [3.466, 0.0, inf]
+    """
+    weights = [weight / step for weight in own.weights]
+    value = sum(w * math.log(abs(side[0])) for w, side in zip(weights, sides, strict=True))
+    relative = [w * samples / mean for w, (mean, samples, _) in zip(weights, sides, strict=True)]
+    common = standard_error(np.sum(relative, axis=0))
+    apart = math.hypot(*(standard_error(each) for each in relative))
+    start = math.hypot(*(w * error / mean for w, (mean, _, error) in zip(weights, sides, strict=True)))
+    gain = (apart / common) ** 2 if common > 1e-12 * apart else math.inf
+    return value, math.hypot(common, start), gain
+
+
+def _moved(numbers: Numbers, name: str, distance: float) -> Oscillator | System:
+    """The model with one number changed by this distance of its logarithm."""
+    return numbers.at({**numbers.values, name: numbers.values[name] * math.exp(distance)})
+
+
+def _exists(numbers: Numbers, name: str, distance: float) -> bool:
+    try:
+        check_stationary(as_simulated(_moved(numbers, name, distance)), "sensitivity")
+    except (ValueError, TypeError):
+        return False
+    return True
+
+
+def _logarithm(new: float, old: float) -> float:
+    """ln(new / old); NaN if they differ in sign or one is 0."""
+    return math.log(new / old) if old != 0.0 and new / old > 0.0 else math.nan
+
+
+def _same_sign(values: Sequence[float]) -> bool:
+    return all(value > 0.0 for value in values) or all(value < 0.0 for value in values)
+
+
+def _tables(names: Sequence[str]) -> Table:
+    return {name: {} for name in names}
+
+
+def _beats(gain: float) -> str:
+    if math.isnan(gain):
+        return ""
+    if math.isinf(gain):
+        return "(common numbers leave no variance)"
+    word = f"{gain:.3g} times less" if gain >= 1.0 else f"{1.0 / gain:.3g} times more"
+    return f"({word} variance than with independent numbers)"

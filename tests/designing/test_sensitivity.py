@@ -1,0 +1,137 @@
+"""Sensitivities against exact exponents."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.designing.quantities import chosen_method
+from springpot.designing.sensitivities import _difference
+from springpot.designing.stencils import BACKWARD, CENTRAL, FORWARD, Stencil, extrapolated
+
+LINEAR = sp.Oscillator(natural_frequency=2.0, springpot=sp.Springpot(1.0, 0.4), barrier=None,
+                       excitation=sp.WhiteNoise(3.0))  # fmt: skip
+# order 1, elastic wall at the equilibrium: x^2 = q / (2 c Omega^2), v^2 = q / 2c, rate = Omega / pi, speed ~ sqrt(v^2)
+EXPONENTS = {
+    "x_mean_square": {"natural_frequency": -2.0, "coefficient": -1.0, "intensity": 1.0},
+    "v_mean_square": {"natural_frequency": 0.0, "coefficient": -1.0, "intensity": 1.0},
+    "impact_rate": {"natural_frequency": 1.0, "coefficient": 0.0, "intensity": 0.0},
+    "impact_speed_mean": {"natural_frequency": 0.0, "coefficient": -0.5, "intensity": 0.5},
+}
+
+
+@pytest.mark.parametrize("method", ["theory", "exact", "averaging"])
+def test_theory_has_the_exponents_of_the_closed_forms(method: str) -> None:
+    wall = sp.Oscillator(natural_frequency=2.0, springpot=sp.Springpot(1.0, 0.4), excitation=sp.WhiteNoise(3.0))
+    found = sp.sensitivity(wall, [*EXPONENTS], method=method)
+    assert bool(found.warnings) == (method != "averaging") == math.isnan(found.values["x_mean_square"]["restitution"])
+    for quantity, row in EXPONENTS.items():
+        for name, exponent in row.items():
+            assert found.values[quantity][name] == pytest.approx(exponent, abs=1e-6)
+            assert found.errors[quantity][name] < 1e-6
+
+
+def test_theory_away_from_power_laws_equals_the_derivative_of_the_closed_form() -> None:
+    """Elastic wall at b, order 1: rate = Omega exp(-b^2 / 2 s^2) / (2 pi Phi(-b / s)), s^2 = q / (2 c Omega^2)."""
+    b, frequency, c, q = -0.7, 2.0, 0.4, 3.0
+    wall = sp.Oscillator(frequency, sp.Springpot(1.0, c), sp.Barrier(b), sp.WhiteNoise(q))
+    u = b / math.sqrt(q / (2.0 * c * frequency**2))
+    # d ln rate / d ln b = u d/du [-u^2/2 - ln Phi(-u)] = u (-u + phi(u) / Phi(-u))
+    hazard = math.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi) / (0.5 * math.erfc(u / math.sqrt(2.0)))
+    exact = u * (hazard - u)
+    row = sp.sensitivity(wall, "impact_rate", method="exact").values["impact_rate"]
+    assert row["position"] == pytest.approx(exact, abs=1e-6)
+    assert row["coefficient"] == pytest.approx(exact / 2.0, abs=1e-6)
+    assert row["intensity"] == pytest.approx(-exact / 2.0, abs=1e-6)
+    assert row["natural_frequency"] == pytest.approx(1.0 + exact, abs=1e-6)
+
+
+def test_monte_carlo_has_the_exponents_within_three_standard_errors() -> None:
+    wall = sp.Oscillator(natural_frequency=2.0, springpot=sp.Springpot(1.0, 0.4), excitation=sp.WhiteNoise(3.0))
+    found = sp.sensitivity(wall, [*EXPONENTS], method="monte_carlo", paths=1000, duration=30.0, step=0.025)
+    worst = max(
+        abs(found.values[quantity][name] - exponent) / max(found.errors[quantity][name], 1e-4)
+        for quantity, row in EXPONENTS.items()
+        for name, exponent in row.items()
+    )
+    assert worst < 3.5
+    assert found.gains["x_mean_square"]["coefficient"] > 2.0
+    assert found.gains["x_mean_square"]["intensity"] == math.inf  # paths are the same but for their scale
+    assert found.errors["x_mean_square"]["coefficient"] < 0.1
+    assert "less variance" in found.report()
+    assert found.to_xarray()["gain"].sel(quantity="x_mean_square", number="coefficient") > 2.0
+
+
+def test_free_numbers_alone_are_moved_and_a_number_of_two_parts_moves_both() -> None:
+    free = sp.free("c", 0.2, (0.1, 1.0))
+    device = sp.System(
+        sp.Mass(2.0), sp.Spring(8.0), one=sp.Dashpot(free), two=sp.Dashpot(free), noise=sp.WhiteNoise(1.0)
+    )
+    found = sp.sensitivity(device, "x_mean_square", method="theory")
+    assert found.values["x_mean_square"] == {"c": pytest.approx(-1.0, abs=1e-6)}
+    assert found.numbers == {"c": 0.2}
+
+
+def test_a_number_at_the_end_of_its_range_has_a_one_sided_difference() -> None:
+    wall = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(0.0, sp.free("r", 1.0, (0.5, 1.0))))
+    edge = sp.sensitivity(wall, "v_mean_square", method="envelope").values["v_mean_square"]["r"]
+
+    def at(r: float) -> float:
+        wall = sp.Barrier(0.0, r)
+        return sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=wall)).v_mean_square
+
+    slope = (3.0 * at(1.0) + at(0.998) - 4.0 * at(0.999)) / 0.002
+    assert edge == pytest.approx(slope / at(1.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("own", [CENTRAL, BACKWARD, FORWARD])
+def test_differences_are_exact_to_the_orders_they_state(own: Stencil) -> None:
+    steps = [0.04, 0.02, 0.01]
+    differences = [
+        np.array([sum(w * math.exp(3.0 * o * h) for o, w in zip(own.offsets, own.weights, strict=True)) / h])
+        for h in steps
+    ]
+    value, error = extrapolated(differences, own.powers)
+    assert abs(value[0] - 3.0) <= error[0] + 1e-12
+    assert error[0] < 3e-4
+
+
+def test_the_gain_is_that_of_the_covariance() -> None:
+    random = np.random.default_rng(1)
+    common, own = random.standard_normal((2, 100_000))
+    a, b = 10.0 + common, 10.0 + 0.8 * common + 0.6 * own  # correlation 0.8: 1 / (1 - 0.8) = 5
+    _, error, gain = _difference([(10.0, a, 0.0), (10.0, b, 0.0)], CENTRAL, 0.1)
+    assert gain == pytest.approx(5.0, rel=0.02)
+    assert error == pytest.approx(math.sqrt(0.4 / 100_000) / 10.0 / 0.2, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("spring", "x_mean"), "model must be a System or an Oscillator"),
+        ((LINEAR, []), "quantities must name at least one"),
+        ((LINEAR, [1]), "quantities must be names"),
+        ((LINEAR, "impact_rat"), "quantities must be among"),
+        ((sp.Oscillator(springpot=sp.Springpot(0.5, 0.0)), "x_mean"), "sensitivity needs a stationary state"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments: tuple[Any, Any], sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        sp.sensitivity(*arguments)
+
+
+def test_unknown_methods_and_changes_are_refused() -> None:
+    with pytest.raises(ValueError, match="did you mean envelope"):
+        sp.sensitivity(LINEAR, "x_mean_square", method="envelop")
+    with pytest.raises(ValueError, match="change must be in"):
+        sp.sensitivity(LINEAR, "x_mean_square", change=0.9)
+
+
+def test_monte_carlo_is_chosen_where_no_method_is_recommended() -> None:
+    lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(-9.0, 0.7))
+    assert chosen_method(lossy, None)[0] == "monte_carlo"
+    assert "is a guess" in chosen_method(lossy, "theory")[1]
