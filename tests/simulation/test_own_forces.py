@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import springpot as sp
+from tests.sizes import validation
 
 NOISE = sp.WhiteNoise(1.0)
 
@@ -115,7 +116,7 @@ def _raises(t: float, x: float, v: float) -> float:
     [
         (lambda t, x, v: str(x), "magnet has a function that Numba cannot compile"),
         (lambda t, x, v: missing(x), "magnet has a function that Numba cannot compile.*'missing' is not defined"),  # type: ignore[name-defined]  # noqa: F821
-        (_raises, "the function of magnet failed during the run: ValueError.'no place'"),
+        validation(_raises, "the function of magnet failed during the run: ValueError.'no place'"),
     ],
 )
 def test_a_function_that_cannot_be_used_is_said_with_the_parts_name(function, sentence: str) -> None:
