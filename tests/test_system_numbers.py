@@ -75,10 +75,10 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("parts.sprin.stiffness", "the system has no part 'sprin'; did you mean spring?"),
+        ("parts.sprng.stiffness", "the system has no part 'sprng'; did you mean spring?"),
         ("parts.wall.position", "the system has no part 'wall': its parts are mass, spring, "),
         ("parts.barrier.side", "barrier (barrier) has no number 'side'; its numbers are position and restitution."),
-        ("parts.barrier.positon", "barrier (barrier) has no number 'positon'; did you mean position?"),
+        ("parts.barrier.positin", "barrier (barrier) has no number 'positin'; did you mean position?"),
         ("parts.recorded.values", "recorded (recorded) has no number 'values', nor any other."),
         ("restitution", "'restitution' must be parts.<name>.<number>; did you mean parts.barrier.restitution?"),
         ("parts.barrier", "'parts.barrier' must be parts.<name>.<number>; did you mean parts.barrier."),

@@ -215,7 +215,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     ({"axes": {"parts.lower.position": [-0.1]}}, "parts.lower.position is on two axes: leave out one of the two."),
     ({"axes": {}, "zipped": {}}, "there must be an axis, such as [axes] parts.mass.value = [0.25, 0.5]."),
-    ({"zipped": {"gap": {"parts.uper.position": [0.1]}}}, "zipped.gap: the system has no part 'uper'; did you mean"),
+    ({"zipped": {"gap": {"parts.uppr.position": [0.1]}}}, "zipped.gap: the system has no part 'uppr'; did you mean"),
     ({"zipped": {"barrier": {"parts.upper.position": [0.1]}}}, "zipped axis 'barrier' needs a name of its own"),
     ({"quantities": ["left_impact_rate"]}, "quantities, number 1: must be 'amplitude_mean_square', "),
     ({"fixed": {"order": 0.5}}, "fixed is for oscillators: the system has its numbers, so change them there."),
