@@ -46,6 +46,10 @@ def test_what_cannot_be_extended(tmp_path: Path) -> None:
     run = sp.run(WALL, paths=64, **GIVEN)
     with pytest.raises(ValueError, match=r"paths must be in \[65, .*The run has 64 paths"):
         sp.extend(run, paths=64)
+    with pytest.raises(TypeError, match=r"paths must be a whole number, not 100\.5"):
+        sp.extend(run, paths=100.5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"threads must be in \[1, 4096\], not 0"):
+        sp.extend(run, paths=100, threads=0)
     with pytest.raises(TypeError, match="run must be a Run"):
         sp.extend(run.values, paths=100)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"without the sums of its paths: save it with path_sums=True"):

@@ -15,8 +15,9 @@ import pytest
 
 import springpot as sp
 from springpot.parts import WhiteNoise
-from springpot.parts.walls import slow_restitution
+from springpot.parts.walls import restitution_at, slow_restitution
 from springpot.simulation.adapted import adapt
+from springpot.simulation.budget import _bias_weight
 from springpot.simulation.lanes import LANES
 from springpot.simulation.lowering import lower
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
@@ -24,6 +25,7 @@ from springpot.simulation.restitution import Fixed, Power
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.system_scales import system_scales
+from springpot.simulation.system_warnings import step_biases_of_system
 from springpot.simulation.units import Units
 from springpot.simulation.walls import Pair, fly_between
 
@@ -64,7 +66,7 @@ def test_dashpot_between_two_walls() -> None:
     exact["impact_rate"] = exact["barrier_1_impact_rate"] + exact["barrier_2_impact_rate"]
     law = boltzmann(1.25, duffing, -0.5, 1.2)
     exact |= {"barrier_1_force_mean": 1.25 * law["low"], "barrier_2_force_mean": 1.25 * law["high"]}  # kT times density
-    exact["counted_impact_rate"] = math.exp(-1.5**2 / 2.5) * exact["impact_rate"]  # the speeds have Rayleigh's law
+    exact["counted_impact_rate"] = math.exp(-(1.5**2) / 2.5) * exact["impact_rate"]  # the speeds have Rayleigh's law
     system = sp.System(SPRING, DUFFING, *WALLS, sp.Dashpot(0.4), FAINT, WHITE)
     found = check(system, exact, paths=12_000, slowest_counted_impact=1.5)
     assert found.units["counted_impact_rate"] == "s-1"
@@ -82,9 +84,7 @@ def test_dashpot_between_two_walls() -> None:
 def test_thermal_noise(memory: tuple[Any, ...]) -> None:
     exact = rates_of_walls(boltzmann(0.7, duffing, -0.5, 1.2))
     system = sp.System(SPRING, DUFFING, *WALLS, *memory, sp.ThermalNoise(0.7))
-    check(
-        system, exact, paths=12_000, duration=20.0, step=0.05, window=(0.0, 20.0), start="stationary", sharp=0.05
-    )
+    check(system, exact, paths=12_000, duration=20.0, step=0.05, window=(0.0, 20.0), start="stationary", sharp=0.05)
 
 
 @pytest.mark.parametrize(
@@ -386,3 +386,24 @@ def test_a_temperature_that_the_search_meets_exactly_is_found() -> None:
     """q / (2 c) is ten times the first guess: the surplus there is zero, but for rounding."""
     device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0))
     assert system_scales(device).law.temperature == pytest.approx(5.0, rel=1e-9)
+
+
+def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:
+    """Rates of 1.74, 2.05 and 2.42 were measured at steps of 0.02, 0.005 and 0.00125 s with this law."""
+    law = sp.PowerRestitution(0.25, speed=0.01)
+    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law))
+    values = {"impact_rate": 1.74, "impact_speed_mean": 0.42, "impact_speed_mean_square": 0.5}
+    for step in (0.02, 1e-3):  # the law is 0.13 and 0.19 at the speeds that these steps resolve
+        assert step_biases_of_system(system, step, values)["impact_rate"] > 1.0
+        assert _bias_weight(system, "impact_rate", step) > 5.0
+    assert _bias_weight(system, "v_mean_square", 0.02) < 2.0
+
+
+def test_a_law_that_is_no_number_at_some_speed_is_named() -> None:
+    def law(speed: float) -> float:
+        return 0.9 if speed < 2.0 else math.nan
+
+    with pytest.raises(
+        ValueError, match=r"restitution must be a number at every speed, but law\(v\) .* is NaN at 3 m/s"
+    ):
+        restitution_at(sp.Barrier(0.0, law), 3.0)

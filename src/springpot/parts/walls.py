@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -9,7 +10,10 @@ from typing import Literal
 from springpot.arguments import finite_number
 from springpot.parts.checks import positive, put, real, unsigned
 
-__all__ = ["Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "slow_restitution"]
+__all__ = [
+    "Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "restitution_of_missed",
+    "slow_restitution",
+]  # fmt: skip
 
 _SLOW = 1e-9  # m/s
 
@@ -190,12 +194,22 @@ class Contact:
 def restitution_at(wall: Barrier, speed: float) -> float:
     """The restitution of an impact at a speed in m/s.
 
+    Raises
+    ------
+    ValueError
+        If a law returns no number there.
+
     Examples
     --------
     >>> restitution_at(Barrier(0.0, 0.8), 2.0), restitution_at(Barrier(0.0, PowerRestitution(0.5, 1.0)), 0.0)
     (0.8, 1.0)
     """
-    return float(wall.restitution(speed)) if callable(wall.restitution) else wall.restitution
+    if not callable(wall.restitution):
+        return wall.restitution
+    value = float(wall.restitution(speed))
+    if math.isnan(value):
+        raise ValueError(f"restitution must be a number at every speed, but {wall.law()} is NaN at {speed:.6g} m/s.")
+    return value
 
 
 def slow_restitution(wall: Barrier) -> float:
@@ -207,6 +221,17 @@ def slow_restitution(wall: Barrier) -> float:
     True
     """
     return min(1.0, max(0.0, restitution_at(wall, _SLOW)))
+
+
+def restitution_of_missed(wall: Barrier, intensity: float, step: float) -> float:
+    """The restitution at the speed sqrt(q h) below which a step h misses impacts, for noise of intensity q in m^2/s^3.
+
+    Examples
+    --------
+    >>> round(restitution_of_missed(Barrier(0.0, PowerRestitution(0.5, speed=0.1)), 1.0, 0.01), 12)
+    0.5
+    """
+    return min(1.0, max(0.0, restitution_at(wall, math.sqrt(intensity * step))))
 
 
 def _check_law(law: RestitutionLaw) -> None:

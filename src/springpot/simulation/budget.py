@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.oscillator import Oscillator
-from springpot.parts import Barrier, Contact, ThermalNoise
-from springpot.parts.walls import slow_restitution
+from springpot.parts import Barrier, Contact, ThermalNoise, WhiteNoise
+from springpot.parts.walls import restitution_of_missed, slow_restitution
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
 from springpot.simulation.decision import NORMAL, Known
@@ -31,6 +31,7 @@ CONTROLLED = MOMENTS
 WITH_MEMORY = 1.5  # bound on the fine step's bias over the difference, with a wall and an order below 1
 RESTORED = 0.03  # bound on the relative error of the number of slow impacts that is added
 UNCERTAIN_ORDER = 0.4  # the rate with slow impacts added has at least this much higher order than the plain rate
+LEAST_ORDER = 0.02  # a law of restitution can be below 0.163 at the speeds that a step resolves
 SINGLE_PRECISION = 1e-4  # twice the largest relative effect of single-precision memory observed
 
 
@@ -104,7 +105,7 @@ def combine(levels: Levels) -> Estimates:
     for name in controlled_names(problem, values):
         many, difference = samples[name].many, samples[name].difference
         size, its_error = abs(float(difference.mean())), standard_error(difference)
-        weight = _bias_weight(problem, name)
+        weight = _bias_weight(problem, name, settings.step)
         other = RESTORED * abs(restored * values[name]) if "impact" in name else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
@@ -164,14 +165,14 @@ def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, fl
             for name in values}  # fmt: skip
 
 
-def _bias_weight(problem: Oscillator | System, name: str) -> float:
+def _bias_weight(problem: Oscillator | System, name: str, step: float) -> float:
     """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
 
     The order is 1 at alpha = 1 and without a wall.  With a wall and memory the observed bias is somewhat larger.  If
     slow impacts have been added, the order is that of the next term: about 0.5 more than that of the plain rate.
     """
     if isinstance(problem, System):
-        return _system_bias_weight(problem, name)
+        return _system_bias_weight(problem, name, step)
     oscillator = problem
     if name.startswith("impact") and are_crowded(oscillator):
         order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
@@ -181,13 +182,21 @@ def _bias_weight(problem: Oscillator | System, name: str) -> float:
     return 1.0
 
 
-def _system_bias_weight(system: System, name: str) -> float:
-    """As for an oscillator; where slow impacts are not added, the order is that of the lossiest wall's impact rate."""
+def _system_bias_weight(system: System, name: str, step: float) -> float:
+    """As for an oscillator; where slow impacts are not added, the order is that of the lossiest wall's impact rate.
+
+    A law of restitution counts with its value at the slowest impacts that the step resolves, or at slower ones.
+    """
     walls = system.of(Barrier)
-    lossy = [slow_restitution(wall) for wall in walls if not wall.is_elastic]
+    intensity = sum(noise.intensity for noise in system.per_unit_mass.of(WhiteNoise))
+    lossy = [
+        min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
+        for wall in walls
+        if not wall.is_elastic
+    ]
     if lossy and "impact" in name:
         added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
-        order = slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0)
+        order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
         return float(1.0 / (2.0 ** min(1.0, order) - 1.0))
     return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from springpot.arguments import finite_number
 from springpot.simulation.lanes import LANES
 from springpot.simulation.results import Run
 from springpot.simulation.run import diagnostics_of, doubts_of
-from springpot.simulation.settings import MOST_PATHS
+from springpot.simulation.settings import MOST_PATHS, checked_threads, whole_number
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 
 __all__ = ["extend"]
@@ -30,7 +29,7 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     paths : int
         Number of paths afterwards.
     threads : int
-        As many as this process may use if left out; the result does not depend on it.
+        Those of the run if left out; the result does not depend on it.
     progress : callable
         Called with the fraction done, from any thread.
 
@@ -42,11 +41,11 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     Raises
     ------
     TypeError
-        If ``run`` is not a run.
+        If ``run`` is not a run, or ``paths`` or ``threads`` no whole number.
     ValueError
-        If it has as many paths already, has results that need every step of each path (distributions, spectrum,
-        observables, first passages), was made with ``rtol``, was saved without the sums of its paths, or its bits
-        cannot be had again here.
+        If ``threads`` is below 1; or the run has as many paths already, has results that need every step of each path
+        (distributions, spectrum, observables, first passages), was made with ``rtol``, was saved without the sums of
+        its paths, or its bits cannot be had again here.
 
     Examples
     --------
@@ -57,8 +56,10 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     """
     _check(run)
     before = run.settings.paths
-    wanted = int(finite_number(paths, "paths", low=before + 1, high=MOST_PATHS, hint=f"The run has {before} paths."))
-    settings = replace(run.settings, paths=wanted, threads=threads or run.settings.threads)
+    wanted = whole_number(paths, "paths", before + 1, MOST_PATHS, f" The run has {before} paths.")
+    settings = replace(
+        run.settings, paths=wanted, threads=run.settings.threads if threads is None else checked_threads(threads)
+    )
     simulation = simulation_of(run.oscillator, settings, run.adapted)
     begun = time.perf_counter()
     _check_bits(simulation, run)

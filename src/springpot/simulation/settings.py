@@ -32,7 +32,15 @@ from springpot.simulation.system_scales import scales_of_problem, system_scales,
 from springpot.system import System
 from springpot.theory.result import NoStationaryState
 
-__all__ = ["Settings", "check_stationary", "checked_seed", "checked_threads", "default_start", "resolve"]
+__all__ = [
+    "Settings",
+    "check_stationary",
+    "checked_seed",
+    "checked_threads",
+    "default_start",
+    "resolve",
+    "whole_number",
+]
 
 MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -156,7 +164,7 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
     if start is None:
         start, _ = default_start(problem, options)
     _one_of(start, "start", get_args(StartKind))
-    paths = _whole(options["paths"], "paths", 1, MOST_PATHS)
+    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
     whole = _record_of(problem)
@@ -323,10 +331,10 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
 
 def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int, int]:
     """How many paths are stored, and every how many steps."""
-    record = _whole(record, "record", 0, paths)
+    record = whole_number(record, "record", 0, paths)
     if every is not None and record == 0:
         raise ValueError("record_every has no effect without record, the number of paths to store.")
-    every = 1 if every is None else _whole(every, "record_every", 1, steps)
+    every = 1 if every is None else whole_number(every, "record_every", 1, steps)
     if record * (steps // every) > MOST_RECORDED:
         wanted = math.ceil(record * steps / MOST_RECORDED)
         fewer = MOST_RECORDED // (steps // every)
@@ -395,7 +403,7 @@ def checked_seed(seed: int) -> int:
     TypeError, ValueError
         If it is not a whole number from 0 to 2^64 - 1.
     """
-    return _whole(seed, "seed", 0, 2**64 - 1)
+    return whole_number(seed, "seed", 0, 2**64 - 1)
 
 
 def checked_threads(threads: int | None) -> int:
@@ -406,14 +414,15 @@ def checked_threads(threads: int | None) -> int:
     TypeError, ValueError
         If it is not a whole number from 1 to 4096.
     """
-    return threads_available() if threads is None else _whole(threads, "threads", 1, 4096)
+    return threads_available() if threads is None else whole_number(threads, "threads", 1, 4096)
 
 
-def _whole(value: object, name: str, low: int, high: int) -> int:
+def whole_number(value: object, name: str, low: int, high: int, hint: str = "") -> int:
+    """``value`` as an int, or one sentence, and the hint, that names the argument and its range."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise TypeError(f"{name} must be a whole number, not {value!r}.")
+        raise TypeError(f"{name} must be a whole number, not {value!r}.{hint}")
     if not low <= int(value) <= high:
-        raise ValueError(f"{name} must be in [{low}, {high}], not {value}.")
+        raise ValueError(f"{name} must be in [{low}, {high}], not {value}.{hint}")
     return int(value)
 
 

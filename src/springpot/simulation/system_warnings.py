@@ -11,7 +11,7 @@ import numpy.typing as npt
 from springpot.faults import listed
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Recorded, ThermalNoise, WhiteNoise
-from springpot.parts.walls import restitution_at
+from springpot.parts.walls import restitution_of_missed
 from springpot.simulation.cost import per_cent
 from springpot.simulation.forgetting import MOST_TRANSIENT
 from springpot.simulation.kernel import COLUMNS
@@ -22,6 +22,7 @@ from springpot.simulation.statistics import standard_error
 from springpot.simulation.system_results import uncountable
 from springpot.simulation.system_scales import system_scales
 from springpot.system import System
+from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["doubts_of_system", "step_biases_of_system"]
 
@@ -30,6 +31,7 @@ Floats = npt.NDArray[np.float64]
 _UNDEFINED = "impact rate and speeds are undefined, but energies are correct"
 _FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
 _MOST_MISSED = 0.01
+_COUNTABLE = 1.0001 * COLLAPSE_BELOW
 _MOST_REMEMBERED = 0.03
 
 
@@ -40,9 +42,9 @@ def step_biases_of_system(system: System, step: float, values: dict[str, float])
     if uncountable(system) or not intensity > 0.0 or "impact_rate" not in values:
         return {}
     for wall in unit.of(Barrier):
-        slow = restitution_at(wall, math.sqrt(intensity * step))  # of the impacts that a step can miss
-        if slow < 1.0:
-            alone = Oscillator(barrier=Barrier(0.0, slow), excitation=WhiteNoise(intensity))
+        slow = restitution_of_missed(wall, intensity, step)
+        if slow < 1.0:  # a law may be below the limit here and above it for slower impacts, of which most are missed
+            alone = Oscillator(barrier=Barrier(0.0, max(slow, _COUNTABLE)), excitation=WhiteNoise(intensity))
             for name, bias in impact_step_biases(alone, step, values).items():
                 biases[name] = max(bias, biases.get(name, 0.0))
     return biases
