@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from springpot import figures, theory
     from springpot.atlases import atlas
-    from springpot.designing import sensitivity
+    from springpot.designing import design, sensitivity
     from springpot.explanation import explain
     from springpot.explorer.commands import explore
     from springpot.fitting import Impacts, Moduli, Record, Spectrum, fit, read_data
@@ -57,9 +57,9 @@ __all__ = [
     "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
     "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
     "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
-    "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "explain", "explore", "extend",
-    "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate",
-    "study", "theory", "to_toml",
+    "Springpot", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "design", "explain", "explore",
+    "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "sensitivity",
+    "simulate", "study", "theory", "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -72,6 +72,7 @@ _LATER = {
     "PowerRestitution": "springpot.parts.walls",
     "System": "springpot.system",
     "atlas": "springpot.atlases",
+    "design": "springpot.designing",
     "explain": "springpot.explanation",
     "explore": "springpot.explorer.commands",
     "figures": "springpot.figures",

@@ -1,0 +1,206 @@
+"""The search for the numbers of least cost within limits, on quantities that are quick to compute."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.designing.statement import Cost, Limit, Space, cost_of
+
+__all__ = ["Found", "Model", "search"]
+
+Floats = NDArray[np.float64]
+
+STARTS = 3
+CLOSE = 1e-5  # excess of a limit that is still taken as held
+NO_ANSWER = 20.0  # in place of a cost or an excess where there is none
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended.
+
+    Attributes
+    ----------
+    u : ndarray
+        Coordinates in the space.
+    values, quantities : dict
+        Numbers and quantities there.
+    cost : float
+    excess : float
+        The largest of the limits'; positive if no place was found where all hold.
+    how : str
+        The optimiser, in a word.
+    """
+
+    u: Floats
+    values: dict[str, float]
+    quantities: dict[str, float]
+    cost: float
+    excess: float
+    how: str
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Quantities of free numbers, corrected by factors.
+
+    Attributes
+    ----------
+    space : Space
+    quantities : callable
+        From numbers by name to quantities by name; empty where there is no answer.
+    cost : str or callable
+    difference : float
+        Of the coordinates, for derivatives.
+    """
+
+    space: Space
+    quantities: Callable[[Mapping[str, float]], dict[str, float]]
+    cost: Cost
+    difference: float
+    known: dict[tuple[float, ...], dict[str, float]] = field(default_factory=dict)
+
+    def at(self, u: Floats) -> dict[str, float]:
+        """Quantities at a place; computed once."""
+        place = tuple(float(each) for each in np.clip(u, 0.0, 1.0))
+        if place not in self.known:
+            self.known[place] = self.quantities(self.space.values(np.array(place)))
+        return self.known[place]
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """One search: a model with factors and limits."""
+
+    model: Model
+    limits: Sequence[Limit]
+    factors: Mapping[str, float]
+    logarithmic: bool
+
+    def corrected(self, u: Floats) -> dict[str, float]:
+        return {name: value * self.factors.get(name, 1.0) for name, value in self.model.at(u).items()}
+
+    def whole_cost(self, u: Floats) -> float:
+        found = self.corrected(u)
+        if not found:
+            return math.nan
+        return cost_of(self.model.cost, {**found, **self.model.space.values(np.clip(u, 0.0, 1.0))})
+
+    def cost(self, u: Floats) -> float:
+        cost = self.whole_cost(u)
+        if not math.isfinite(cost):
+            return NO_ANSWER
+        return math.log(max(cost, 1e-300)) if self.logarithmic else cost
+
+    def excesses(self, u: Floats) -> Floats:
+        found = self.corrected(u)
+        return np.array([
+            limit.excess(found[limit.name]) if math.isfinite(found.get(limit.name, math.nan)) else NO_ANSWER
+            for limit in self.limits
+        ])  # fmt: skip
+
+    def worst(self, u: Floats) -> float:
+        if not self.model.at(u):
+            return NO_ANSWER
+        return float(self.excesses(u).max(initial=-math.inf))
+
+    def found(self, u: Floats, how: str) -> Found:
+        u = np.clip(u, 0.0, 1.0)
+        return Found(u, self.model.space.values(u), self.corrected(u), self.whole_cost(u), self.worst(u), how)
+
+
+def search(model: Model, limits: Sequence[Limit], places: Floats, factors: Mapping[str, float], seed: int) -> Found:
+    """The place of least cost at which the limits hold, or the one at which they are missed by least.
+
+    Sequential quadratic programming (SLSQP of SciPy) from the best of the given places; differential evolution where
+    that ends nowhere.
+
+    Parameters
+    ----------
+    model : Model
+    limits : sequence of Limit
+    places : ndarray, shape (n, numbers)
+    factors : dict
+        By which a quantity is multiplied.
+    seed : int
+
+    Examples
+    --------
+    >>> from springpot.arguments import Free
+    >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
+    >>> model = Model(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
+    >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), {}, 1)
+    >>> round(found.cost, 3)
+    5.0
+    """
+    costs = [_Task(model, limits, factors, logarithmic=False).whole_cost(place) for place in places]
+    finite = [cost for cost in costs if math.isfinite(cost)]
+    task = _Task(model, limits, factors, logarithmic=bool(finite) and min(finite) > 0.0)
+    answered = [place for place, cost in zip(places, costs, strict=True) if math.isfinite(cost)]
+    ranked = sorted(answered, key=lambda u: (max(task.worst(u), 0.0), task.cost(u)))
+    ends = [task.found(u, "screening") for u in ranked[:1]]
+    ends += [found for u in ranked[:STARTS] if (found := _programmed(task, u)) is not None]
+    if all(end.excess > CLOSE for end in ends):
+        for u in ranked[:STARTS]:
+            nearest = _nearest(task, u)
+            ends.append(task.found(nearest, "nearest"))
+            if ends[-1].excess <= CLOSE and (again := _programmed(task, nearest)) is not None:
+                ends.append(again)
+    if limits and all(end.excess > CLOSE or end.how == "screening" for end in ends):
+        ends.append(_evolved(task, ranked[0] if ranked else places[0], seed))
+    held = [end for end in ends if end.excess <= CLOSE and math.isfinite(end.cost)]
+    return min(held, key=lambda end: end.cost) if held else min(ends, key=lambda end: end.excess)
+
+
+def _programmed(task: _Task, u: Floats) -> Found | None:
+    inside = (lambda place: -task.excesses(place)) if task.limits else None
+    end = _least(task.cost, u, np.ones(u.size), inside, task.model.difference)
+    found = task.found(end, "SLSQP")
+    return found if math.isfinite(found.cost) else None
+
+
+def _least(
+    function: Callable[[Floats], float],
+    u: Floats,
+    highest: Floats,
+    positive: Callable[[Floats], Floats] | None,
+    difference: float,
+) -> Floats:
+    """Where a function is least, while others are positive; a last coordinate with a bound above 1 may be negative."""
+    from scipy.optimize import Bounds, minimize
+
+    limits: Any = () if positive is None else [{"type": "ineq", "fun": positive}]
+    answer = minimize(
+        function, u, method="SLSQP", bounds=Bounds(np.where(highest > 1.0, -highest, 0.0), highest), constraints=limits,
+        options={"eps": difference, "ftol": 1e-8, "maxiter": 60},
+    )  # fmt: skip
+    return np.asarray(answer.x, float)
+
+
+def _nearest(task: _Task, u: Floats) -> Floats:
+    """Where the largest excess is least: that of an auxiliary variable above all of them."""
+    end = _least(
+        lambda both: float(both[-1]), np.append(u, task.worst(u)), np.append(np.ones(u.size), 2.0 * NO_ANSWER),
+        lambda both: both[-1] - task.excesses(both[:-1]), task.model.difference,
+    )[:-1]  # fmt: skip
+    return end if task.worst(end) < task.worst(u) else u
+
+
+def _evolved(task: _Task, u: Floats, seed: int) -> Found:
+    from scipy.optimize import Bounds, differential_evolution
+
+    def penalised(place: Floats) -> float:
+        worst = task.worst(place)
+        return 1e3 * (1.0 + worst) if worst > CLOSE else task.cost(place)
+
+    answer = differential_evolution(
+        penalised, Bounds(np.zeros(u.size), np.ones(u.size)), x0=np.clip(u, 0.0, 1.0), rng=seed, popsize=6, maxiter=15,
+        polish=False,
+    )  # fmt: skip
+    return task.found(np.asarray(answer.x, float), "differential evolution")

@@ -1,0 +1,164 @@
+"""What a design is asked for: the numbers to choose, the cost and the limits, all checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import LARGEST, Free, finite_number
+from springpot.faults import meant, shown
+
+__all__ = ["Cost", "Limit", "Space", "checked_cost", "checked_limits", "cost_of"]
+
+Floats = NDArray[np.float64]
+Cost = str | Callable[[Mapping[str, float]], float]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One side of a quantity's range.
+
+    Attributes
+    ----------
+    name : str
+        Of the quantity.
+    bound : float
+    upper : bool
+        Whether the quantity must stay below it, and not above.
+    """
+
+    name: str
+    bound: float
+    upper: bool
+
+    def excess(self, value: float) -> float:
+        """How far a value is beyond the limit, relative to it; negative inside.
+
+        The logarithm of the ratio where both are positive.
+
+        Examples
+        --------
+        >>> Limit("impact_rate", 0.2, True).excess(0.2), Limit("impact_rate", 0.2, False).excess(0.4) < 0.0
+        (0.0, True)
+        """
+        sign = 1.0 if self.upper else -1.0
+        if self.bound > 0.0 and value >= 0.0:
+            return sign * math.log(max(value / self.bound, 1e-12))
+        return sign * (value - self.bound) / (abs(self.bound) or 1.0)
+
+    def __str__(self) -> str:
+        return f"{self.name} {'<' if self.upper else '>'} {self.bound:g}"
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Free numbers as coordinates between 0 and 1: logarithms where both bounds have the same sign."""
+
+    free: Mapping[str, Free]
+
+    def values(self, u: Floats) -> dict[str, float]:
+        """The numbers at a place.
+
+        Examples
+        --------
+        >>> Space({"k": Free(80.0, "k", 10.0, 1000.0)}).values(np.array([0.5]))["k"]
+        100.0
+        """
+        found = {}
+        for (name, number), place in zip(self.free.items(), u, strict=True):
+            if number.low * number.high > 0.0:
+                value = number.low * (number.high / number.low) ** float(place)
+            else:
+                value = number.low + (number.high - number.low) * float(place)
+            found[name] = min(max(value, number.low), number.high)
+        return found
+
+    @property
+    def start(self) -> Floats:
+        """Where the numbers start."""
+        return np.array([
+            math.log(number / number.low) / math.log(number.high / number.low) if number.low * number.high > 0.0
+            else (number - number.low) / (number.high - number.low)
+            for number in self.free.values()
+        ])  # fmt: skip
+
+
+def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit, ...]:
+    """Limits from ``{"impact_rate": (None, 0.2)}``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no such dict, or a low limit is not below the high one.
+
+    Examples
+    --------
+    >>> [str(limit) for limit in checked_limits({"impact_rate": (None, 0.2), "x_mean": (0.1, None)}, {})]
+    ['impact_rate < 0.2', 'x_mean > 0.1']
+    """
+    if not isinstance(subject_to, Mapping):
+        raise TypeError(f"subject_to must be a dict such as {{'impact_rate': (None, 0.2)}}, not {shown(subject_to)}.")
+    limits = []
+    for name, pair in subject_to.items():
+        if not isinstance(name, str) or not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise TypeError(
+                f"subject_to must have a pair (low, high) for each name, as 'impact_rate': (None, 0.2), not "
+                f"{shown(name)}: {shown(pair)}."
+            )
+        if name in free:
+            raise ValueError(f"subject_to must not limit {name}: the bounds of a free number are its limits.")
+        low, high = (
+            None if end is None else finite_number(end, f"subject_to of {name}", low=-LARGEST, high=LARGEST)
+            for end in pair
+        )
+        if low is not None and high is not None and not low < high:
+            raise ValueError(f"subject_to of {name} must have a low limit below the high one, not ({low:g}, {high:g}).")
+        if low is None and high is None:
+            raise ValueError(f"subject_to of {name} must have a low or a high limit.")
+        limits += [Limit(name, end, upper) for end, upper in ((low, False), (high, True)) if end is not None]
+    return tuple(limits)
+
+
+def checked_cost(minimise: object, free: Mapping[str, Free], known: Mapping[str, float]) -> Cost:
+    """What is minimised, if it is a function or a known name.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither.
+    """
+    if callable(minimise):
+        return minimise
+    if not isinstance(minimise, str):
+        raise TypeError(
+            f"minimise must be the name of a quantity or of a free number, or a function, not {shown(minimise)}."
+        )
+    names = [*free, *known]
+    if minimise not in names:
+        raise ValueError(f"minimise must be among {', '.join(names)}, not {minimise}{meant(minimise, names)}.")
+    return minimise
+
+
+def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
+    """The cost of quantities and free numbers together; NaN if it is not known.
+
+    Raises
+    ------
+    ValueError
+        If the function of the user fails.
+
+    Examples
+    --------
+    >>> cost_of(lambda values: 2.0 * values["k"], {"k": 3.0})
+    6.0
+    """
+    if isinstance(cost, str):
+        return values.get(cost, math.nan)
+    try:
+        return float(cost(values))
+    except Exception as fault:
+        raise ValueError(f"minimise failed: {fault!r}; it has the values {', '.join(values)}.") from fault

@@ -1,0 +1,134 @@
+"""Designs against closed forms, grids, and fresh runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+import springpot as sp
+from springpot.arguments import Free
+from springpot.designing.quantities import theory_values
+from springpot.designing.search import Model, search
+from springpot.designing.statement import Limit, Space
+from springpot.free_numbers import with_values
+
+
+def damped(c: Any, gap: Any = 1.0) -> sp.System:
+    position = -gap if not isinstance(gap, Free) else gap
+    return sp.System(sp.Spring(4.0), sp.Dashpot(c), sp.Barrier(position), sp.WhiteNoise(1.0))
+
+
+def test_the_search_finds_the_corner_of_two_limits() -> None:
+    """Least a b with a >= 2, b >= 3 and a + b >= 6: at a = 2, b = 4 the cost is 8, at a = 3, b = 3 it is 9."""
+    space = Space({"a": Free(5.0, "a", 1.0, 10.0), "b": Free(5.0, "b", 1.0, 10.0)})
+
+    def quantities(values: Mapping[str, float]) -> dict[str, float]:
+        return {"a_": values["a"], "b_": values["b"], "sum": values["a"] + values["b"]}
+
+    model = Model(space, quantities, lambda values: values["a"] * values["b"], 1e-4)
+    limits = [Limit("a_", 2.0, False), Limit("b_", 3.0, False), Limit("sum", 6.0, False)]
+    places = np.random.default_rng(1).random((16, 2))
+    found = search(model, limits, places, {}, 1)
+    assert found.cost == pytest.approx(8.0, rel=1e-4)
+    halved = search(model, limits, places, {"sum": 0.5}, 1)  # a + b >= 12
+    assert halved.cost == pytest.approx(20.0, rel=1e-4)
+
+
+def test_a_search_without_an_answer_in_places_goes_round_them() -> None:
+    space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
+    model = Model(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q", 1e-4)
+    found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], {}, 1)
+    assert found.cost == pytest.approx(4.0, rel=1e-4)
+
+
+def exact_rate(c: float, gap: float = 1.0) -> float:
+    """Order 1, elastic wall: Omega exp(-u^2 / 2) / (2 pi Phi(u)), u = gap / s, s^2 = q / (2 c Omega^2)."""
+    u = gap / math.sqrt(1.0 / (2.0 * c * 4.0))
+    return 2.0 * math.exp(-0.5 * u * u) / (2.0 * math.pi * 0.5 * math.erfc(-u / math.sqrt(2.0)))
+
+
+def test_the_least_damper_is_that_of_the_closed_form() -> None:
+    found = sp.design(damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, rtol=0.04)
+    best = optimize.brentq(lambda c: exact_rate(c) - 0.2, 0.05, 5.0)
+    assert best < found.values["c"] < 1.12 * best
+    assert exact_rate(found.values["c"]) < 0.2
+    (promise,) = found.promises
+    assert promise.probability >= 0.95
+    assert abs(promise.value - exact_rate(found.values["c"])) < 3.5 * promise.error
+    assert isinstance(found.model, sp.System)
+    assert found.model.of(sp.Dashpot) == (sp.Dashpot(found.values["c"]),)
+    assert "impact_rate < 0.2 holds with a probability of" in found.report()
+    curve = found.curve("impact_rate", [0.1, 0.2, 0.3])
+    assert curve.costs == pytest.approx([optimize.brentq(lambda c: exact_rate(c) - r, 0.05, 5.0)  # noqa: B023
+                                         for r in curve.limits], rel=0.05)  # fmt: skip
+    assert (np.diff(curve.costs) < 0.0).all()
+
+
+def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
+    with pytest.raises(
+        ValueError, match=r"impact_rate < 0.0001 is missed least with .* % beyond the limit, at c = 0.5"
+    ):
+        sp.design(damped(sp.free("c", 0.2, (0.05, 0.5))), "c", {"impact_rate": (None, 1e-4)}, rtol=0.2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"minimise": "v_mean_squar"}, "did you mean v_mean_square"),
+        ({"minimise": 3.0}, "minimise must be the name"),
+        ({"subject_to": {"impact_rates": (None, 1.0)}}, "did you mean impact_rate"),
+        ({"subject_to": {"impact_rate": 0.2}}, "subject_to must have a pair"),
+        ({"subject_to": {"impact_rate": (0.3, 0.2)}}, "low limit below the high one"),
+        ({"subject_to": {"impact_rate": (None, None)}}, "must have a low or a high limit"),
+        ({"subject_to": {"c": (None, 1.0)}}, "subject_to must not limit c"),
+        ({"subject_to": [1]}, "subject_to must be a dict"),
+        ({"probability": 1.0}, "probability must be in"),
+        ({"rtol": 0.0}, "rtol must be in"),
+        ({"model": damped(0.5)}, "model must have a free number"),
+        ({"model": 3}, "model must be a System or an Oscillator"),
+        ({"method": "envelop"}, "did you mean envelope"),
+    ],
+)
+def test_bad_input_is_one_sentence(changes: dict[str, Any], sentence: str) -> None:
+    usual: dict[str, Any] = {
+        "model": damped(sp.free("c", 0.5, (0.05, 5.0))), "minimise": "c", "subject_to": {"impact_rate": (None, 0.2)}
+    }  # fmt: skip
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        sp.design(**{**usual, **changes})
+
+
+@pytest.mark.validation
+def test_limits_of_random_designs_hold_in_fresh_runs_and_the_cost_is_that_of_a_grid() -> None:
+    """20 problems of a damper of some order and a gap: the least damper at a limited impact rate."""
+    found = [judged(number) for number in range(20)]
+    assert sum(held for held, _ in found) >= 19
+    assert sum(cost <= 1.03 for _, cost in found) >= 19
+
+
+def judged(number: int) -> tuple[bool, float]:
+    """Whether a design holds its limit in a fresh run of 10 times the paths; its cost over the best of a fine grid.
+
+    The grid is of theory times the ratio that the fresh run has at the design.
+    """
+    random = np.random.default_rng(number)
+    order, c = float(random.uniform(0.3, 1.0)), float(random.uniform(0.1, 0.5))
+    pot = sp.Springpot(order, sp.free("C", c, (c / 5.0, 5.0 * c)))
+    wall = sp.Barrier(-float(random.uniform(0.3, 1.0)), float(random.uniform(0.7, 1.0)))
+    model = sp.System(sp.Spring(1.0), pot, wall, sp.WhiteNoise(1.0))
+    limit = float(random.uniform(0.8, 1.1)) * theory_values(model, "envelope")[0]["impact_rate"]
+    found = sp.design(model, "C", {"impact_rate": (None, limit)}, rtol=0.01, seed=number + 1)
+    fresh = sp.run(found.model, rtol=0.01 / math.sqrt(10.0), quantities=("impact_rate",), seed=1000 + number)
+
+    def by_theory(value: float) -> float:
+        return theory_values(with_values(model, {"C": value}), "envelope")[0]["impact_rate"]
+
+    ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
+    low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
+    grid = np.geomspace(low, high, 106)  # half a per cent apart
+    best = min(float(each) for each in grid if ratio * by_theory(float(each)) <= limit)
+    return fresh.values["impact_rate"] <= limit, found.values["C"] / best
