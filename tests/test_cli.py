@@ -85,7 +85,8 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"{springpot.__version__}\n"
 
 
-COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore", "fit"]
+COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore", "fit",
+            "sensitivity"]  # fmt: skip
 STUDY_COMMANDS = [f"study {name}" for name in ("new", "schema", "check", "run", "status", "export", "plot")]
 
 

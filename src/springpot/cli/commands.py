@@ -415,6 +415,38 @@ def fit(
     return 0
 
 
+@app.command
+def sensitivity(
+    file: SystemFile = None,
+    /,
+    *,
+    flags: Flags = STANDARD,
+    quantity: Annotated[list[str], Parameter(negative="", help="Result, such as impact_rate; may be repeated.")],
+    method: Annotated[
+        str | None, Parameter(help='"theory", "monte_carlo" or the name of a method; the recommended one if not given.')
+    ] = None,
+    paths: Annotated[Whole, Parameter(help="Of each run by Monte Carlo.")] = 5000,
+    seed: Annotated[Whole, Parameter(help="Seed of the random numbers.")] = 1,
+    json_: Json = False,
+) -> int:
+    """Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.
+
+    Example: springpot sensitivity device.toml --quantity impact_rate
+    """
+    problem = problem_of(file, flags)
+    with leave_at_once():
+        from springpot.designing import sensitivity as find
+
+    found = find(problem, quantity, method=method, paths=paths, seed=seed)
+    for sentence in found.warnings:
+        warn(sentence)
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    print(found.report(warnings=False))
+    return 0
+
+
 app.command(  # not imported here, so the list of commands needs the words of its help
     "springpot.studies.commands:app",
     name="study",

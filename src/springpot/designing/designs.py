@@ -186,7 +186,7 @@ class Design:
         wanted = np.atleast_1d(np.asarray(limits, float))
         if name not in self.quantities:
             raise ValueError(
-                f"name must be among {', '.join(self.quantities)}, not {name}{meant(name, self.quantities)}."
+                f"name must be among {', '.join(self.quantities)}, not {name}{meant(name, self.quantities) or '.'}"
             )
         if wanted.ndim != 1 or not np.isfinite(wanted).all():
             raise ValueError("limits must be finite numbers, one after the other.")
@@ -350,8 +350,8 @@ def design(
     cost = checked_cost(minimise, free, known)
     for limit in limits:
         if limit.name not in known:
-            near = meant(limit.name, known)
-            raise ValueError(f"subject_to must limit quantities among {', '.join(known)}, not {limit.name}{near}.")
+            near = meant(limit.name, known) or "."
+            raise ValueError(f"subject_to must limit quantities among {', '.join(known)}, not {limit.name}{near}")
     controlled = tuple(dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in known else [])]))
     if controlled:
         checked_quantities(as_simulated(problem), controlled)

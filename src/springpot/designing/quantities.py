@@ -52,7 +52,9 @@ def chosen_method(problem: Oscillator | System, method: str | None) -> tuple[str
     """
     known = [*methods_for(problem), "theory", MONTE_CARLO]
     if method is not None and method not in known:
-        raise ValueError(f"method must be one of {', '.join(known)}, not {shown(method)}{meant(str(method), known)}.")
+        raise ValueError(
+            f"method must be one of {', '.join(known)}, not {shown(method)}{meant(str(method), known) or '.'}"
+        )
     if method not in (None, "theory"):
         return str(method), ""
     answers, statements = solve_all(problem)

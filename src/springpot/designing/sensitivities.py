@@ -251,7 +251,7 @@ def _by_theory(
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     for name in names:
         if name not in base:
-            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base)}.")
+            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base) or '.'}")
     values, errors = _tables(names), _tables(names)
     for done, name in enumerate(numbers.values):
 
@@ -318,7 +318,7 @@ def _by_monte_carlo(
     base = simulated(problem)
     for name in names:
         if name not in base:
-            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base)}.")
+            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base) or '.'}")
     if are_crowded(as_simulated(problem)) and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     values, errors, gains = _tables(names), _tables(names), _tables(names)

@@ -139,7 +139,7 @@ def checked_cost(minimise: object, free: Mapping[str, Free], known: Mapping[str,
         )
     names = [*free, *known]
     if minimise not in names:
-        raise ValueError(f"minimise must be among {', '.join(names)}, not {minimise}{meant(minimise, names)}.")
+        raise ValueError(f"minimise must be among {', '.join(names)}, not {minimise}{meant(minimise, names) or '.'}")
     return minimise
 
 
