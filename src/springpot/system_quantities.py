@@ -30,7 +30,7 @@ from springpot.system import System
 
 __all__ = ["UNCONTROLLED", "possible_results", "units_of_system"]
 
-UNCONTROLLED = ("_end", "_force_mean", "_virial", "energy_residual", "contact_penetration")
+UNCONTROLLED = ("_end", "damping_force_mean", "_virial", "energy_residual", "contact_penetration")
 """Endings of results that ``rtol`` does not control."""
 
 _UNITS = {

@@ -25,7 +25,11 @@ SLOT = sp.System(
 @pytest.mark.parametrize(
     ("system", "quantities", "theory"),
     [
-        (SLOT, ("x_mean_square", "v_mean_square", "impact_rate", "barrier_2_impact_rate"), sp.theory.exact),
+        (
+            SLOT,
+            ("x_mean_square", "v_mean_square", "impact_rate", "barrier_2_impact_rate", "barrier_2_force_mean"),
+            sp.theory.exact,
+        ),
         (COLOURED, ("x_mean_square", "v_mean_square"), sp.theory.linear),
     ],
 )
@@ -33,6 +37,7 @@ def test_stated_errors_hold_against_theory(system: sp.System, quantities: tuple[
     run = sp.run(system, rtol=0.02, quantities=quantities)
     exact = theory(system)
     known = {**vars(exact.moments), "barrier_2_impact_rate": (*exact.barrier_impact_rate, 0.0, 0.0)[1]}
+    known["barrier_2_force_mean"] = known["barrier_2_impact_rate"] * np.sqrt(2.0 * np.pi * exact.v_mean_square)
     assert run.diagnostics["reached"]
     for name in quantities:
         total = run.budgets[name].total

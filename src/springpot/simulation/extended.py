@@ -55,6 +55,8 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     True
     """
     _check(run)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
     before = run.settings.paths
     wanted = whole_number(paths, "paths", before + 1, MOST_PATHS, f" The run has {before} paths.")
     settings = replace(
