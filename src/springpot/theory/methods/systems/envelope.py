@@ -398,7 +398,10 @@ def envelope_of_system(system: System) -> SystemResult:
 def _check_rest(unit: System, bottom: float) -> None:
     """A mass that a smooth force lifts now and then from a wall on which it rests does not go round in cycles."""
     for name, part in unit.named():
-        if isinstance(part, Barrier) and part.position == bottom and _is_smooth(unit) and slow_restitution(part) < 1.0:
+        if not isinstance(part, Barrier) or slow_restitution(part) == 1.0 or not _is_smooth(unit):
+            continue
+        pressing = float(unit.potential.force(part.position)) * (1.0 if part.side == "above" else -1.0)
+        if part.position == bottom and pressing > 0.0:
             raise NotCovered(
                 f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
                 "smooth force lifts it now and then."
