@@ -18,7 +18,7 @@ from springpot.theory.solve import methods_for, solve_one, trusted
 __all__ = ["lines", "names", "solve", "table"]
 
 _GUESSES = ("exact", "linear", "envelope", "linearisation")
-"""Which method is shown where none is recommended, for the validity map knows oscillators only: the first of these."""
+"""Which method is shown where none is recommended: the first of these that has an answer."""
 
 
 def names(system: System) -> tuple[str, ...]:

@@ -111,7 +111,7 @@ export class Table {
     this.silent.innerHTML = [...groups.values()].map((names) => `<p><b>${labels(names)}</b> ${ofSystem ? "not covered" : "has no answer here"}: ${escaped(typeset(theory.statements[names[0]], si))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) {
-      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : `no method is recommended here${ofSystem ? ", because the validity map knows oscillators only: compare with Monte Carlo" : ""}.`]);
+      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : `no method is recommended here${ofSystem ? ": compare with Monte Carlo" : ""}.`]);
     }
     if (measured?.undefined && !measured.warnings.length) said.push(["Monte Carlo", `impact rate and speeds have no value: ${measured.undefined}.`]);
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
