@@ -10,8 +10,11 @@ import socket
 import stat
 import threading
 import time
+from pathlib import Path
 
 import google_crc32c
+
+from springpot.faults import FileFault
 
 __all__ = [
     "Damaged",
@@ -20,6 +23,7 @@ __all__ = [
     "partial_name",
     "read_chunk",
     "read_file",
+    "read_text",
     "remove_orphans",
     "write",
     "write_chunk",
@@ -90,6 +94,38 @@ def read_file(path: str, largest: int) -> bytes | None:
     if len(content) > largest:
         raise Damaged(f"it has more than {largest:,} bytes")
     return content
+
+
+def read_text(path: str | Path, title: str, largest: int) -> str:
+    """The text of a file in UTF-8; a byte order mark at its beginning is ignored.
+
+    Parameters
+    ----------
+    path : str or Path
+    title : str
+        Name of the file in errors, such as ``"study file 'a.toml'"``.
+    largest : int
+        Most bytes.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    FileFault
+        If it cannot be read, is not a file, too large or not UTF-8.
+    """
+    try:
+        body = read_file(str(path), largest)
+    except Damaged as fault:
+        raise FileFault(f"{title} cannot be read: {fault}.") from None
+    except OSError as error:
+        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
+    if body is None:
+        raise FileNotFoundError(f"There is no file {str(path)!r}.")
+    try:
+        return body.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FileFault(f"{title} is not text in UTF-8.") from None
 
 
 def _without_waiting(path: str, flags: int) -> int:

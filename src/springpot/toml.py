@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from springpot.faults import FileFault
-from springpot.files import Damaged, read_file
+from springpot.files import read_text
 
 __all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
 
@@ -49,18 +49,7 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
         If it cannot be read, is not a file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not
         TOML.
     """
-    try:
-        body = read_file(str(path), MOST_BYTES)
-    except Damaged as fault:
-        raise FileFault(f"{title} cannot be read: {fault}.") from None
-    except OSError as error:
-        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
-    if body is None:
-        raise FileNotFoundError(f"There is no file {str(path)!r}.")
-    try:
-        text = body.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileFault(f"{title} is not text in UTF-8.") from None
+    text = read_text(path, title, MOST_BYTES)
     _check_nesting(text, title)
     try:
         return tomllib.loads(text)

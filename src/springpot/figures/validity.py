@@ -94,7 +94,12 @@ def gaps(
     if not chosen.any():
         raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
     axes = panel(axes, 4.6, 3.8)
-    _panel(axes, {name: column[chosen] for name, column in cells.items()}, f"{method}:{moment}", GOOD[moment])
+    return _labelled(axes, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
+
+
+def _labelled(axes: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
+    """A panel that stands alone."""
+    _panel(axes, cells, f"{method}:{moment}", good)
     axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
     axes.set_ylabel(r"order $\alpha$ (1)")
     axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
@@ -214,11 +219,7 @@ def system_gaps(
         numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
         raise ValueError(f"the map of systems has no cells with {numbers}.")
     axes = panel(axes, 4.6, 3.2)
-    _panel(axes, here, f"{method}:{moment}", SYSTEMS_GOOD[moment])
-    axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
-    axes.set_ylabel(r"order $\alpha$ (1)")
-    axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
-    return axes
+    return _labelled(axes, here, method, moment, SYSTEMS_GOOD[moment])
 
 
 def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, path: Path = SYSTEMS_FILE) -> Figure:

@@ -14,7 +14,7 @@ import numpy as np
 
 from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
-from springpot.files import Damaged, read_file
+from springpot.files import read_text
 from springpot.fitting.data import Data, FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
 
 __all__ = ["UNITS", "read_data"]
@@ -105,18 +105,7 @@ def read_data(path: str | Path) -> Data:
 
 def _read(path: str | Path, title: str) -> tuple[list[_Column], dict[str, str], list[int]]:
     """Columns, settings, and the line of each row."""
-    try:
-        body = read_file(str(path), _MOST_BYTES)
-    except Damaged as fault:
-        raise FileFault(f"{title} cannot be read: {fault}.") from None
-    except OSError as error:
-        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
-    if body is None:
-        raise FileNotFoundError(f"There is no file {str(path)!r}.")
-    try:
-        text = body.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileFault(f"{title} is not text in UTF-8.") from None
+    text = read_text(path, title, _MOST_BYTES)
     settings: dict[str, str] = {}
     rows: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):

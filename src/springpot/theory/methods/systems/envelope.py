@@ -513,7 +513,7 @@ def _is_exact(problem: Problem) -> bool:
     unit = problem.unit
     bent = any(not part.is_linear for part in unit.of(PolynomialDashpot)) or unit.of(VanDerPol)
     other = unit.of(ColouredNoise, FilteredNoise, ParametricNoise, PoissonImpulses)
-    lossy = any(callable(wall.restitution) or wall.restitution < 1.0 for wall in unit.of(Barrier))
+    lossy = any(not wall.is_elastic for wall in unit.of(Barrier))
     return not (problem.remembers or bent or other or lossy)
 
 
