@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import sys
 import threading
 import warnings
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import CoercionError, Parameter, Token
 
+from springpot.plain import plain
 from springpot.trusted import UnusedCache
 
 if TYPE_CHECKING:
@@ -132,17 +132,8 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
         print("".join(f"  {cell:<{width}}" for cell, width in zip(row, widths, strict=False)).rstrip())
 
 
-def _without_nan(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not have, by None."""
-    if isinstance(value, Mapping):
-        return {name: _without_nan(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def print_json(answer: Mapping[str, Any]) -> None:
-    print(json.dumps(_without_nan(answer), indent=2, allow_nan=False))
+    print(json.dumps(plain(answer), indent=2, allow_nan=False))
 
 
 @contextlib.contextmanager

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +13,16 @@ from numpy.typing import NDArray
 from springpot.arguments import finite_number
 from springpot.designing.numbers import Numbers, as_simulated, checked_model, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, checked_names, chosen_method, theory_values
+from springpot.designing.samples import samples_of
+from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.designing.stencils import Stencil, extrapolated, stencil
 from springpot.faults import NotCovered, meant
 from springpot.oscillator import Oscillator
-from springpot.simulation.adapted import adapt
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.settings import Settings, check_stationary, resolve
-from springpot.simulation.simulation import Progress, simulation_of
+from springpot.simulation.simulation import Progress
 from springpot.simulation.statistics import standard_error
 from springpot.system import System
-
-if TYPE_CHECKING:
-    import xarray
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -32,129 +30,6 @@ THEORY_STEP = 0.04  # of the logarithm of a number; halved twice
 USUAL_CHANGE = 0.1
 
 Floats = NDArray[np.float64]
-Table = dict[str, dict[str, float]]
-
-
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
-    """Relative change of each quantity over the relative change of each number.
-
-    Attributes
-    ----------
-    model : System or Oscillator
-    method : str
-        The analytical method, or ``"monte_carlo"``.
-    numbers : dict
-        Where they stand, by name.
-    quantities : dict
-        Their values there.
-    values : dict of dict
-        d ln(quantity) / d ln(number), as ``values[quantity][number]``; NaN where there is none.
-    errors : dict of dict
-        By Monte Carlo the standard error; by theory an estimate of the error of the differences, without that of the
-        method itself.
-    gains : dict of dict
-        By Monte Carlo: the variance that independent random numbers on both sides would give, over that of the common
-        ones; empty by theory.
-    settings : Settings or None
-        Of the runs, the same for all.
-    warnings : tuple of str
-        One sentence for each reason to doubt a number, or for its absence.
-    """
-
-    model: Oscillator | System
-    method: str
-    numbers: dict[str, float]
-    quantities: dict[str, float]
-    values: Table
-    errors: Table
-    gains: Table
-    settings: Settings | None
-    warnings: tuple[str, ...]
-
-    def report(self, warnings: bool = True) -> str:
-        """All of it in words.
-
-        Parameters
-        ----------
-        warnings : bool
-            With the warnings at its end.
-
-        Examples
-        --------
-        >>> import springpot as sp
-        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
-        >>> print(sp.sensitivity(linear, "x_mean_square").report())
-        d ln(quantity) / d ln(number), by theory (linear)
-        x_mean_square = 0.185185
-          spring_stiffness      -1.00000
-          dashpot_coefficient   -1.00000
-          white_noise_intensity  1.00000
-        """
-        by_chance = self.method == MONTE_CARLO
-        paths = self.settings.paths if self.settings is not None else 0
-        how = f"Monte Carlo on common random numbers, {paths} paths" if by_chance else f"theory ({self.method})"
-        lines = [f"d ln(quantity) / d ln(number), by {how}"]
-        wide = max(map(len, self.numbers)) + 1
-        for quantity, row in self.values.items():
-            lines.append(f"{quantity} = {self.quantities[quantity]:.6g}")
-            for name, value in row.items():
-                if not by_chance:
-                    lines.append(f"  {name:{wide}}{round(value, 5) + 0.0:8.5f}")  # no -0
-                    continue
-                gain = self.gains[quantity][name]
-                lines.append(f"  {name:{wide}}{value:8.4f} +- {self.errors[quantity][name]:<8.2g} {_beats(gain)}")
-        return "\n".join([*lines, *(self.warnings if warnings else ())])
-
-    def to_dict(self) -> dict[str, Any]:
-        """The numbers as plain values; NaN is None.
-
-        Examples
-        --------
-        >>> import springpot as sp
-        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
-        >>> round(sp.sensitivity(linear, "x_mean_square").to_dict()["values"]["x_mean_square"]["spring_stiffness"], 6)
-        -1.0
-        """
-
-        def plain(table: Table) -> dict[str, dict[str, float | None]]:
-            return {
-                quantity: {name: value if math.isfinite(value) else None for name, value in row.items()}
-                for quantity, row in table.items()
-            }
-
-        return {
-            "method": self.method,
-            "numbers": self.numbers,
-            "quantities": self.quantities,
-            "values": plain(self.values),
-            "errors": plain(self.errors),
-            "gains": plain(self.gains),
-            "settings": None if self.settings is None else self.settings.to_dict(),
-            "warnings": [*self.warnings],
-        }
-
-    def to_xarray(self) -> xarray.Dataset:
-        """An xarray Dataset over ``quantity`` and ``number``: ``sensitivity``, ``error`` and, by Monte Carlo, ``gain``.
-
-        Examples
-        --------
-        >>> import springpot as sp
-        >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
-        >>> dict(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]).to_xarray().sizes)
-        {'quantity': 2, 'number': 3}
-        """
-        import xarray
-
-        tables = {"sensitivity": self.values, "error": self.errors, "gain": self.gains}
-        return xarray.Dataset(
-            {
-                name: (("quantity", "number"), [[*row.values()] for row in table.values()])
-                for name, table in tables.items() if table
-            },
-            coords={"quantity": [*self.values], "number": [*self.numbers]},
-            attrs={"method": self.method},
-        )  # fmt: skip
 
 
 def sensitivity(
@@ -311,7 +186,7 @@ def _by_monte_carlo(
 
     def simulated(model: Oscillator | System) -> dict[str, tuple[float, Floats, float]]:
         nonlocal done
-        found = _samples(as_simulated(model), settings, progress, done, runs)
+        found = samples_of(as_simulated(model), settings, progress, done, runs)
         done += 1
         return found
 
@@ -336,18 +211,6 @@ def _by_monte_carlo(
             values[quantity][name], errors[quantity][name], gains[quantity][name] = value, error, gain
     quantities = {name: base[name][0] for name in names}
     return Sensitivity(problem, MONTE_CARLO, numbers.values, quantities, values, errors, gains, settings, tuple(said))
-
-
-def _samples(
-    problem: Oscillator | System, settings: Settings, progress: Progress | None, done: int, runs: int
-) -> dict[str, tuple[float, Floats, float]]:
-    """Value, samples path by path and the error of the start of every result."""
-    part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
-    adapted = adapt(problem, settings, progress=part) if settings.start == "stationary" else None
-    simulation = simulation_of(problem, settings, adapted)
-    samples = simulation.samples(simulation.advance(progress=part).rows)
-    start = simulation.errors_of_the_start({name: value for name, (value, _) in samples.items()})
-    return {name: (value, own, start[name]) for name, (value, own) in samples.items()}
 
 
 def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step: float) -> tuple[float, float, float]:
@@ -394,12 +257,3 @@ def _same_sign(values: Sequence[float]) -> bool:
 
 def _tables(names: Sequence[str]) -> Table:
     return {name: {} for name in names}
-
-
-def _beats(gain: float) -> str:
-    if math.isnan(gain):
-        return ""
-    if math.isinf(gain):
-        return "(common numbers leave no variance)"
-    word = f"{gain:.3g} times less" if gain >= 1.0 else f"{1.0 / gain:.3g} times more"
-    return f"({word} variance than with independent numbers)"

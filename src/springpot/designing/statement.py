@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from springpot.arguments import LARGEST, Free, finite_number
 from springpot.faults import meant, shown
 
-__all__ = ["Cost", "Limit", "Space", "checked_cost", "checked_limits", "cost_of"]
+__all__ = ["Cost", "Limit", "Space", "checked_cost", "checked_limits", "cost_of", "name_of"]
 
 Floats = NDArray[np.float64]
 Cost = str | Callable[[Mapping[str, float]], float]
@@ -162,3 +162,14 @@ def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
         return float(cost(values))
     except Exception as fault:
         raise ValueError(f"minimise failed: {fault!r}; it has the values {', '.join(values)}.") from fault
+
+
+def name_of(cost: Cost) -> str:
+    """The name of a quantity, a number or a function.
+
+    Examples
+    --------
+    >>> name_of("k")
+    'k'
+    """
+    return cost if isinstance(cost, str) else getattr(cost, "__name__", "cost")

@@ -1,0 +1,53 @@
+"""With which probability limits hold, and what is said where they cannot."""
+
+from __future__ import annotations
+
+import math
+
+from springpot.designing.results import Promise
+from springpot.designing.search import Found
+from springpot.designing.statement import Limit
+from springpot.faults import listed
+
+__all__ = ["each_probability", "impossible", "promise_of", "tightened"]
+
+
+def tightened(limit: Limit, distance: float) -> Limit:
+    """A limit moved inwards.
+
+    Examples
+    --------
+    >>> str(tightened(Limit("impact_rate", 0.2, True), 0.01))
+    'impact_rate < 0.19'
+    """
+    return Limit(limit.name, limit.bound - distance if limit.upper else limit.bound + distance, limit.upper)
+
+
+def promise_of(limit: Limit, value: float, error: float) -> Promise:
+    """The promise of a limit whose quantity has this value and error.
+
+    Examples
+    --------
+    >>> round(promise_of(Limit("impact_rate", 0.2, True), 0.19, 0.01).probability, 4)
+    0.8413
+    """
+    from scipy import stats
+
+    distance = limit.bound - value if limit.upper else value - limit.bound
+    probability = float(stats.norm.cdf(distance / error)) if error > 0.0 else float(distance >= 0.0)
+    return Promise(str(limit), value, error, probability)
+
+
+def each_probability(probability: float, limits: int) -> float:
+    """The probability of each limit that makes that of all (Bonferroni's inequality)."""
+    return 1.0 - (1.0 - probability) / max(limits, 1)
+
+
+def impossible(limits: tuple[Limit, ...], found: Found) -> str:
+    """Which limit is missed, and by how much, where that is least."""
+    missed = max(limits, key=lambda limit: limit.excess(found.quantities.get(limit.name, math.inf)))
+    value = found.quantities.get(missed.name, math.nan)
+    where = listed([f"{name} = {value:.4g}" for name, value in found.values.items()])
+    off = abs(value / missed.bound - 1.0) if missed.bound else math.nan
+    share = f", {100.0 * off:.3g} % beyond the limit" if math.isfinite(off) else ""
+    return f"subject_to cannot hold: {missed} is missed least with {value:.4g}{share}, at {where}."
