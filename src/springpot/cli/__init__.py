@@ -1,7 +1,7 @@
 """The ``springpot`` command: parses, calls the library, prints.  No physics here.
 
-`commands` has a function for each command, `flags` what they share, `tables` what they print, and `messages` the one
-sentence of each failure.
+`commands` and `designing` have a function for each command, `flags` what they share, `tables` what they print, and
+`messages` the one sentence of each failure.
 
 Exit codes: 0 done, 1 failed while running, 2 bad usage or bad input, 130 interrupted; other than 0, one sentence on
 stderr says why.  Stdout then stays empty, except that ``doctor`` prints its findings even where its self-check fails,
@@ -16,6 +16,7 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
+from springpot.cli import designing  # noqa: F401  (its commands)
 from springpot.cli.commands import app, in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.faults import FileFault

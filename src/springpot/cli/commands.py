@@ -36,9 +36,9 @@ from springpot.terminal import Bar, Json, Whole, check_picture, print_json, prin
 if TYPE_CHECKING:
     from springpot.system import System
 
-__all__ = ["app", "in_flags", "simulate"]
+__all__ = ["OUTPUT", "app", "in_flags", "simulate", "warn"]
 
-_OUTPUT = Group("Output", sort_key=9)
+OUTPUT = Group("Output", sort_key=9)
 Schema = Annotated[bool, Parameter(negative="", help="Print the JSON schema of such a file, and nothing else.")]
 
 
@@ -274,18 +274,18 @@ def simulate(
     out: Annotated[
         str | None,
         Parameter(
-            group=_OUTPUT,
+            group=OUTPUT,
             metavar="FILE",
             help="Save the run: .nc (netCDF) or .json, which springpot.load_run can read, or .csv for spreadsheets.",
         ),
     ] = None,
-    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
     record: Annotated[
         Whole | None,
-        Parameter(group=_OUTPUT, help="Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
+        Parameter(group=OUTPUT, help="Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
     ] = None,
     every: Annotated[
-        Whole | None, Parameter(group=_OUTPUT, help="With --record: steps between two saved points; 1 if not given.")
+        Whole | None, Parameter(group=OUTPUT, help="With --record: steps between two saved points; 1 if not given.")
     ] = None,
     json_: Json = False,
 ) -> int:
@@ -366,19 +366,20 @@ def fit(
     model: Annotated[
         list[str],
         Parameter(
-            negative="", metavar="FILE",
-            help="System file with free numbers, such as stiffness = { free = \"k\", start = 80, low = 10, "
+            negative="",
+            metavar="FILE",
+            help='System file with free numbers, such as stiffness = { free = "k", start = 80, low = 10, '
             "high = 200 }; of several the best is chosen.",
         ),
     ],
     seed: Annotated[Whole, Parameter(help="Seed of the places from which the search is repeated.")] = 1,
     out: Annotated[
-        str | None, Parameter(group=_OUTPUT, metavar="FILE", help="Write the system with the found values to a file.")
+        str | None, Parameter(group=OUTPUT, metavar="FILE", help="Write the system with the found values to a file.")
     ] = None,
     plot: Annotated[
-        str | None, Parameter(group=_OUTPUT, metavar="FILE", help="PNG file for data, fit and residuals.")
+        str | None, Parameter(group=OUTPUT, metavar="FILE", help="PNG file for data, fit and residuals.")
     ] = None,
-    overwrite: Annotated[bool, Parameter(group=_OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
     json_: Json = False,
 ) -> int:
     """Fit: the free numbers of a system that agree best with measured data, with errors.
@@ -412,38 +413,6 @@ def fit(
     print(found.report(warnings=False))
     for written in filter(None, (place, plot)):
         print(written)
-    return 0
-
-
-@app.command
-def sensitivity(
-    file: SystemFile = None,
-    /,
-    *,
-    flags: Flags = STANDARD,
-    quantity: Annotated[list[str], Parameter(negative="", help="Result, such as impact_rate; may be repeated.")],
-    method: Annotated[
-        str | None, Parameter(help='"theory", "monte_carlo" or the name of a method; the recommended one if not given.')
-    ] = None,
-    paths: Annotated[Whole, Parameter(help="Of each run by Monte Carlo.")] = 5000,
-    seed: Annotated[Whole, Parameter(help="Seed of the random numbers.")] = 1,
-    json_: Json = False,
-) -> int:
-    """Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.
-
-    Example: springpot sensitivity device.toml --quantity impact_rate
-    """
-    problem = problem_of(file, flags)
-    with leave_at_once():
-        from springpot.designing import sensitivity as find
-
-    found = find(problem, quantity, method=method, paths=paths, seed=seed)
-    for sentence in found.warnings:
-        warn(sentence)
-    if json_:
-        print_json(found.to_dict())
-        return 0
-    print(found.report(warnings=False))
     return 0
 
 

@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 
 from springpot.arguments import finite_number
 from springpot.designing.numbers import as_simulated, checked_model
-from springpot.designing.promises import each_probability
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
 from springpot.designing.results import Curve, Design, Promise, Round, per_cent
-from springpot.designing.rounds import is_exact, measured_by, rounds
-from springpot.designing.search import Model, search
-from springpot.designing.statement import Cost, Limit, Space, checked_cost, checked_limits, cost_of
-from springpot.faults import meant
+from springpot.designing.rounds import Plan, Searched, rounds, simulated
+from springpot.designing.search import Model
+from springpot.designing.statement import Cost, Space, checked_cost, checked_limits, cost_of
+from springpot.faults import listed, meant
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import checked_quantities
 from springpot.simulation.settings import check_stationary, checked_seed
+from springpot.simulation.simulation import Progress
 from springpot.system import System
+from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
 
@@ -38,10 +39,12 @@ def design(
     *,
     seed: int = 1,
     rtol: float = 0.02,
+    cost_rtol: float = 0.02,
     probability: float = 0.95,
     method: str | None = None,
     max_time: float | None = None,
     threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Design:
     """Choose the free numbers of a model so that limits hold and a cost is least.
 
@@ -56,7 +59,10 @@ def design(
     seed : int
         Of the places where the search starts, and of Monte Carlo.
     rtol : float
-        Relative error of the limited quantities by Monte Carlo, in [1e-4, 0.5], as in `springpot.run`.
+        Relative error of the limited quantities in the first run by Monte Carlo, in [1e-4, 0.5], as in `springpot.run`.
+    cost_rtol : float
+        By how much the distance to the limits may raise the cost, relative to it, in [1e-3, 0.5].  Later runs are as
+        precise as this needs, down to a 16th of ``rtol``.
     probability : float
         With which all limits must hold, in [0.5, 0.999].
     method : str
@@ -65,6 +71,9 @@ def design(
     max_time : float
         Of each run by Monte Carlo, in s.
     threads : int
+    progress : callable
+        Called with the fraction done, from any thread; it carries an estimate of the time of each run, as in
+        `springpot.run`.
 
     Returns
     -------
@@ -77,9 +86,11 @@ def design(
 
     Notes
     -----
-    The search is on theory.  Monte Carlo at its end gives the ratio of each quantity to that of theory, and the search
-    is repeated with theory times this ratio, and with a distance to each limit that the error of Monte Carlo needs.
-    All rounds have the same random numbers.
+    The search is on theory.  Monte Carlo where it ends gives the ratio of each quantity to that of theory, and the
+    search is repeated with theory times this ratio, and with a distance to each limit that the error of Monte Carlo
+    needs.  Each run has random numbers of its own; all of them together give the ratio, each with a weight for its
+    standard error and for what the ratio may have changed since.  It ends when the limits hold with the wanted
+    probability at a cost that ``cost_rtol`` allows.
 
     Examples
     --------
@@ -99,6 +110,7 @@ def design(
     limits = checked_limits(subject_to, free)
     checked_seed(seed)
     finite_number(rtol, "rtol", low=1e-4, high=0.5)
+    finite_number(cost_rtol, "cost_rtol", low=1e-3, high=0.5)
     finite_number(probability, "probability", low=0.5, high=0.999)
     check_stationary(as_simulated(problem), "design")
     space = Space(free)
@@ -111,38 +123,34 @@ def design(
     for limit in limits:
         if limit.name not in known:
             near = meant(limit.name, known) or "."
-            raise ValueError(f"subject_to must limit quantities among {', '.join(known)}, not {limit.name}{near}")
+            raise ValueError(f"subject_to must limit results among {', '.join(known)}, not {limit.name}{near}")
     controlled = tuple(dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in known else [])]))
     if controlled:
         checked_quantities(as_simulated(problem), controlled)
     pilot = Model(space, quick, cost, 2e-2 if chosen == MONTE_CARLO else 1e-4)
-    measured = measured_by(problem, pilot.at, limits, cost, controlled, rtol, max_time, seed, threads)
-    history, factors = rounds(pilot, limits, places, measured, seed, probability, rtol, is_exact(chosen))
-    return _chosen(problem, space, pilot, limits, places, history, factors, cost, chosen, seed, probability)
+    exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
+    plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
+    measure = simulated(
+        problem, pilot, controlled, max_time=max_time, seed=seed, threads=threads, progress=progress
+    )  # fmt: skip
+    return _told(problem, plan, rounds(plan, measure), chosen)
 
 
-def _chosen(
-    problem: Oscillator | System,
-    space: Space,
-    pilot: Model,
-    limits: tuple[Limit, ...],
-    places: Floats,
-    history: list[Round],
-    factors: dict[str, float],
-    cost: Cost,
-    method: str,
-    seed: int,
-    probability: float,
-) -> Design:
-    """The cheapest round at which the limits hold, or the most probable one."""
-    wanted = each_probability(probability, len(limits))
-    held = [each for each in history if each.probability >= wanted]
-    best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
-    said = []
-    if not held:
+def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str) -> Design:
+    """What was found, with its warnings."""
+    cost, wanted, best, margin = plan.pilot.cost, plan.wanted, found.best, found.margin
+    said = [*found.warnings]
+    if unseen := [promise.limit for promise in best.promises if math.isnan(promise.probability)]:
+        said.append(f"Monte Carlo saw too few events to tell whether {listed(unseen)}.")
+    elif not plan.holds(best):
         said.append(
             f"The limits hold with a probability of {per_cent(best.probability)} only, not {per_cent(wanted)}: a "
             "smaller rtol helps."
+        )
+    elif margin > plan.cost_rtol:
+        said.append(
+            f"The distance to the limits costs {100.0 * margin:.2g} %, more than cost_rtol of "
+            f"{100.0 * plan.cost_rtol:.2g} %: a smaller rtol helps."
         )
     ends = {}
     for name, number in free_numbers(problem).items():
@@ -159,13 +167,14 @@ def _chosen(
         best.errors,
         best.cost,
         _cost_error(cost, best),
+        margin,
         best.promises,
         ends,
         method,
-        tuple(history),
+        found.history,
         tuple(said),
-        lambda other: search(pilot, other, places, factors, seed),
-        limits,
+        lambda other, near: plan.least(found.factors, other, near),
+        plan.limits,
         cost,
     )
 

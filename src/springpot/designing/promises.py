@@ -24,7 +24,7 @@ def tightened(limit: Limit, distance: float) -> Limit:
 
 
 def promise_of(limit: Limit, value: float, error: float) -> Promise:
-    """The promise of a limit whose quantity has this value and error.
+    """The promise of a limit whose quantity has this value and error; NaN without an error, as without events.
 
     Examples
     --------
@@ -33,9 +33,10 @@ def promise_of(limit: Limit, value: float, error: float) -> Promise:
     """
     from scipy import stats
 
+    if not error > 0.0:
+        return Promise(str(limit), value, error, math.nan)
     distance = limit.bound - value if limit.upper else value - limit.bound
-    probability = float(stats.norm.cdf(distance / error)) if error > 0.0 else float(distance >= 0.0)
-    return Promise(str(limit), value, error, probability)
+    return Promise(str(limit), value, error, float(stats.norm.cdf(distance / error)))
 
 
 def each_probability(probability: float, limits: int) -> float:

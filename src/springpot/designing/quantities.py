@@ -9,11 +9,13 @@ from dataclasses import asdict
 from springpot.faults import meant, shown
 from springpot.oscillator import Oscillator
 from springpot.system import System
+from springpot.system_quantities import units_of_system
 from springpot.theory import Result, best_guess, solve_all, solve_one
 from springpot.theory.methods.systems.result import SystemResult, walls_of
 from springpot.theory.solve import methods_for, trusted
+from springpot.units import UNITS
 
-__all__ = ["MONTE_CARLO", "checked_names", "chosen_method", "theory_values"]
+__all__ = ["MONTE_CARLO", "checked_names", "chosen_method", "theory_values", "unit_of"]
 
 MONTE_CARLO = "monte_carlo"
 
@@ -86,6 +88,17 @@ def checked_names(quantities: Sequence[str] | str, name: str) -> tuple[str, ...]
     if not given:
         raise ValueError(f"{name} must name at least one quantity, such as 'impact_rate'.")
     return tuple(dict.fromkeys(given))
+
+
+def unit_of(problem: Oscillator | System, name: str) -> str:
+    """The unit of a quantity.
+
+    Examples
+    --------
+    >>> unit_of(Oscillator(), "impact_rate")
+    's-1'
+    """
+    return units_of_system(problem, name) if isinstance(problem, System) else UNITS.get(name, "")
 
 
 def _moments(result: Result | SystemResult) -> dict[str, float]:

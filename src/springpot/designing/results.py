@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
 from springpot.faults import listed, meant
@@ -36,7 +37,8 @@ class Promise:
     value, error : float
         Of the quantity by Monte Carlo, with its standard error and bounds on its biases together.
     probability : float
-        That the true value is within the limit: the tail of a normal distribution.
+        That the true value is within the limit: the tail of a normal distribution.  NaN if Monte Carlo saw too few
+        events for an error.
     """
 
     limit: str
@@ -55,8 +57,10 @@ class Round:
         The free numbers.
     theory, expected : dict
         Quantities by theory, and by theory with the corrections of the rounds before.
+    measured, measured_errors : dict
+        By the Monte Carlo of this round alone.
     quantities, errors : dict
-        By Monte Carlo.
+        By Monte Carlo, this round and those before it together.
     cost : float
     promises : tuple of Promise
     """
@@ -64,6 +68,8 @@ class Round:
     values: dict[str, float]
     theory: dict[str, float]
     expected: dict[str, float]
+    measured: dict[str, float]
+    measured_errors: dict[str, float]
     quantities: dict[str, float]
     errors: dict[str, float]
     cost: float
@@ -71,8 +77,8 @@ class Round:
 
     @property
     def probability(self) -> float:
-        """Of the least certain limit; 1 without limits."""
-        return min((promise.probability for promise in self.promises), default=1.0)
+        """Of the least certain limit; 1 without limits, 0 where one is not known."""
+        return min((0.0 if math.isnan(own.probability) else own.probability for own in self.promises), default=1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +89,21 @@ class Curve:
     ----------
     name, cost_name : str
         The limited quantity, and the cost.
+    unit, cost_unit : str
+        Theirs; empty where only the user knows it.
+    upper : bool
+        Whether the quantity must stay below the limit, and not above.
     limits, costs : ndarray
         The limit, and the least cost; NaN where it cannot hold.
     values : tuple of dict
-        The free numbers at each point.
+        The free numbers at each point; where the limit cannot hold, those of the nearest, or of the design.
     """
 
     name: str
     cost_name: str
+    unit: str
+    cost_unit: str
+    upper: bool
     limits: Floats
     costs: Floats
     values: tuple[dict[str, float], ...]
@@ -107,9 +120,13 @@ class Design:
     values : dict
         They, by name.
     quantities, errors : dict
-        By Monte Carlo, with errors: standard error and bounds on biases together.
+        By Monte Carlo of all rounds, with errors: standard error, bounds on biases and, if these numbers were not
+        simulated themselves but some that are close, what theory's ratio may change between them.
     cost, cost_error : float
         What was minimised; the error is NaN for a function of quantities whose errors are not known.
+    margin : float
+        By how much the cost is above the least one at the limits themselves, relative to it, as corrected theory has
+        it: the price of the distance to the limits.
     promises : tuple of Promise
         Each limit with its probability.
     at_bounds : dict
@@ -117,7 +134,7 @@ class Design:
     method : str
         Of the search.
     history : tuple of Round
-        Every round of theory and Monte Carlo, in order.
+        Every round of theory and Monte Carlo, in order; the design is one of them, or close to the last.
     warnings : tuple of str
     """
 
@@ -127,17 +144,32 @@ class Design:
     errors: dict[str, float]
     cost: float
     cost_error: float
+    margin: float
     promises: tuple[Promise, ...]
     at_bounds: dict[str, str]
     method: str
     history: tuple[Round, ...]
     warnings: tuple[str, ...]
-    _search: Callable[[tuple[Limit, ...]], Found] = field(repr=False)
+    _search: Callable[[tuple[Limit, ...], Found | None], Found] = field(repr=False)
     _limits: tuple[Limit, ...] = ()
     _cost: Cost = ""
 
-    def curve(self, name: str, limits: Any) -> Curve:
-        """The least cost against one upper limit, the other limits as they are.
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every quantity, by name.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
+        >>> device = sp.System(sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
+        >>> sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1).units["impact_rate"]
+        's-1'
+        """
+        return {name: unit_of(self.model, name) for name in self.quantities}
+
+    def curve(self, name: str | None = None, limits: Any = None) -> Curve:
+        """The least cost against one limit, the other limits as they are.
 
         It is by theory, corrected by the ratio of Monte Carlo to theory at this design: a single run with other limits
         confirms a point.
@@ -145,9 +177,9 @@ class Design:
         Parameters
         ----------
         name : str
-            Of the limited quantity.
+            Of the limited quantity; that of the first limit if left out.  A quantity without a limit gets an upper one.
         limits : array_like
-            Upper limits.
+            From half the limit to twice it if left out.
 
         Returns
         -------
@@ -156,7 +188,7 @@ class Design:
         Raises
         ------
         TypeError, ValueError
-            If the quantity is unknown or a limit is not a number.
+            If the quantity is unknown, a limit is not a number, or limits are left out and there is none.
 
         Examples
         --------
@@ -168,17 +200,31 @@ class Design:
         >>> bool(curve.costs[0] > curve.costs[1])
         True
         """
-        wanted = np.atleast_1d(np.asarray(limits, float))
+        if name is None and self._limits:
+            name = self._limits[0].name
         if name not in self.quantities:
             raise ValueError(
-                f"name must be among {', '.join(self.quantities)}, not {name}{meant(name, self.quantities) or '.'}"
+                f"name must be among {', '.join(self.quantities)}, not {name}{meant(str(name), self.quantities) or '.'}"
             )
+        own = [limit for limit in self._limits if limit.name == name]
+        upper = not own or any(limit.upper for limit in own)
+        if limits is None:
+            limits = _around(name, next((limit.bound for limit in own if limit.upper == upper), 0.0))
+        wanted = np.atleast_1d(np.asarray(limits, float))
         if wanted.ndim != 1 or not np.isfinite(wanted).all():
             raise ValueError("limits must be finite numbers, one after the other.")
-        others = tuple(limit for limit in self._limits if limit.name != name or not limit.upper)
-        found = [self._search((*others, Limit(name, float(bound), upper=True))) for bound in wanted]
-        costs = np.array([each.cost if each.excess <= CLOSE else math.nan for each in found])
-        return Curve(name, name_of(self._cost), wanted, costs, tuple(each.values for each in found))
+        others = tuple(limit for limit in self._limits if limit.name != name or limit.upper != upper)
+        costs, values = np.full(wanted.size, math.nan), [self.values] * wanted.size
+        near: Found | None = None
+        for place in np.argsort(-wanted if upper else wanted):  # where one cannot hold, a tighter one cannot either
+            near = self._search((*others, Limit(name, float(wanted[place]), upper)), near)
+            values[place] = near.values
+            if near.excess > CLOSE:
+                break
+            costs[place] = near.cost
+        cost = name_of(self._cost)
+        units = self.units[name], self.units.get(cost, "")
+        return Curve(name, cost, *units, upper, wanted, costs, tuple(values))
 
     def report(self, warnings: bool = True) -> str:
         """All of it in words.
@@ -204,8 +250,12 @@ class Design:
             end = {"low": " (its lower bound)", "high": " (its upper bound)"}.get(self.at_bounds.get(name, ""), "")
             lines.append(f"{name:{wide}}{value:.6g}{end}")
         error = f" +- {self.cost_error:.2g}" if self.cost_error > 0.0 else ""
-        lines.append(f"cost: {self.cost:.6g}{error}")
+        above = f", {100.0 * self.margin:.2g} % for the distance to the limits" if self.margin > 0.0 else ""
+        lines.append(f"cost: {self.cost:.6g}{error}{above}")
         for own in self.promises:
+            if math.isnan(own.probability):
+                lines.append(f"{own.limit}: Monte Carlo saw too few events to tell with which probability it holds")
+                continue
             lines.append(
                 f"{own.limit} holds with a probability of {per_cent(own.probability)}: it is {own.value:.4g} "
                 f"+- {own.error:.2g} by Monte Carlo"
@@ -224,6 +274,7 @@ class Design:
                 "errors": self.errors,
                 "cost": self.cost,
                 "cost_error": self.cost_error,
+                "margin": self.margin,
                 "promises": [vars(promise) for promise in self.promises],
                 "at_bounds": self.at_bounds,
                 "method": self.method,
@@ -255,3 +306,10 @@ class Design:
 def per_cent(probability: float) -> str:
     """A probability in words."""
     return "over 99.9 %" if probability > 0.999 else f"{100.0 * probability:.3g} %"
+
+
+def _around(name: str, bound: float) -> Floats:
+    """Limits from half of one to twice it."""
+    if bound == 0.0:
+        raise ValueError(f"limits must be given: {name} has no limit, or one of 0.")
+    return bound * np.geomspace(0.5, 2.0, 13)

@@ -3,126 +3,279 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.numbers import as_simulated
+from springpot.designing.pooling import Measured, Pooled, pooled
 from springpot.designing.promises import each_probability, impossible, promise_of, tightened
-from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Round
 from springpot.designing.search import CLOSE, Found, Model, search
-from springpot.designing.statement import Cost, Limit, cost_of
+from springpot.designing.statement import Limit, cost_of
 from springpot.free_numbers import with_values
 from springpot.oscillator import Oscillator
+from springpot.simulation.cost import FractionDone
 from springpot.simulation.run import run
+from springpot.simulation.simulation import Progress
 from springpot.system import System
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
-__all__ = ["is_exact", "measured_by", "rounds"]
+__all__ = ["Plan", "Searched", "rounds", "simulated"]
 
 Floats = NDArray[np.float64]
 
-MOST_ROUNDS = 4
-SPARE = 0.25  # errors beyond those that the wanted probability needs
-FURTHER = 0.5  # errors more in each round after the second
-NEAR = 1.5  # errors between what a search expects and what Monte Carlo then finds
+MOST_ROUNDS = 6
+SPARE = 0.15  # errors beyond those that the wanted probability needs
+SHARE = 0.7  # of the wanted cost_rtol, for the error that is aimed at
+FINER, FINEST = 0.25, 1.0 / 16.0  # least rtol over that of the round before, and over the one that was given
+SMALLEST = 1e-4  # that a run takes
+NEAR = 0.5  # of the error, for the distance to the places that were simulated
 
 
-def rounds(
-    pilot: Model,
-    limits: tuple[Limit, ...],
-    places: Floats,
-    measured: Callable[[Found], Round],
-    seed: int,
-    probability: float,
-    rtol: float,
-    exact: bool,
-) -> tuple[list[Round], dict[str, float]]:
-    """Searches and runs in turn, until the search stays where it is."""
-    from scipy import stats
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What was found.
 
-    wanted = each_probability(probability, len(limits))
-    errors_away = float(stats.norm.ppf(wanted)) + SPARE
-    history: list[Round] = []
-    factors: dict[str, float] = {}
-    spread = {limit.name: 0.5 * rtol * abs(limit.bound) for limit in limits}
-    for number in range(MOST_ROUNDS):
-        away = errors_away + FURTHER * max(number - 1, 0)
-        inside = tuple(tightened(limit, away * spread.get(limit.name, 0.0)) for limit in limits)
-        found = search(pilot, inside, places, factors, seed)
-        if found.excess > CLOSE:
-            if number > 0 and search(pilot, limits, places, factors, seed).excess <= CLOSE:
-                break  # it holds, but not with the wanted probability: the rounds before tell with which
-            raise ValueError(impossible(limits, found))
-        latest = measured(found)
-        history.append(latest)
-        if not exact:
-            factors = _factors(history, [*latest.quantities], factors)
-        near = all(
-            abs(latest.expected[limit.name] - latest.quantities[limit.name]) <= NEAR * latest.errors[limit.name]
-            for limit in limits
+    Attributes
+    ----------
+    best : Round
+        The cheapest at which the limits hold, or the most probable one; not simulated itself if it is close to one that
+        was.
+    history : tuple of Round
+        Those that were simulated.
+    factors : dict
+        Monte Carlo over theory of each quantity.
+    margin : float
+        By how much the cost is above that at the limits themselves, relative to it.
+    warnings : tuple of str
+        Of the last run by Monte Carlo.
+    """
+
+    best: Round
+    history: tuple[Round, ...]
+    factors: dict[str, float]
+    margin: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """One run by Monte Carlo: quantities by name, and warnings."""
+
+    quantities: dict[str, Measured]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is searched, and how well it must be known.
+
+    Attributes
+    ----------
+    pilot : Model
+        Quantities that are quick to compute, and the cost.
+    limits : tuple of Limit
+    places : ndarray, shape (n, numbers)
+        Where searches start.
+    seed : int
+    probability : float
+        With which all limits must hold.
+    rtol, cost_rtol : float
+        Of the first run; and of the cost, by which the distance to the limits may raise it.
+    exact : bool
+        Whether the quick quantities are those that Monte Carlo tends to.
+    """
+
+    pilot: Model
+    limits: tuple[Limit, ...]
+    places: Floats
+    seed: int
+    probability: float
+    rtol: float
+    cost_rtol: float
+    exact: bool
+
+    def holds(self, each: Round) -> bool:
+        """Whether all limits hold with the wanted probability."""
+        return each.probability >= self.wanted
+
+    @property
+    def wanted(self) -> float:
+        """The probability of each limit."""
+        return each_probability(self.probability, len(self.limits))
+
+    def least(
+        self, factors: dict[str, float], limits: Sequence[Limit] | None = None, near: Found | None = None
+    ) -> Found:
+        """The place of least cost, with theory times factors; near another place first, if one is given."""
+        limits = self.limits if limits is None else limits
+        if near is not None:
+            found = search(self.pilot, limits, near.u[None, :], factors, self.seed)
+            if found.excess <= CLOSE:
+                return found
+        return search(self.pilot, limits, self.places, factors, self.seed)
+
+    def inside(self, factors: dict[str, float], errors: dict[str, float], near: Found) -> Found:
+        """As `least`, so far inside the limits that errors of this size leave the wanted probability."""
+        from scipy import stats
+
+        away = float(stats.norm.ppf(self.wanted)) + SPARE
+        limits = [tightened(limit, away * errors[limit.name]) for limit in self.limits]
+        return self.least(factors, limits, near)
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What the rounds so far have measured."""
+
+    plan: Plan
+    rounds: tuple[dict[str, Measured], ...] = ()
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Monte Carlo over theory of each quantity, where it was measured last."""
+        if self.plan.exact or not self.rounds:
+            return {}
+        return {name: self.at(own.place)[name].factor for name, own in self.rounds[-1].items()}
+
+    def at(self, u: Floats) -> dict[str, Pooled]:
+        """Every quantity at a place."""
+        theory = self.plan.pilot.at(u)
+        return {
+            name: pooled([each[name] for each in self.rounds], u, theory.get(name, math.nan), self.plan.exact)
+            for name in self.rounds[-1]
+        }
+
+    def round_at(self, found: Found) -> Round:
+        """A round whose numbers were found, measured there or near it."""
+        plan, pools = self.plan, self.at(found.u)
+        last = self.rounds[-1] if all(np.array_equal(each.place, found.u) for each in self.rounds[-1].values()) else {}
+        values = {name: each.value for name, each in pools.items()}
+        errors = {name: each.error for name, each in pools.items()}
+        return Round(
+            found.values,
+            plan.pilot.at(found.u),
+            found.quantities,
+            {name: each.value for name, each in last.items()},
+            {name: each.error for name, each in last.items()},
+            values,
+            errors,
+            cost_of(plan.pilot.cost, {**found.quantities, **values, **found.values}),
+            tuple(promise_of(limit, values[limit.name], errors[limit.name]) for limit in plan.limits),
         )
-        spread = {limit.name: latest.errors[limit.name] for limit in limits}
-        if not limits or (near and latest.probability >= wanted):
+
+    def is_near(self, found: Found) -> bool:
+        """Whether a place is so close to those of the rounds that what they say of it has nearly the same error."""
+        pools = self.at(found.u)
+        return all(pools[limit.name].drift <= NEAR * pools[limit.name].error for limit in self.plan.limits)
+
+
+def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Searched:
+    """Searches and runs in turn, until the limits hold at a cost that is close to the least.
+
+    Parameters
+    ----------
+    plan : Plan
+    measure : callable
+        Monte Carlo of what a search found, to this relative error, of this number of the round.
+
+    Returns
+    -------
+    Searched
+
+    Raises
+    ------
+    ValueError
+        If no numbers satisfy the limits.
+    """
+    known, history, rtol, factors = _Known(plan), list[Round](), plan.rtol, dict[str, float]()
+    errors = {limit.name: 0.5 * rtol * abs(limit.bound) for limit in plan.limits}
+    finest = max(FINEST * rtol, SMALLEST)
+    least = _possible(plan, {}, None)
+    found = inside if (inside := plan.inside({}, errors, least)).excess <= CLOSE else least
+    ends: list[Round] = []
+    for number in range(MOST_ROUNDS):
+        simulation = measure(found, rtol, number)
+        known = _Known(plan, (*known.rounds, simulation.quantities))
+        history.append(known.round_at(found))
+        if any(math.isnan(promise.probability) for promise in history[-1].promises):
             break
-    return history, factors
+        factors = known.factors
+        least = _possible(plan, factors, found) if plan.limits else found
+        errors = {limit.name: known.at(found.u)[limit.name].error for limit in plan.limits}
+        found = plan.inside(factors, errors, least) if plan.limits else found
+        near = found.excess <= CLOSE and known.is_near(found)
+        ends = [each for each in (history[-1], *([known.round_at(found)] if near else [])) if plan.holds(each)]
+        if ends and (rtol <= finest or min(_price(each.cost, least.cost) for each in ends) <= plan.cost_rtol):
+            break
+        above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
+        finer = min(max(_finer(plan, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
+        rtol *= finer
+        if finer < 1.0:  # where the next run will allow it to be
+            there = {name: finer * known.rounds[-1][name].error for name in errors}
+            closer = plan.inside(factors, {name: min(there[name], error) for name, error in errors.items()}, least)
+            found = closer if closer.excess <= CLOSE else found
+    held = ends or [each for each in history if plan.holds(each)]
+    best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
+    return Searched(best, tuple(history), factors, max(_price(best.cost, least.cost), 0.0), simulation.warnings)
 
 
-def is_exact(method: str) -> bool:
-    """Whether nothing is approximated, so that Monte Carlo has nothing to correct."""
-    return method != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[method].exact
+def _price(cost: float, least: float) -> float:
+    """By how much a cost is above the least one, relative to it."""
+    return (cost - least) / abs(least) if least != 0.0 else math.inf if cost > least else 0.0
 
 
-def _factors(history: list[Round], names: list[str], now: Mapping[str, float]) -> dict[str, float]:
-    """Monte Carlo over theory of each quantity: a mean over the rounds, weighted by their errors."""
-    factors = dict(now)
-    for name in names:
-        ratios, weights = [], []
-        for each in history:
-            theory, value, error = each.theory.get(name, 0.0), each.quantities[name], each.errors[name]
-            if theory != 0.0 and value / theory > 0.0 and error > 0.0:
-                ratios.append(math.log(value / theory))
-                weights.append((value / error) ** 2)
-        if ratios:
-            factors[name] = math.exp(float(np.average(ratios, weights=weights)))
-    return factors
+def _possible(plan: Plan, factors: dict[str, float], near: Found | None) -> Found:
+    least = plan.least(factors, near=near)
+    if least.excess > CLOSE:
+        raise ValueError(impossible(plan.limits, least))
+    return least
 
 
-def measured_by(
+def _finer(plan: Plan, above: float, errors: dict[str, float], latest: dict[str, Measured]) -> float:
+    """Error of the next run over that of the last, so that the distance to the limits raises the cost by little."""
+    share = SHARE * plan.cost_rtol / above if above > 0.0 else math.inf
+    if share >= 1.0:
+        return 1.0
+    needed = share / math.sqrt(1.0 - share**2)
+    return min(needed * error / latest[name].error for name, error in errors.items())
+
+
+def simulated(
     problem: Oscillator | System,
-    plain: Callable[[Floats], dict[str, float]],
-    limits: tuple[Limit, ...],
-    cost: Cost,
+    pilot: Model,
     controlled: tuple[str, ...],
-    rtol: float,
+    *,
     max_time: float | None,
     seed: int,
     threads: int | None,
-) -> Callable[[Found], Round]:
-    """Monte Carlo of what a search found."""
+    progress: Progress | None,
+) -> Callable[[Found, float, int], Simulated]:
+    """Monte Carlo of what a search found: every round has random numbers of its own."""
+    seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
 
-    def at(found: Found) -> Round:
-        model = as_simulated(with_values(problem, found.values))
+    def measure(found: Found, rtol: float, number: int) -> Simulated:
+        def part(fraction: float) -> None:
+            if progress is not None:
+                progress(FractionDone((number + fraction) / MOST_ROUNDS, getattr(fraction, "estimate", None)))
+
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
-        result = run(model, rtol=rtol, max_time=max_time, seed=seed, threads=threads, **wanted)
-        errors = {name: math.nan if error is None else float(error) for name, error in result.errors.items()}
-        for name, budget in result.budgets.items():
-            parts = budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient
-            errors[name] = math.hypot(*parts)
-        promises = tuple(promise_of(limit, result.values[limit.name], errors[limit.name]) for limit in limits)
-        whole = cost_of(cost, {**found.quantities, **result.values, **found.values})
-        names = [name for name in result.values if name in found.quantities or name in controlled]
-        return Round(
-            found.values,
-            plain(found.u),
-            found.quantities,
-            {name: result.values[name] for name in names},
-            {name: errors[name] for name in names},
-            whole,
-            promises,
-        )
+        result = run(
+            as_simulated(with_values(problem, found.values)),
+            rtol=rtol, max_time=max_time, seed=seeds[number], threads=threads, progress=part, **wanted,
+        )  # fmt: skip
+        theory = pilot.at(found.u)
+        measured = {}
+        for name, value in result.values.items():
+            if name not in theory and name not in controlled:
+                continue
+            error, budget = result.errors[name], result.budgets.get(name)
+            bias = math.hypot(budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else 0.0
+            chance = math.nan if error is None else float(error)
+            measured[name] = Measured(found.u, theory.get(name, math.nan), float(value), chance, bias)
+        return Simulated(measured, result.warnings)
 
-    return at
+    return measure

@@ -8,6 +8,7 @@ safe for colour-blind readers, and bars are 95 % intervals.
 from springpot.figures.charts import design_chart
 from springpot.figures.comparison import draw_comparison
 from springpot.figures.convergence import convergence
+from springpot.figures.designing import design_curve, draw_sensitivities
 from springpot.figures.fits import draw_fit, profile
 from springpot.figures.from_rest import survival, transient
 from springpot.figures.memory import memory_error, memory_terms, terms_against_tolerance
@@ -21,7 +22,8 @@ from springpot.figures.validity import draw_gaps, draw_system_gaps, gaps, system
 
 __all__ = [
     "COLOURS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "design_chart",
-    "draw_comparison", "draw_fit", "draw_gaps", "draw_study", "draw_system_gaps", "fourier_error", "fourier_series",
-    "gaps", "memory_error", "memory_terms", "new_figure", "new_grid", "path", "phase_portrait", "profile", "save",
-    "spectrum", "survival", "system_gaps", "terms_against_tolerance", "transient",
+    "design_curve", "draw_comparison", "draw_fit", "draw_gaps", "draw_sensitivities", "draw_study",
+    "draw_system_gaps", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms", "new_figure",
+    "new_grid", "path", "phase_portrait", "profile", "save", "spectrum", "survival", "system_gaps",
+    "terms_against_tolerance", "transient",
 ]  # fmt: skip

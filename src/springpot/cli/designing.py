@@ -1,0 +1,193 @@
+"""The commands of `springpot.designing`: each calls the library and prints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
+
+from springpot.cli.commands import OUTPUT, app, warn
+from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
+from springpot.cli.tables import with_error
+from springpot.interrupt import leave_at_once
+from springpot.places import place_for
+from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+
+__all__ = ["design", "sensitivity"]
+
+_WISHES = Group("What is asked for", sort_key=1)
+
+
+@app.command
+def sensitivity(
+    file: SystemFile = None,
+    /,
+    *,
+    flags: Flags = STANDARD,
+    quantity: Annotated[list[str], Parameter(negative="", help="Result, such as impact_rate; may be repeated.")],
+    method: Annotated[
+        str | None, Parameter(help='"theory", "monte_carlo" or the name of a method; the recommended one if not given.')
+    ] = None,
+    paths: Annotated[Whole, Parameter(help="Of each run by Monte Carlo.")] = 5000,
+    seed: Annotated[Whole, Parameter(help="Seed of the random numbers.")] = 1,
+    plot: Annotated[str | None, Parameter(group=OUTPUT, metavar="FILE", help="PNG file for a chart of bars.")] = None,
+    json_: Json = False,
+) -> int:
+    """Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.
+
+    Example: springpot sensitivity device.toml --quantity impact_rate
+    """
+    problem = problem_of(file, flags)
+    if plot is not None:
+        check_picture(plot, "plot")
+    with leave_at_once():
+        from springpot.designing import sensitivity as find
+
+    with Bar("changing each number") as bar:
+        found = find(problem, quantity, method=method, paths=paths, seed=seed, progress=bar)
+    for sentence in found.warnings:
+        warn(sentence)
+    if plot is not None:
+        from springpot.figures.designing import draw_sensitivities
+        from springpot.figures.style import save
+
+        save(draw_sensitivities(found), Path(plot))
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    print(found.report(warnings=False))
+    if plot is not None:
+        print(plot)
+    return 0
+
+
+@app.command
+def design(
+    file: Annotated[
+        str,
+        Parameter(
+            help='System file with free numbers, such as coefficient = { free = "c", start = 2, low = 0.5, high = 50 }.'
+        ),
+    ],
+    /,
+    *,
+    minimise: Annotated[
+        str, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
+    ],
+    below: Annotated[
+        list[tuple[str, float]] | None,
+        Parameter(
+            group=_WISHES, negative="", metavar="NAME LIMIT", help="A result with its upper limit; may be repeated."
+        ),
+    ] = None,
+    above: Annotated[
+        list[tuple[str, float]] | None,
+        Parameter(
+            group=_WISHES, negative="", metavar="NAME LIMIT", help="A result with its lower limit; may be repeated."
+        ),
+    ] = None,
+    probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.95,
+    method: Annotated[
+        str | None,
+        Parameter(help='Of the search: "monte_carlo" or the name of a method; the recommended one if not given.'),
+    ] = None,
+    rtol: Annotated[
+        float, Parameter(group=MONTE_CARLO, help="Relative error of the limited results in the first run.")
+    ] = 0.02,
+    cost_rtol: Annotated[
+        float,
+        Parameter(
+            group=MONTE_CARLO,
+            help="By how much the distance to the limits may raise the cost; later runs are as precise as this needs.",
+        ),
+    ] = 0.02,
+    max_time: Annotated[
+        float | None, Parameter(group=MONTE_CARLO, help="Seconds after which each run stops with what it has reached.")
+    ] = None,
+    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of the random numbers.")] = 1,
+    threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
+    out: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="FILE", help="Write the system with the chosen values to a file.")
+    ] = None,
+    plot: Annotated[
+        str | None,
+        Parameter(group=OUTPUT, metavar="FILE", help="PNG file for the least cost against the first limit."),
+    ] = None,
+    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    json_: Json = False,
+) -> int:
+    """Design: choose the free numbers of a system so that limits hold and a cost is least.
+
+    Example: springpot design device.toml --minimise c --below impact_rate 0.2
+    """
+    if plot is not None:
+        check_picture(plot, "plot")
+        if not below and not above:
+            raise ValueError("--plot needs a limit, --below or --above.")
+    if overwrite and out is None:
+        raise ValueError("--overwrite needs --out, the file to write to.")
+    place = None if out is None else place_for(Path(out), overwrite=overwrite)
+    limits: dict[str, tuple[float | None, float | None]] = {}
+    for side, pairs in enumerate((above or [], below or [])):
+        for name, limit in pairs:
+            ends = list(limits.get(name, (None, None)))
+            if ends[side] is not None:
+                raise ValueError(f"--{('above', 'below')[side]} must be given only once for {name}.")
+            ends[side] = limit
+            limits[name] = ends[0], ends[1]
+    with leave_at_once():
+        from springpot.designing import design as find
+        from springpot.free_numbers import with_values
+        from springpot.system_file import read_system, to_toml
+
+    system = read_system(file)
+    with _in_words_of_the_command(), Bar("designing", first="searching by theory") as bar:
+        found = find(
+            system, minimise, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
+            method=method, max_time=max_time, threads=threads, progress=bar,
+        )  # fmt: skip
+    for sentence in found.warnings:
+        say(f"warning: {sentence}")
+    if place is not None:
+        place.write_text(to_toml(with_values(system, found.values)), encoding="utf-8")
+    if plot is not None:
+        from springpot.figures.designing import design_curve
+        from springpot.figures.style import new_figure, save
+
+        figure, (axes,) = new_figure(5.6, 3.8)
+        design_curve(found.curve(), found, axes)
+        save(figure, Path(plot))
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    print(found.report(warnings=False))
+    units = found.units
+    print_table(
+        [
+            ["by Monte Carlo", "value +- error"],
+            *(
+                [name, with_error(_known(value), _known(found.errors[name]), units[name])]
+                for name, value in found.quantities.items()
+            ),
+        ]
+    )
+    for written in filter(None, (place, plot)):
+        print(written)
+    return 0
+
+
+def _known(number: float) -> float | None:
+    return number if math.isfinite(number) else None
+
+
+@contextmanager
+def _in_words_of_the_command() -> Iterator[None]:
+    """The argument that the command has in two flags is named by them."""
+    try:
+        yield
+    except ValueError as fault:
+        raise ValueError(str(fault).replace("subject_to", "--below and --above")) from fault

@@ -1,0 +1,162 @@
+"""Pictures of designs and of sensitivities."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from springpot.designing import Curve, Design, Sensitivity
+from springpot.figures.style import COLOURS, method_label, new_grid, panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["design_curve", "draw_sensitivities"]
+
+_LOOKS = (("blue", ""), ("orange", "//"), ("green", ".."), ("purple", "xx"))
+_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
+
+
+def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = None) -> Axes:
+    """Draw the least cost against a limit; grey where it cannot hold.
+
+    Parameters
+    ----------
+    curve : Curve
+        Of `springpot.designing.Design.curve`.
+    found : Design, optional
+        Whose limit is marked, and what Monte Carlo found there, with its 95 % interval.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
+    >>> device = sp.System(sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
+    >>> found = sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1)
+    >>> design_curve(found.curve(limits=[0.1, 0.2, 0.4]), found).get_xlabel()
+    'limit of impact rate (s$^{-1}$)'
+    """
+    drawn = panel(axes)
+    order = np.argsort(curve.limits)
+    limits, costs = curve.limits[order], curve.costs[order]
+    drawn.plot(
+        limits, costs, "o-", color=COLOURS["blue"], linewidth=1.4, markersize=3.0, label="least cost, corrected theory"
+    )
+    held = np.isfinite(costs)
+    if not held.all():
+        edges = (limits[0], limits[held].min() if held.any() else limits[-1])
+        if not curve.upper:
+            edges = (limits[held].max() if held.any() else limits[0], limits[-1])
+        drawn.axvspan(*edges, color="0.9", linewidth=0.0, label="cannot hold")
+    if found is not None:
+        for promise in found.promises:
+            name, sign, bound = promise.limit.split()
+            if name == curve.name and (sign == "<") == curve.upper:
+                drawn.axvline(float(bound), color="0.35", linewidth=1.0, linestyle="--", label="limit")
+        drawn.errorbar(
+            [found.quantities[curve.name]], [found.cost], xerr=[_CONFIDENCE * found.errors[curve.name]], fmt="s",
+            yerr=[_CONFIDENCE * found.cost_error] if found.cost_error > 0.0 else None,
+            color=COLOURS["vermilion"], markersize=5.0, capsize=2.5, label="the design, Monte Carlo, 95 %",
+        )  # fmt: skip
+    if (limits > 0.0).all() and limits[-1] > 3.0 * limits[0]:
+        drawn.set_xscale("log")
+    known = costs[held]
+    if known.size and (known > 0.0).all() and known.max() > 3.0 * known.min():
+        drawn.set_yscale("log")
+    _plain_ticks(drawn)
+    drawn.set_xlabel(f"limit of {_named(curve.name, curve.unit)}")
+    drawn.set_ylabel(_named(curve.cost_name, curve.cost_unit))
+    drawn.legend(frameon=False)
+    return drawn
+
+
+def draw_sensitivities(*found: Sensitivity) -> Figure:
+    """Draw sensitivities as bars, one panel for each quantity, several side by side: theory beside Monte Carlo.
+
+    Parameters
+    ----------
+    *found : Sensitivity
+        Of `springpot.sensitivity`, of the same numbers.  The lines on the bars of Monte Carlo are 95 % intervals.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they have no quantity in common.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
+    >>> figure = draw_sensitivities(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]))
+    >>> [axes.get_title() for axes in figure.axes]
+    ['x mean square', 'v mean square']
+    """
+    if not found:
+        raise ValueError("found must be at least one result of springpot.sensitivity.")
+    quantities = [name for name in found[0].values if all(name in each.values for each in found)]
+    if not quantities:
+        raise ValueError("found must have a quantity in common.")
+    numbers = [name for name in found[0].numbers if all(name in each.numbers for each in found)]
+    rows = math.ceil(len(quantities) / 3)
+    columns = min(len(quantities), 3)
+    height = 0.9 + len(numbers) * (0.14 + 0.16 * len(found))
+    figure, panels = new_grid(1.4 + 2.6 * columns, rows * height + 0.3, rows, columns)
+    for at, (axes, quantity) in enumerate(zip(panels, quantities, strict=False)):
+        for place, each in enumerate(found):
+            _bars(axes, each, quantity, numbers, place, len(found))
+        axes.axvline(0.0, color="0.35", linewidth=0.8)
+        axes.set_yticks(range(len(numbers)), [name.replace("_", " ") for name in numbers] if at % columns == 0 else [])
+        axes.set_ylim(len(numbers) - 0.5, -0.5)
+        axes.grid(visible=False, axis="y")
+        axes.set_title(quantity.replace("_", " "), fontsize=10)
+        axes.set_xlabel("d ln(quantity) / d ln(number)")
+    for axes in panels[len(quantities) :]:
+        axes.set_visible(False)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(found), frameon=False)
+    return figure
+
+
+def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], place: int, count: int) -> None:
+    """The bars of one result."""
+    colour, hatch = _LOOKS[place % len(_LOOKS)]
+    by_chance = bool(found.gains)
+    thick = 0.8 / count
+    label = f"Monte Carlo, {found.settings.paths} paths, 95 %" if found.settings else method_label(found.method)
+    values = np.array([found.values[quantity][name] for name in numbers])
+    errors = _CONFIDENCE * np.array([found.errors[quantity][name] for name in numbers])
+    axes.barh(
+        np.arange(len(numbers)) + (place - 0.5 * (count - 1)) * thick, values, 0.9 * thick,
+        xerr=np.nan_to_num(errors) if by_chance else None, color=COLOURS[colour], hatch=hatch, edgecolor="white",
+        linewidth=0.0, error_kw={"elinewidth": 1.0, "capsize": 2.0, "ecolor": "black"}, label=label,
+    )  # fmt: skip
+
+
+def _named(name: str, unit: str) -> str:
+    """A quantity or a number with its unit."""
+    unit = re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"$^{\1}$", unit)
+    return name.replace("_", " ") + (f" ({unit})" if unit not in ("", "1") else "")
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Numbers, not powers of ten, on logarithmic axes of few decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_minor_formatter(NullFormatter())

@@ -1,0 +1,95 @@
+"""``springpot design`` and ``springpot sensitivity``: what they print and write."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import springpot as sp
+from springpot import cli
+
+DEVICE = """
+[[parts]]
+kind = "spring"
+stiffness = 4.0
+
+[[parts]]
+kind = "dashpot"
+coefficient = { free = "c", start = 0.5, low = 0.05, high = 5.0 }
+
+[[parts]]
+kind = "barrier"
+position = -1.0
+
+[[parts]]
+kind = "white_noise"
+intensity = 1.0
+"""
+
+
+@pytest.fixture
+def device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "device.toml").write_text(DEVICE)
+    return "device.toml"
+
+
+def test_design_prints_and_writes(device: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    words = [
+        "design",
+        device,
+        "--minimise",
+        "c",
+        "--below",
+        "impact_rate",
+        "0.2",
+        "--rtol",
+        "0.1",
+        "--cost-rtol",
+        "0.2",
+    ]
+    assert cli.main([*words, "--out", "found.toml", "--plot", "found.png"]) == 0
+    said = capsys.readouterr()
+    assert "least c at which impact_rate < 0.2" in said.out
+    assert [line.split()[-1] for line in said.out.splitlines() if line.startswith("  impact_rate ")] == ["s-1"]
+    assert said.out.splitlines()[-2:] == ["found.toml", "found.png"]
+    assert (tmp_path / "found.png").stat().st_size > 10_000
+    (damper,) = sp.read_system("found.toml").of(sp.Dashpot)
+    assert 0.15 < damper.coefficient < 0.25
+    assert cli.main([*words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["values"] == {"c": pytest.approx(float(damper.coefficient))}
+    assert answer["promises"][0]["limit"] == "impact_rate < 0.2"
+    assert answer["promises"][0]["probability"] > 0.95
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--below", "impact_rat", "1"], "--below and --above must limit results among"),
+        (
+            ["--below", "impact_rate", "1", "--below", "impact_rate", "2"],
+            "--below must be given only once for impact_rat",
+        ),
+        (["--above", "impact_rate", "2", "--below", "impact_rate", "1"], "must have a low limit below the high one"),
+        (["--below", "impact_rate", "1e-12"], "impact_rate < 1e-12 is missed least with"),
+        (["--plot", "found.png"], "--plot needs a limit, --below or --above."),
+        (["--below", "impact_rate", "1", "--overwrite"], "--overwrite needs --out"),
+        (["--below", "impact_rate", "1", "--rtol", "0"], "--rtol must be in"),
+    ],
+)
+def test_design_refuses_in_one_sentence(
+    device: str, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["design", device, "--minimise", "c", *words]) == 2
+    said = capsys.readouterr()
+    assert sentence in said.err
+    assert said.out == ""
+
+
+def test_sensitivity_draws(device: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert cli.main(["sensitivity", device, "--quantity", "impact_rate", "--plot", "found.png"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "found.png"
+    assert (tmp_path / "found.png").stat().st_size > 10_000

@@ -1,0 +1,89 @@
+"""Rounds of a search and of a measurement whose truth is known: how often the limit holds, and at which cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pytest
+
+from springpot.arguments import Free
+from springpot.designing.pooling import Measured, pooled
+from springpot.designing.rounds import Plan, Searched, Simulated, rounds
+from springpot.designing.search import Found, Model
+from springpot.designing.statement import Limit, Space
+
+HERE, NEAR, FAR = np.array([0.5]), np.array([0.501]), np.array([0.9])
+
+
+def test_rounds_at_one_place_are_averaged_with_their_weights() -> None:
+    found = pooled([Measured(HERE, 2.0, 2.2, 0.022, 0.0), Measured(HERE, 2.0, 2.3, 0.0115, 0.0)], HERE, 2.0)
+    ratio = math.exp(0.2 * math.log(1.1) + 0.8 * math.log(1.15))  # relative errors of 1 and 0.5 per cent
+    assert found.factor == pytest.approx(ratio)
+    assert found.value == pytest.approx(2.0 * ratio)
+    assert found.error / found.value == pytest.approx(0.01 / math.sqrt(5.0))
+
+
+def test_a_bias_is_not_averaged() -> None:
+    rounds_ = [Measured(HERE, 1.0, 1.0, 0.01, 0.02)] * 100
+    assert pooled(rounds_, HERE, 1.0).error == pytest.approx(math.hypot(0.001, 0.02))
+
+
+def test_what_was_measured_elsewhere_counts_less_unless_theory_is_exact() -> None:
+    far, here = Measured(FAR, 1.5, 1.8, 0.0018, 0.0), Measured(HERE, 1.0, 1.0, 0.01, 0.0)
+    assert pooled([far, here], HERE, 1.0).factor == pytest.approx(1.0, abs=0.01)
+    assert pooled([far, here], HERE, 1.0, exact=True).factor == pytest.approx(1.2, abs=0.01)
+    moved = pooled([here], NEAR, 1.01)
+    assert moved.value == pytest.approx(1.01)
+    assert 0.0049 < moved.drift < 0.0051
+    assert moved.error == pytest.approx(math.hypot(0.0101, moved.drift))
+
+
+def designed(
+    truth: Callable[[float], float], theory: Callable[[float], float], seed: int, limit: float = 1.0
+) -> Searched:
+    """The least C at which a falling rate is below its limit, with measurements of a known error."""
+    space = Space({"C": Free(1.0, "C", 0.2, 5.0)})
+
+    def quantities(values: Mapping[str, float]) -> dict[str, float]:
+        return {"rate": theory(values["C"])}
+
+    model = Model(space, quantities, "C", 1e-4)
+    random = np.random.default_rng(seed)
+
+    def measure(found: Found, rtol: float, number: int) -> Simulated:
+        rate, error = truth(found.values["C"]), 0.4 * rtol
+        value = rate * (1.0 + error * random.standard_normal())
+        return Simulated({"rate": Measured(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
+
+    places = np.linspace(0.0, 1.0, 9)[:, None]
+    return rounds(Plan(model, (Limit("rate", limit, True),), places, 1, 0.95, 0.02, 0.02, exact=False), measure)
+
+
+@pytest.mark.parametrize(("slope", "expected"), [(0.15, 0.12), (0.5, 0.7)])
+def test_limits_hold_as_often_as_is_promised_and_cost_little(slope: float, expected: float) -> None:
+    """Theory is 10 % off where it starts, and has another exponent than the truth."""
+    least = 1.3
+    costs, held = [], 0
+    for seed in range(80):
+        found = designed(lambda C: (C / least) ** -slope, lambda C: 0.9 * (C / least) ** -expected, seed)
+        held += found.best.values["C"] >= least
+        costs.append(found.best.values["C"] / least)
+        assert found.best.probability >= 0.95
+        assert len(found.history) <= 6
+    assert held >= 71  # 95 % of 80 less 2.5 standard errors
+    assert sum(cost <= 1.03 for cost in costs) >= 71
+    assert np.mean(costs) < 1.022
+
+
+def test_events_that_were_not_seen_are_no_promise() -> None:
+    found = designed(lambda C: 0.0, lambda C: C**-1.0, 1)
+    assert len(found.history) == 1
+    assert found.best.probability == 0.0
+    assert math.isnan(found.best.promises[0].probability)
+
+
+def test_a_limit_that_only_theory_can_hold_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"subject_to cannot hold: rate < 0\.5 is missed least with"):
+        designed(lambda C: C**-0.2, lambda C: 0.6 * C**-0.2, 1, limit=0.5)
