@@ -18,6 +18,7 @@ give 18, 24 and 31 % more impacts than the cycles; simulations 21 % (and a few s
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ from scipy.interpolate import PchipInterpolator
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.balance import Balance
 
-__all__ = ["Impacts", "impacts"]
+__all__ = ["Impacts", "impacts", "with_short_returns"]
 
 FloatArray = NDArray[np.float64]
 
@@ -81,13 +82,45 @@ def impacts(balance: Balance) -> Impacts | None:
     flux = (balance.density * balance.rate)[strike] / balance.labels.derivative(before)[strike]
     rising = (np.diff(np.maximum.accumulate(speed), prepend=0.0) > 0.0) & (flux > 0.0)
     rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
-    known, log_share = speed[rising], np.log((flux / speed)[rising])
+    per_impact = tuple(balance.average(balance.rate * before**power) for power in (0, 1, 2))
+
+    def turning(v: FloatArray) -> FloatArray:
+        return np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
+
+    return with_short_returns(speed[rising], flux[rising], turning, lambda v: r * v, slow_impact_power(r), per_impact)
+
+
+def with_short_returns(
+    known: FloatArray,
+    flux: FloatArray,
+    turning: Callable[[FloatArray], FloatArray],
+    rebound: Callable[[FloatArray], FloatArray],
+    power: float,
+    regular: tuple[float, ...],
+) -> Impacts:
+    """The impacts of cycles on one wall, with short returns.
+
+    Parameters
+    ----------
+    known : ndarray
+        Rising speeds before an impact, in units in which the noise has the intensity 1.
+    flux : ndarray
+        Impacts per unit of time and of this speed.
+    turning : callable
+        Time from the wall to the turning point of the cycle with this speed.
+    rebound : callable
+        Speed after an impact of this speed.
+    power : float
+        The rate of impacts slower than u is proportional to u^power; 2 with an elastic wall.
+    regular : tuple of float
+        Impacts of the cycles per unit of time, and the same times their mean and their mean square speed.
+    """
+    log_share = np.log(flux / known)
     # a straight line in the square of the speed (exact at order 1 with an elastic wall), plus the remainder
-    fall = np.polyfit(known**2, log_share, 1, w=flux[rising])[0]
+    fall = np.polyfit(known**2, log_share, 1, w=flux)[0]
     left = PchipInterpolator(np.log(known), log_share - fall * known**2)
     v = known[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
     step = math.log(v[1] / v[0])
-    power = slow_impact_power(r)
 
     def elastic_flux_at(v: FloatArray) -> FloatArray:
         """The flux without losses; proportional to the speed below the known speeds."""
@@ -96,10 +129,12 @@ def impacts(balance: Balance) -> Impacts | None:
 
     elastic_flux = elastic_flux_at(v)
     n = elastic_flux
-    if r < 1.0:
-        turning = np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
-        elastic = _short_returns(v[:, None], v, turning) * (v * step)
-        lossy = _short_returns(v[:, None], r * v, np.interp(r * v, v, turning)) * (v * step)
+    after = rebound(v)
+    lossy_wall = bool(np.any(after < v))
+    if lossy_wall:
+        limit = turning(v)
+        elastic = _short_returns(v[:, None], v, limit) * (v * step)
+        lossy = _short_returns(v[:, None], after, np.interp(after, v, limit)) * (v * step)
         n = np.maximum(np.linalg.solve(np.eye(v.size) - lossy, n - elastic @ n), 0.0)
         cut = _CUT * _POINTS_PER_DECADE
         n[:cut] = n[cut] * (v[:cut] / v[cut]) ** (power - 1.0)
@@ -110,7 +145,7 @@ def impacts(balance: Balance) -> Impacts | None:
 
     # the sums over the grid give ratios of both fluxes; moments of the elastic one are more accurate from the cycles
     gain = [moment(n, power, k) / moment(elastic_flux, 2.0, k) for k in (0, 1, 2)]
-    per_rate, mean, square = (gain[power] * balance.average(balance.rate * before**power) for power in (0, 1, 2))
+    per_rate, mean, square = (factor * each for factor, each in zip(gain, regular, strict=True))
     table = np.union1d(v, v[-1] * np.linspace(0.0, 1.0, _TABLE + 1)[1:-1])
     gained = PchipInterpolator(np.log(v), n / elastic_flux)(np.log(table))
     # the energy loss per unit of time, proportional to the second moment of the flux, is that of the envelope
@@ -119,7 +154,7 @@ def impacts(balance: Balance) -> Impacts | None:
         speed_mean=mean / per_rate,
         speed_mean_square=square / per_rate,
         speeds=np.r_[0.0, table],
-        density=np.r_[n[0] if r < 1.0 else 0.0, gained * elastic_flux_at(table)] / moment(n, power, 0),
+        density=np.r_[n[0] if lossy_wall else 0.0, gained * elastic_flux_at(table)] / moment(n, power, 0),
     )
 
 

@@ -24,7 +24,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -42,7 +42,7 @@ from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.problem import Problem
 from springpot.theory.result import NotCovered
 
-__all__ = ["changed", "tabulate"]
+__all__ = ["Ratios", "changed", "is_tabulated", "moments_from_wall", "sudden_losses", "tabulate"]
 
 FloatArray = NDArray[np.float64]
 
@@ -64,6 +64,26 @@ _NARROWER = -3.0
 _NONE = np.zeros(5)
 
 
+@dataclass(frozen=True)
+class Ratios:
+    """Moments of the Fokker-Planck equation over those of the plain envelope.
+
+    Parameters
+    ----------
+    mean, square : float
+        Of the displacement from the equilibrium, or with a preload from the wall, and of its square.
+    v_square : float
+    rate, speed_square : float
+        Of impacts, and of their mean square speed.
+    """
+
+    mean: float
+    square: float
+    v_square: float
+    rate: float
+    speed_square: float
+
+
 def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | None]:
     """The balance and the impacts of an envelope, corrected for sudden losses.
 
@@ -77,27 +97,72 @@ def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts 
     """
     if settled.problem.restitution == 1.0 or settled.average(settled.rate) <= 1e-15:
         return settled, struck
-    y, yy, vv, rate, speeds = np.exp(_logarithms(settled)).tolist()
-    taken = settled.taken
-    if taken * max(vv, 1.0) < 1.0:  # the smaller it is, the better it determines the power lost in impacts
-        speeds *= ((1.0 - taken * vv) / (1.0 - taken) / (rate * speeds)) ** (1.0 - taken)
-    better = _balance(settled, y, yy, vv)
+    damping, restitution, place = _coordinates(settled)
+    ratios = sudden_losses(damping, restitution, place, settled.taken)
+    better = _balance(settled, ratios)
     if struck is None:
         return better, None
     # the mean forces of spring and impacts cancel, at every order
-    speed = better.average(better.mean) / ((1.0 + settled.problem.restitution) * rate * struck.rate * struck.speed_mean)
-    return better, _impacts(struck, rate, speed, speeds)
+    after = (1.0 + settled.problem.restitution) * ratios.rate * struck.rate * struck.speed_mean
+    speed = better.average(better.mean) / after
+    return better, _impacts(struck, ratios.rate, speed, ratios.speed_square)
 
 
-def _balance(settled: Balance, y: float, yy: float, vv: float) -> Balance:
-    """With the mean of y, of y^2 and of v^2 changed by these factors."""
-    wall = settled.problem.position
-    origin = max(wall, 0.0)
-    mean, square = settled.from_origin(origin)
-    wanted, wanted_square = _from_origin(y * mean, yy * square, wall - origin)
-    mean, square = settled.from_origin(wall)
+def sudden_losses(damping: float, restitution: float, place: float, taken: float) -> Ratios:
+    """The ratios of the table.
+
+    Parameters
+    ----------
+    damping, restitution, place : float
+        d, r and u.
+    taken : float
+        Share of the power that is not lost in impacts.
+    """
+    y, yy, vv, rate, speeds = np.exp(_logarithms(damping, restitution, math.asinh(place))).tolist()
+    if taken * max(vv, 1.0) < 1.0:  # the smaller it is, the better it determines the power lost in impacts
+        speeds *= ((1.0 - taken * vv) / (1.0 - taken) / (rate * speeds)) ** (1.0 - taken)
+    return Ratios(y, yy, vv, rate, speeds)
+
+
+def is_tabulated(damping: float, place: float) -> bool:
+    """Whether the table has this damping and place, or a smaller damping or a wall farther away, which change less."""
+    return damping <= float(DAMPINGS[-1]) and math.asinh(place) <= float(PRELOADS[-1])
+
+
+def moments_from_wall(
+    ratios: Ratios,
+    about_origin: tuple[float, float],
+    about_wall: tuple[float, float],
+    apart: float,
+    stiffening: float,
+) -> tuple[float, float]:
+    """Corrected mean and mean square of the distance from the wall.
+
+    Parameters
+    ----------
+    ratios : Ratios
+    about_origin, about_wall : tuple of float
+        Mean and mean square of the displacement from the origin, to which the ratios apply, and from the wall.
+    apart : float
+        Place of the wall seen from the origin.
+    stiffening : float
+        Frequency of the arcs over that of the spring alone.
+    """
+    mean, square = about_origin
+    wanted, wanted_square = _from_origin(ratios.mean * mean, ratios.square * square, apart)
+    mean, square = about_wall
     wider = (wanted_square / wanted**2) / (square / mean**2)
-    wanted_square = wanted**2 * square / mean**2 * wider ** (settled.average(settled.frequency) ** _NARROWER)
+    return wanted, wanted**2 * square / mean**2 * wider ** (stiffening**_NARROWER)
+
+
+def _balance(settled: Balance, ratios: Ratios) -> Balance:
+    """With the corrected means of the displacement, its square, and v^2."""
+    wall, vv = settled.problem.position, ratios.v_square
+    origin = max(wall, 0.0)
+    wanted, wanted_square = moments_from_wall(
+        ratios, settled.from_origin(origin), settled.from_origin(wall), wall - origin,
+        settled.average(settled.frequency),
+    )  # fmt: skip
     points, weights = legendre.leggauss(_PHASES)
     s, weights = settled.phase[:, None] * (points + 1.0) / 2.0, weights / 2.0
     near = _NEAR * math.sqrt(wanted_square)
@@ -171,8 +236,7 @@ def _from_origin(mean: float, square: float, origin: float) -> tuple[float, floa
     return mean - origin, square - 2.0 * origin * mean + origin * origin
 
 
-def _logarithms(settled: Balance) -> FloatArray:
-    damping, restitution, place = _coordinates(settled)
+def _logarithms(damping: float, restitution: float, place: float) -> FloatArray:
     below, above = _tables()
     table, low, high = (below, GAPS[0], 0.0) if place < 0.0 else (above, 0.0, PRELOADS[-1])
     damping = min(max(damping, DAMPINGS[0]), DAMPINGS[-1])
@@ -181,12 +245,12 @@ def _logarithms(settled: Balance) -> FloatArray:
 
 
 def _coordinates(settled: Balance) -> tuple[float, float, float]:
-    """d, r and asinh u."""
+    """d, r and u."""
     w, v_square = settled.average(settled.frequency), settled.average(settled.v_square)
     struck = settled.weight * settled.rate
     centre = float(struck @ settled.centre / struck.sum())
     place = w * (settled.problem.position - centre) / math.sqrt(v_square)
-    return settled.average(settled.dissipation) / (w * v_square), settled.problem.restitution, math.asinh(place)
+    return settled.average(settled.dissipation) / (w * v_square), settled.problem.restitution, place
 
 
 def _crowding(restitution: float | FloatArray) -> FloatArray:

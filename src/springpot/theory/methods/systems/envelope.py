@@ -29,11 +29,10 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.parts.walls import restitution_at, slow_restitution
+from springpot.parts.walls import slow_restitution
 from springpot.potential import Potential
 from springpot.system import System
-from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.methods.envelope.balance import Labels, before_impact, saturated
+from springpot.theory.methods.envelope.balance import Labels, saturated
 from springpot.theory.methods.systems.cycles import (
     COARSE,
     FINE,
@@ -45,6 +44,14 @@ from springpot.theory.methods.systems.cycles import (
     check_settled,
     ladder_of,
     speed_at,
+)
+from springpot.theory.methods.systems.impacts import (
+    Spread,
+    after_impact,
+    hits_on_walls,
+    is_endless,
+    is_smooth,
+    with_sudden_losses,
 )
 from springpot.theory.methods.systems.result import (
     SystemMoments,
@@ -64,7 +71,6 @@ ComplexArray = NDArray[np.complex128]
 
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _FAR = 42.0  # the density ends where its share in the mean energy has fallen by e^-42
-_REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the typical energy and beyond
 _DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean field
 _STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
@@ -126,29 +132,9 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         speed = speed_at(problem, cycles, place)
         struck.append(speed)
         if isinstance(wall, Barrier):
-            r, before = _impacts(problem, wall, speed, loss, cycles)
+            r, before = after_impact(problem, wall, speed, loss, cycles)
             taken = taken + 0.5 * before * np.nan_to_num(speed) ** 2 * (1.0 - r**2) / cycles.period
     return _Rates(taken, spread, action, electric, tuple(struck), loss)
-
-
-def _impacts(
-    problem: Problem, wall: Barrier, speed: FloatArray, damped: FloatArray, cycles: Cycles
-) -> tuple[float | FloatArray, FloatArray]:
-    """The restitution, and the energy before an impact over the mean energy between two impacts.
-
-    They are as in the envelope of an oscillator.  With a law of the speed the squares of the speeds before and after an
-    impact have that of ``speed`` as their mean.
-    """
-    if not callable(wall.restitution):
-        walls = len(problem.unit.of(Barrier))
-        damping = np.maximum(damped / np.maximum(cycles.v_square, 1e-300), 0.0)
-        return wall.restitution, before_impact(np.nan_to_num(damping * cycles.period / walls), wall.restitution)
-    law = np.vectorize(lambda v: restitution_at(wall, v), otypes=[float])
-    known = np.nan_to_num(speed)
-    r = np.clip(law(known), 0.0, 1.0)
-    for _ in range(_REBOUNDS):
-        r = np.clip(law(known * np.sqrt(2.0 / (1.0 + r**2))), 0.0, 1.0)
-    return r, np.asarray(2.0 / (1.0 + r**2))
 
 
 def _slope(problem: Problem, w: FloatArray) -> FloatArray:
@@ -167,6 +153,7 @@ class _Law:
     weight: FloatArray
     strength: FloatArray
     range: tuple[float, float, float]
+    labels: Labels
 
     def average(self, values: FloatArray) -> float:
         return float(self.weight @ values)
@@ -202,10 +189,13 @@ def _law(problem: Problem) -> _Law | str:
     """The stationary law, with the mean field that it makes itself where the two can be found together."""
     if not problem.pots or problem.unit.of(ThermalNoise):  # matched noise balances the broadened lines too
         return _law_in(problem)
+    # between two walls, of which a cycle may strike both, results are better without the mean field
+    between = math.isfinite(problem.potential.low) and math.isfinite(problem.potential.high)
+    first, second = (_law_in, _law_in_its_field) if between else (_law_in_its_field, _law_in)
     try:
-        return _law_in_its_field(problem)
+        return first(problem)
     except NotCovered:
-        return _law_in(problem)
+        return second(problem)
 
 
 def _law_in_its_field(problem: Problem) -> _Law | str:
@@ -309,7 +299,7 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
     weight = np.maximum(weight, 0.0)
     # D f / J of the diffusion of the action: D is half the rate at which its variance grows
     strength = 0.5 * rates.spread * cycles.period**2 * np.exp(fall.min() - fall) / rates.action
-    return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found)
+    return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found, labels)
 
 
 def envelope_of_system(system: System) -> SystemResult:
@@ -389,7 +379,8 @@ def envelope_of_system(system: System) -> SystemResult:
             "The energy changes little in one cycle: damping and noise are light or moderate.",
             "The memory acts on a cycle as a spring and as a damper, and on slow changes of its mean as a softer "
             "spring, but not between two walls.",
-            "After an impact the energy is that of the whole cycle: many impacts in one hop are not resolved.",
+            "After an impact the energy is that of the whole cycle; with one lossy wall and white noise sudden losses "
+            "are corrected as at order 1, and with white noise short returns to a lossy wall are counted.",
         ),
         warnings=warnings,
     )
@@ -398,7 +389,7 @@ def envelope_of_system(system: System) -> SystemResult:
 def _check_rest(unit: System, bottom: float) -> None:
     """A mass that a smooth force lifts now and then from a wall on which it rests does not go round in cycles."""
     for name, part in unit.named():
-        if not isinstance(part, Barrier) or slow_restitution(part) == 1.0 or not _is_smooth(unit):
+        if not isinstance(part, Barrier) or slow_restitution(part) == 1.0 or not is_smooth(unit):
             continue
         pressing = float(unit.potential.force(part.position)) * (1.0 if part.side == "above" else -1.0)
         if part.position == bottom and pressing > 0.0:
@@ -469,43 +460,22 @@ def _length(potential: Potential) -> float:
 
 
 def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
-    unit, cycles = problem.unit, law.cycles
-    shift, square = law.average(cycles.mean), law.average(cycles.x_square)
-    x_square = problem.origin * (problem.origin + 2.0 * shift) + square
-    v_square = law.average(cycles.v_square)
-    rates, means, squares = [], [], []
-    for wall, speed in zip(walls_of(unit), law.rates.struck, strict=True):
-        before = np.ones_like(speed)
-        if isinstance(wall, Barrier):
-            _, before = _impacts(problem, wall, speed, law.rates.damped, cycles)
-        hits, fast = np.isfinite(speed) / cycles.period, np.sqrt(before) * np.nan_to_num(speed)
-        rate = law.average(hits)
-        many = isinstance(wall, Barrier) and _endless(unit, wall) and rate > 0.0
-        rates.append(math.nan if many else rate)
-        means.append(law.average(hits * fast) / rate if rate > 0.0 and not many else math.nan)
-        squares.append(law.average(hits * fast**2) / rate if rate > 0.0 and not many else math.nan)
+    cycles, rates = law.cycles, law.rates
+    spread = Spread(law.average(cycles.mean), law.average(cycles.x_square), law.average(cycles.v_square))
+    hits = hits_on_walls(problem, cycles, law.labels, law.weight, rates.struck, rates.damped)
+    spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
+    x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
+    v_square = spread.v_square
     omega = system.natural_frequency
-    harvested = law.average(law.rates.electric) * system.mass if problem.circuits else math.nan
+    harvested = law.average(rates.electric) * system.mass if problem.circuits else math.nan
     return SystemMoments(
         amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=problem.origin + shift,
+        x_mean=problem.origin + spread.mean,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls(rates, means, squares),
-        harvested_power=math.nan if unit.of(ThermalNoise) else harvested,
+        **at_all_walls([hit.rate for hit in hits], [hit.mean for hit in hits], [hit.square for hit in hits]),
+        harvested_power=math.nan if problem.unit.of(ThermalNoise) else harvested,
     )
-
-
-def _endless(unit: System, wall: Barrier) -> bool:
-    """Whether a wall is struck infinitely often: by slow impacts, or without white noise."""
-    slow = slow_restitution(wall)
-    return slow <= COLLAPSE_BELOW or (slow < 1.0 and _is_smooth(unit))
-
-
-def _is_smooth(unit: System) -> bool:
-    """Whether the excitation has no jumps in the momentum."""
-    white = any(noise.intensity > 0.0 for noise in unit.of(WhiteNoise))
-    return not white and not unit.of(PoissonImpulses) and not unit.of(ThermalNoise)
 
 
 def _is_exact(problem: Problem) -> bool:
@@ -528,7 +498,7 @@ def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
             f"{error}."
         )
     for name, part in unit.named():
-        if isinstance(part, Barrier) and _endless(unit, part):
+        if isinstance(part, Barrier) and is_endless(unit, part):
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
     decay = law.average(rates.loss) / law.average(cycles.energy)
     for name, part in unit.named():
