@@ -44,6 +44,7 @@ class Engine:
         self._theory = ThreadPoolExecutor(1, "theory")
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._pilots = ThreadPoolExecutor(1, "pilots")
+        self._fits = ThreadPoolExecutor(1, "fits")
         self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
         self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
@@ -68,6 +69,10 @@ class Engine:
     async def pilot(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
         """Run the search for a stationary start, which may take seconds; one at a time."""
         return await self._on(self._pilots, function, *args, **kwargs)
+
+    async def fit(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+        """Run a fit, which may take long; one at a time."""
+        return await self._on(self._fits, function, *args, **kwargs)
 
     def have_kernel(self, problem: Oscillator | System) -> None:
         """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
@@ -100,7 +105,7 @@ class Engine:
 
     def close(self) -> None:
         """Cancel all work that has not begun."""
-        for pool in (self._theory, self._kernel, self._pilots):
+        for pool in (self._theory, self._kernel, self._pilots, self._fits):
             pool.shutdown(wait=False, cancel_futures=True)
 
 

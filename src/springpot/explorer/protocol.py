@@ -10,11 +10,14 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from springpot.oscillator import Oscillator
 
 __all__ = [
-    "LONGEST_MESSAGE", "AnyMessage", "File", "Message", "NextPath", "Play", "Problem", "Step", "SystemProblem", "parse",
+    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "Message", "NextPath", "Play", "Problem", "Step",
+    "SystemProblem", "parse",
 ]  # fmt: skip
 
 LONGEST_MESSAGE = 16_384  # bytes; an oscillator's has some 400, a system's 50 for each number that was changed
 MOST_NUMBERS = 400
+MOST_FREE = 20
+MOST_PARTS, LONGEST_PART = 200, 7_500  # of a file of data: 1.5 MB
 MOST_PATHS = 100_000
 FARTHEST_WALL = 20.0  # in units of the length scale
 STRONGEST = 1000.0  # C in units of Omega^(2 - alpha)
@@ -97,6 +100,27 @@ class File(BaseModel):
     kind: Literal["file"]
 
 
+class FilePart(BaseModel):
+    """A part of a file of measured data; the first one, with ``part`` 0, begins another file."""
+
+    model_config = _STRICT
+
+    kind: Literal["data"]
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    part: Annotated[int, Field(ge=0, lt=MOST_PARTS)]
+    of: Annotated[int, Field(ge=1, le=MOST_PARTS)]
+    text: Annotated[str, Field(max_length=LONGEST_PART)]
+
+
+class Fit(BaseModel):
+    """Fit numbers of the system, by the names of their sliders, to the file of data."""
+
+    model_config = _STRICT
+
+    kind: Literal["fit"]
+    free: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_FREE)]
+
+
 class Play(BaseModel):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
@@ -123,7 +147,7 @@ class NextPath(BaseModel):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | SystemProblem | File | Play | Step | NextPath
+AnyMessage = Problem | SystemProblem | File | FilePart | Fit | Play | Step | NextPath
 Message = Annotated[AnyMessage, Field(discriminator="kind")]
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Message)
 
@@ -173,7 +197,7 @@ def parse(text: object) -> AnyMessage:
     return message
 
 
-_KINDS = ("problem", "system", "file", "play", "step", "next-path")
+_KINDS = ("problem", "system", "file", "data", "fit", "play", "step", "next-path")
 
 
 def _sentence(error: ValidationError) -> str:

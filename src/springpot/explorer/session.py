@@ -20,7 +20,8 @@ import numpy as np
 
 from springpot.explorer import frames
 from springpot.explorer.engine import Engine
-from springpot.explorer.protocol import AnyMessage, File, NextPath, Play, Problem, Step, SystemProblem
+from springpot.explorer.measured import Measured, sentence_of
+from springpot.explorer.protocol import AnyMessage, File, FilePart, Fit, NextPath, Play, Problem, Step, SystemProblem
 from springpot.explorer.question import Question, question_of
 from springpot.oscillator import Oscillator, Springpot
 
@@ -36,6 +37,7 @@ SETTLE = 0.15  # s without a new problem before the slow curve over the order is
 HISTOGRAM_BINS = 60
 DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
+KEPT = ("status", "refused", "data", "fit")  # messages that another question leaves
 NOTICED = 0.7  # s, after which a compilation is said
 
 
@@ -60,6 +62,7 @@ class Session:
         self._may_run = asyncio.Event()
         self._may_run.set()
         self._last = time.monotonic()
+        self._measured = Measured(engine, self._post)
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -78,6 +81,12 @@ class Session:
                 self._asked.set()
             case File():
                 self._send_file()
+            case FilePart():
+                self._measured.take(message)
+            case Fit():
+                if self._question is None or self._question.system is None:
+                    raise ValueError("fit: no system is open.")
+                self._measured.fit(self._question.system, message.free)
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -142,7 +151,7 @@ class Session:
                 self._question = question = self._newest
                 assert question is not None
                 self._player = None
-                self._slots = {kind: text for kind, text in self._slots.items() if kind in ("status", "refused")}
+                self._slots = {kind: text for kind, text in self._slots.items() if kind in KEPT}
                 self._post("accepted", command=question.command, python=question.python)
                 first = self._curve if question.system is None else self._view
                 work = asyncio.gather(
@@ -151,14 +160,14 @@ class Session:
         finally:
             if work is not None:
                 await _drop(work)
+            self._measured.close()
 
     async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""
         try:
             await part(question)
         except Exception as error:
-            text = " ".join(str(error).split())[:400]
-            self._post("trouble", sentence=text if isinstance(error, ValueError) else f"{type(error).__name__}: {text}")
+            self._post("trouble", sentence=sentence_of(error))
 
     async def _view(self, question: Question) -> None:
         """The equation of a system, and how far it moves."""

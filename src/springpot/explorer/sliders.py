@@ -58,6 +58,8 @@ class Slider:
         The unit of the dimensionless number.
     other : dict
         Symbol and name in other units.
+    free : bool
+        Whether the number is free in the system's file: then it is ticked for a fit.
     """
 
     name: str
@@ -76,6 +78,7 @@ class Slider:
     scaled: bool = False
     dimensionless: str = ""
     other: Mapping[str, Mapping[str, str]] | None = None
+    free: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -255,7 +258,9 @@ def _slider(system: System, part: Any, name: str, path: str, value: float, size:
     plain = "1" if kind or path == _SCALE else unit_of(system, ROOT + name.replace("-", "."))
     unit = "" if plain == "1" else written(plain)
     begin, end, steps, log = _ends(system, part, path, value, shown.range, size)
-    return Slider(name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind)
+    return Slider(
+        name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind, free=isinstance(value, Free)
+    )
 
 
 def _ends(system: System, part: Any, path: str, value: float, of: str, size: Size) -> tuple[float, float, int, bool]:

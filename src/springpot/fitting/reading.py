@@ -17,7 +17,7 @@ from springpot.faults import FileFault, listed, meant, shown
 from springpot.files import read_text
 from springpot.fitting.data import Data, FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
 
-__all__ = ["UNITS", "read_data"]
+__all__ = ["UNITS", "data_of", "read_data"]
 
 UNITS: dict[str, dict[str, float]] = {
     "frequency": {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / np.pi},
@@ -93,7 +93,23 @@ def read_data(path: str | Path) -> Data:
     [1000000.0, 1500000.0, 2300000.0]
     """
     title = f"data file {str(path)!r}"
-    columns, settings, lines = _read(path, title)
+    return data_of(read_text(path, title, _MOST_BYTES), title)
+
+
+def data_of(text: str, title: str) -> Data:
+    """Measured data from the text of such a file; `title` names it in what is said of its faults.
+
+    Raises
+    ------
+    ValueError
+        As `read_data`.
+
+    Examples
+    --------
+    >>> data_of("before_m/s,after_m/s\\n1,0.7\\n2,1.4\\n3,2.1\\n", "impacts.csv").after.tolist()
+    [0.7, 1.4, 2.1]
+    """
+    columns, settings, lines = _read(text, title)
     try:
         return _made(columns, settings)
     except PointFault as fault:
@@ -103,9 +119,8 @@ def read_data(path: str | Path) -> Data:
         raise FileFault(f"{title} is not right: {fault}") from None
 
 
-def _read(path: str | Path, title: str) -> tuple[list[_Column], dict[str, str], list[int]]:
+def _read(text: str, title: str) -> tuple[list[_Column], dict[str, str], list[int]]:
     """Columns, settings, and the line of each row."""
-    text = read_text(path, title, _MOST_BYTES)
     settings: dict[str, str] = {}
     rows: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):

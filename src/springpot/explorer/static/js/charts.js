@@ -30,17 +30,17 @@ export const methodSeries = (name, width = 2) => ({
 });
 
 // labels of a logarithmic axis: 1, 2, 5; all of them where there is less than a decade, 1 only where there are many
-function ofLogarithm(u, splits) {
-  const ratio = u.scales.y.max / u.scales.y.min, few = ratio < 12, shown = ratio > 3e3 ? /^1/ : /^[125]/;
+const ofLogarithm = (scale) => (u, splits) => {
+  const ratio = u.scales[scale].max / u.scales[scale].min, few = ratio < 12, shown = ratio > 3e3 ? /^1/ : /^[125]/;
   const round = (v) => Math.abs(Number(v.toPrecision(1)) / v - 1) < 1e-9; // the axis may begin in between
   return splits.map((v) => (round(v) && (few || shown.test(v.toExponential())) ? v : null));
-}
+};
 
 export class Chart {
   // x, y: functions that give what is on the axes, see axis; the data stay in the page's own units
   // draw: called with (plot, context) under the lines; over: above them
   // readout: of a place on the x axis, [[name, value], ...] to show there
-  constructor(host, { height, x, y, series, draw, over, readout, yLog = false, xRange, yRange, bands, ySize = 52 }) {
+  constructor(host, { height, x, y, series, draw, over, readout, xLog = false, yLog = false, xRange, yRange, bands, ySize = 52 }) {
     this.host = host;
     this.tip = document.createElement("div");
     this.tip.className = "tip";
@@ -53,10 +53,13 @@ export class Chart {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales: {
-        x: { time: false, range: xRange },
+        x: { time: false, distr: xLog ? 3 : 1, range: xRange },
         y: { distr: yLog ? 3 : 1, range: yRange },
       },
-      axes: [axis("x", x, 30), { ...axis("y", y, ySize, yLog), ...(yLog ? { filter: ofLogarithm } : {}) }],
+      axes: [
+        { ...axis("x", x, 30, xLog), ...(xLog ? { filter: ofLogarithm("x") } : {}) },
+        { ...axis("y", y, ySize, yLog), ...(yLog ? { filter: ofLogarithm("y") } : {}) },
+      ],
       series: [{}, ...series],
       bands,
       hooks: {
@@ -67,8 +70,16 @@ export class Chart {
     };
     this.data = [[], ...series.map(() => [])];
     this.make();
-    new ResizeObserver(() => this.resize()).observe(host);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(host);
     all.add(this);
+  }
+
+  destroy() {
+    all.delete(this);
+    this.observer.disconnect();
+    this.plot.destroy();
+    this.tip.remove();
   }
 
   tell(u, readout) {

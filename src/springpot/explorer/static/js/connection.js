@@ -57,7 +57,7 @@ export class Connection extends EventTarget {
     if (this.waiting.has(message.generation) && message.kind === "accepted") this.taken(message.generation);
     if (message.kind === "refused" && message.asked !== null && message.asked !== this.newest) return; // a newer one is on its way
     // answers to a question of before are of no use
-    if (message.generation !== this.generation && !["status", "refused", "file"].includes(message.kind)) return;
+    if (message.generation !== this.generation && !["status", "refused", "file", "data", "fit"].includes(message.kind)) return;
     this.say(message.kind, message);
   }
 
@@ -95,6 +95,10 @@ export class Connection extends EventTarget {
   }
 
   file() { this.send({ kind: "file" }); }
+
+  data(part) { this.send({ kind: "data", ...part }); }
+
+  fit(free) { this.send({ kind: "fit", free }); }
 
   setPlay(play) {
     this.play = play;

@@ -74,6 +74,9 @@ export class Controls {
     return Boolean(this.refused);
   }
 
+  // the numbers that are to be found from data
+  ticked() { return Object.keys(this.rows).filter((name) => this.rows[name].element.querySelector(".tick")?.checked); }
+
   simple(form, name, event) {
     const field = form.querySelector(`#${name}`);
     field.addEventListener(event, () => {
@@ -103,7 +106,8 @@ export class Controls {
     const element = document.createElement("div");
     element.className = "parameter";
     const choices = kind ? Object.entries(CHOICES[kind]).map(([key, unit]) => `<option value="${key}">${unit.name}</option>`).join("") : "";
-    element.innerHTML = `
+    const tick = ofSystem ? `<input type="checkbox" class="tick" id="free-${name}" aria-label="find ${whose} from data" title="find this number from data"${PARAMETERS[name].free ? " checked" : ""}>` : "";
+    element.innerHTML = `${tick}
       <label for="field-${name}"><i></i> <span></span> <small class="hint"></small></label>
       <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${whose}">
       <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${whose}">${choices}</select>` : ""}</span>
@@ -120,6 +124,7 @@ export class Controls {
       this.show();
     });
     choice?.addEventListener("change", () => this.state.setShown(kind, choice.value));
+    element.querySelector(".tick")?.addEventListener("change", () => this.onTick?.());
     this.rows[name] = {
       element, slider, field, choice, decades: 0,
       symbol: element.querySelector("label i"), name: element.querySelector("label span"),

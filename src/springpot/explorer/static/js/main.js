@@ -3,6 +3,7 @@
 import { boundsOf, setBounds, stretch } from "./bounds.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { FitCard } from "./fit.js";
 import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
@@ -56,6 +57,7 @@ startTheme(element("theme"));
 if (ofSystem) startSystem(element);
 nameTiles(element);
 const controls = new Controls(state, element("form"));
+if (ofSystem) new FitCard(element, connection, controls);
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set({ order }) });

@@ -1,0 +1,132 @@
+"""What the page does with a file of measured data: it is read, and ticked numbers of the system are fitted to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from springpot.arguments import Free
+from springpot.explorer.sliders import Size, Slider, numbers, sliders
+from springpot.explorer.views import sizes
+from springpot.free_numbers import free, free_numbers, with_values
+from springpot.plain import plain
+from springpot.system import System
+from springpot.system_numbers import ROOT, with_numbers
+
+if TYPE_CHECKING:
+    from springpot.fitting.data import Data
+
+__all__ = ["described", "fitted", "freed"]
+
+FARTHER = 1000.0  # beyond the ends of a logarithmic slider, on either side
+INSIDE = 1e-3  # of a linear slider, from its ends
+MOST_POINTS = 2000  # that are drawn
+
+_AXES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
+
+
+def freed(system: System, names: Sequence[str]) -> System:
+    """The system with some of its numbers free, by the names of their sliders.
+
+    Those that are free in the file keep their bounds if they are ticked, and are held if not.  The bounds of the others
+    are the ends of linear sliders, and 1000 times beyond those of logarithmic ones.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number, or one cannot be free.
+
+    Examples
+    --------
+    >>> from springpot.free_numbers import free_numbers
+    >>> from springpot.parts import Spring, Springpot, WhiteNoise
+    >>> system = System(Spring(80.0), Springpot(0.4, 2.0), WhiteNoise(1.0))
+    >>> free_numbers(freed(system, ["springpot-order", "springpot-coefficient"]))["springpot_order"].low
+    0.001
+    """
+    known = numbers(system)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"free: this system has no number {name[:60]!r}.")
+    size = sizes(system)
+    own = {one.name: one for one in sliders(system, Size(size["frequency"], size["length"]))}
+    held = with_values(system, {name: float(number) for name, number in free_numbers(system).items()})
+    return with_numbers(held, {ROOT + name.replace("-", "."): _free(own[name], known[name]) for name in names})
+
+
+def _free(slider: Slider, value: float) -> float:
+    """A free number that starts where the slider is."""
+    low, high = slider.begin, slider.end
+    if isinstance(value, Free):
+        pass
+    elif slider.log:
+        low, high = low / FARTHER, high * FARTHER
+    else:
+        low, high = low + INSIDE * (high - low), high - INSIDE * (high - low)
+    return free(_word(slider.name), min(max(float(value), low), high), (low, high))
+
+
+def _word(name: str) -> str:
+    return name.replace("-", "_")
+
+
+def described(data: Data) -> str:
+    """What a file has, in words."""
+    kind = type(data).__name__.lower()
+    count = next((len(values) for values in vars(data).values() if hasattr(values, "__len__")), 0)
+    return f"{kind}, {count} points" if count else kind
+
+
+def fitted(system: System, names: Sequence[str], data: Data) -> dict[str, Any]:
+    """The fit of ticked numbers, for the page: values with errors, the points, and what there is to doubt.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `springpot.fit`.
+    """
+    from springpot.fitting import fit
+
+    if not names:
+        raise ValueError("free: tick the numbers that are to be found.")
+    found = fit(freed(system, names), data)
+    table = found.table
+    groups = []
+    for group in dict.fromkeys(table.group.tolist()):
+        own = (table.group == group).nonzero()[0][:MOST_POINTS]
+        groups.append(
+            {
+                "name": str(group),
+                "at": [_number(each) for each in table.at[own]],
+                "data": table.data[own].tolist(),
+                "fitted": table.fitted[own].tolist(),
+            }
+        )
+    axis = str(table.axis)
+    return plain(
+        {
+            "values": [
+                {
+                    "name": name,
+                    "value": found.values[_word(name)],
+                    "error": found.errors[_word(name)],
+                    "interval": found.interval(_word(name)),
+                    "bound": found.at_bounds.get(_word(name), ""),
+                }
+                for name in names
+            ],
+            "axis": _AXES.get(axis, axis.replace("_", " ")),
+            "logarithmic": axis == "frequency_hz",
+            "groups": groups,
+            "warnings": found.warnings,
+        }
+    )
+
+
+def _number(value: Any) -> float:
+    """A place on the axis; what has only a name stands at no number."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan

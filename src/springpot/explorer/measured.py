@@ -1,0 +1,106 @@
+"""The file of measured data of one tab: taken in parts, read, and fitted."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from springpot.explorer.engine import Engine
+from springpot.explorer.protocol import FilePart
+from springpot.system import System
+
+__all__ = ["Measured", "sentence_of"]
+
+
+class Measured:
+    """The data of a tab, and the fit that is running.
+
+    Parameters
+    ----------
+    engine : Engine
+    post : callable
+        Sends a message of a kind, with its content, to the tab.
+    """
+
+    def __init__(self, engine: Engine, post: Callable[..., None]) -> None:
+        self._engine, self._post = engine, post
+        self._parts: list[str] = []
+        self._data: Any = None
+        self._work: asyncio.Future[None] | None = None
+
+    def take(self, part: FilePart) -> None:
+        """Keep a part of a file; the last one has it read.
+
+        Raises
+        ------
+        ValueError
+            If it is not the next part.
+        """
+        if part.part == 0:
+            self.close()
+            self._parts, self._data = [], None
+        if part.part != len(self._parts):
+            raise ValueError("data: the parts of the file must come in their order.")
+        self._parts.append(part.text)
+        if part.part == part.of - 1:
+            self._work = asyncio.ensure_future(self._read(part.name, "".join(self._parts)))
+
+    def fit(self, system: System, names: Sequence[str]) -> None:
+        """Fit numbers of a system, by the names of their sliders.
+
+        Raises
+        ------
+        ValueError
+            If there are no data.
+        """
+        if self._data is None:
+            raise ValueError("fit: there are no data yet.")
+        self.close()
+        self._work = asyncio.ensure_future(self._fit(system, names))
+
+    def close(self) -> None:
+        """Cancel what has not begun; what is running is not shown."""
+        if self._work is not None:
+            self._work.cancel()
+
+    async def _read(self, name: str, text: str) -> None:
+        try:
+            self._data, said = await self._engine.fit(_read, text, name)
+            self._post("data", name=name, said=said, fault="")
+        except Exception as error:
+            self._post("data", name=name, said="", fault=sentence_of(error))
+
+    async def _fit(self, system: System, names: Sequence[str]) -> None:
+        self._post("fit", running=True, fault="")
+        try:
+            found = await self._engine.fit(_fitted, system, names, self._data)
+            self._post("fit", running=False, fault="", **found)
+        except Exception as error:
+            self._post("fit", running=False, fault=sentence_of(error))
+
+
+def _read(text: str, name: str) -> tuple[Any, str]:
+    from springpot.explorer.fitting import described
+    from springpot.fitting.reading import data_of
+
+    data = data_of(text, name)
+    return data, described(data)
+
+
+def _fitted(system: System, names: Sequence[str], data: Any) -> dict[str, Any]:
+    from springpot.explorer.fitting import fitted
+
+    return fitted(system, names, data)
+
+
+def sentence_of(error: Exception) -> str:
+    """What is said of an error in the page.
+
+    Examples
+    --------
+    >>> sentence_of(ValueError("order must be in [0, 1].")), sentence_of(KeyError("x"))
+    ('order must be in [0, 1].', "KeyError: 'x'")
+    """
+    text = " ".join(str(error).split())[:400]
+    return text if isinstance(error, ValueError) else f"{type(error).__name__}: {text}"

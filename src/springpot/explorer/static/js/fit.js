@@ -1,0 +1,127 @@
+// A file of measured data beside the system: it is read here, and the server fits the ticked numbers to it.
+
+import { Chart } from "./charts.js";
+import { OPENED, PARAMETERS } from "./problem.js";
+import { short, withError } from "./numbers.js";
+import { palette } from "./theme.js";
+
+const LARGEST = 1_400_000, PART = 7000; // characters
+const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
+const COLOURS = ["path", "impact", "pinned"];
+const TITLES = Object.fromEntries((OPENED.parts ?? []).map(({ name, title }) => [name, title]));
+
+export const wholeName = (name) => `${TITLES[name.split("-")[0]]}, ${PARAMETERS[name].said}`;
+const pause = (time) => new Promise((done) => { setTimeout(done, time); });
+
+export class FitCard {
+  constructor(element, connection, controls) {
+    Object.assign(this, { connection, controls });
+    for (const name of ["file", "run", "use", "note", "free", "plot", "legend", "table", "warnings"]) this[name] = element(`fit-${name}`);
+    this.found = null;
+    this.ready = false;
+    this.file.addEventListener("change", () => this.send(this.file.files[0]));
+    this.run.addEventListener("click", () => connection.fit(controls.ticked()));
+    this.use.addEventListener("click", () => controls.set(Object.fromEntries(this.found.values.map(({ name, value }) => [name, value])), null));
+    controls.onTick = () => this.showFree();
+    connection.addEventListener("data", ({ detail }) => this.taken(detail));
+    connection.addEventListener("fit", ({ detail }) => this.fitted(detail));
+    connection.addEventListener("connection", ({ detail }) => { if (detail.open && this.sent) this.send(this.sent); }); // another session
+  }
+
+  async send(file) {
+    if (!file) return;
+    this.forget();
+    this.sent = file;
+    if (file.size > LARGEST) {
+      this.say(`${file.name} is larger than 1.4 MB: fit it with the command springpot fit.`, true);
+      return;
+    }
+    this.say(`reading ${file.name}…`);
+    const text = await file.text(), of = Math.max(Math.ceil(text.length / PART), 1);
+    for (let part = 0; part < of && this.sent === file; part += 1) {
+      if (part && part % HANDFUL === 0) await pause(PAUSE);
+      this.connection.data({ name: file.name, part, of, text: text.slice(part * PART, (part + 1) * PART) });
+    }
+  }
+
+  forget() {
+    this.found = null;
+    this.ready = false;
+    this.chart?.destroy();
+    this.chart = null;
+    for (const host of [this.plot, this.legend, this.table, this.warnings]) host.replaceChildren();
+    this.plot.hidden = this.use.hidden = true;
+    this.run.disabled = true;
+  }
+
+  taken({ name, said, fault }) {
+    this.ready = !fault;
+    if (!fault) document.body.classList.add("fitting");
+    this.say(fault || `${name}: ${said}.`, Boolean(fault));
+    this.showFree();
+  }
+
+  showFree() {
+    const ticked = this.controls.ticked();
+    this.free.textContent = !this.ready ? "" : ticked.length ? `To be found: ${ticked.map(wholeName).join("; ")}.` : "Tick the numbers that are to be found, beside their sliders.";
+    this.run.disabled = !this.ready || !ticked.length;
+  }
+
+  fitted(found) {
+    this.run.disabled = found.running;
+    this.run.textContent = found.running ? "Fitting…" : "Fit";
+    if (found.running) return;
+    this.showFree();
+    if (found.fault) return this.say(found.fault, true);
+    this.found = found;
+    this.use.hidden = false;
+    this.table.innerHTML = '<thead><tr><th scope="col">number</th><th scope="col">value</th><th scope="col">95 % interval</th></tr></thead><tbody></tbody>';
+    for (const { name, value, error, interval, bound } of found.values) {
+      const row = this.table.tBodies[0].insertRow(), head = document.createElement("th"), { unit } = PARAMETERS[name];
+      head.scope = "row";
+      head.textContent = wholeName(name);
+      row.append(head);
+      row.insertCell().textContent = `${withError(value, error)}${unit ? ` ${unit}` : ""}`;
+      row.insertCell().textContent = bound ? `held at its ${bound === "low" ? "lower" : "upper"} bound` : `${short(interval[0])} to ${short(interval[1])}`;
+    }
+    this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
+    this.draw(found);
+  }
+
+  draw({ groups, axis, logarithmic }) {
+    this.chart?.destroy();
+    this.plot.hidden = false;
+    const place = (at, i) => at ?? i + 1;
+    const places = [...new Set(groups.flatMap(({ at }) => at.map(place)))].sort((a, b) => a - b);
+    const columns = groups.flatMap(({ at, data, fitted }) => [data, fitted].map((values) => {
+      const by = new Map(at.map((one, i) => [place(one, i), values[i]]));
+      return places.map((one) => by.get(one) ?? null);
+    }));
+    const positive = columns.flat().every((value) => value === null || value > 0);
+    const series = groups.flatMap((_, i) => {
+      const stroke = () => palette[COLOURS[i % COLOURS.length]], hollow = i % 2 === 1;
+      return [
+        { paths: () => null, stroke, points: { show: true, size: 7, width: 1.5, stroke, fill: hollow ? () => palette.panel : stroke } },
+        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
+      ];
+    });
+    this.chart = new Chart(this.plot, {
+      height: () => 280, x: () => ({ what: axis, factor: 1, unit: "" }), y: () => ({ what: "", factor: 1, unit: "" }), series,
+      xLog: logarithmic, yLog: logarithmic && positive, ySize: 62,
+      readout: (_, i) => (i === null ? [] : [["", places[i]], ...groups.flatMap(({ name }, n) => (columns[2 * n][i] === null ? [] : [[name, columns[2 * n][i]], ["fit", columns[2 * n + 1][i]]]))]),
+    });
+    this.chart.set([places, ...columns]);
+    this.legend.replaceChildren(...groups.map(({ name }, i) => {
+      const item = Object.assign(document.createElement("span"), { className: "item" }), mark = document.createElement("span");
+      mark.textContent = i % 2 ? "○ ╌\u2002" : "● —\u2002";
+      mark.style.color = `var(--${COLOURS[i % COLOURS.length]})`;
+      item.append(mark, `${name}: data and fit`);
+      return item;
+    }));
+  }
+
+  say(sentence, wrong = false) {
+    this.note.textContent = sentence;
+    this.note.classList.toggle("wrong", wrong);
+  }
+}

@@ -1,0 +1,162 @@
+"""Measured data on the page: the file, the ticks, the fit, and the sliders afterwards."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.explorer.fitting import fitted, freed
+from springpot.explorer.protocol import FilePart, Fit, parse
+from springpot.explorer.sliders import numbers
+from springpot.fitting.reading import data_of
+from springpot.free_numbers import free_numbers
+from tests.explorer.conftest import Server, running
+from tests.explorer.talk import tab
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+RUBBER = """
+[[parts]]
+kind = "mass"
+value = 0.2
+
+[[parts]]
+kind = "spring"
+stiffness = 50.0
+
+[[parts]]
+kind = "springpot"
+order = { free = "order", start = 0.3, low = 0.02, high = 0.98 }
+coefficient = 1.0
+
+[[parts]]
+kind = "barrier"
+position = -0.003
+
+[[parts]]
+kind = "white_noise"
+intensity = 0.001
+"""
+TICKED = ["spring-stiffness", "springpot-order", "springpot-coefficient"]
+
+
+def moduli() -> str:
+    """A spring of 80 N/m beside a springpot of order 0.5 and 2 N s^0.5/m, with errors of 2 %."""
+    frequency = np.geomspace(0.1, 100.0, 15)
+    modulus = 80.0 + 2.0 * (2j * np.pi * frequency) ** 0.5
+    noise = 1.0 + 0.02 * np.random.default_rng(1).standard_normal((2, 15))
+    rows = zip(frequency, modulus.real * noise[0], modulus.imag * noise[1], strict=True)
+    return "frequency_hz,storage_N/m,loss_N/m\n" + "\n".join(f"{f:.6g},{a:.6g},{b:.6g}" for f, a, b in rows)
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("rubber") / "rubber.toml"
+    path.write_text(RUBBER)
+    return path
+
+
+@pytest.fixture(scope="module")
+def rubber(system: Path) -> Iterator[Server]:
+    with running(str(system)) as server:
+        yield server
+
+
+def test_ticked_numbers_are_free_and_no_others(system: Path) -> None:
+    device = sp.read_system(system)
+    free = free_numbers(freed(device, ["spring-stiffness"]))
+    assert [*free] == ["spring_stiffness"]
+    assert free["spring_stiffness"].low < 1.0
+    assert free["spring_stiffness"].high == pytest.approx(100.0, rel=0.01)
+    kept = free_numbers(freed(device, ["springpot-order"]))["springpot_order"]
+    assert (kept.low, kept.high, float(kept)) == (0.02, 0.98, 0.3)
+    assert float(numbers(freed(device, ["springpot-order"]))["spring-stiffness"]) == 50.0
+    with pytest.raises(ValueError, match="this system has no number 'spring-order'"):
+        freed(device, ["spring-order"])
+
+
+def test_the_page_s_fit_is_that_of_the_library(system: Path) -> None:
+    device, data = sp.read_system(system), data_of(moduli(), "rubber.csv")
+    found = fitted(device, TICKED, data)
+    same = sp.fit(freed(device, TICKED), data)
+    assert [one["value"] for one in found["values"]] == [*same.values.values()]
+    assert [one["error"] for one in found["values"]] == [*same.errors.values()]
+    assert [len(group["at"]) for group in found["groups"]] == [15, 15]
+    assert json.dumps(found, allow_nan=False)
+    with pytest.raises(ValueError, match="tick the numbers"):
+        fitted(device, [], data)
+
+
+def test_messages_of_a_fit() -> None:
+    assert parse('{"kind": "fit", "free": ["a"]}') == Fit(kind="fit", free=["a"])
+    part = {"kind": "data", "name": "a.csv", "part": 0, "of": 2, "text": "x"}
+    assert parse(json.dumps(part)) == FilePart(kind="data", name="a.csv", part=0, of=2, text="x")
+    for change in ({"of": 10_000}, {"part": -1}, {"text": "x" * 8000}, {"name": ""}):
+        with pytest.raises(ValueError, match=r"^(of|part|text|name): "):
+            parse(json.dumps({**part, **change}))
+
+
+def test_faults_of_a_file_are_one_sentence(rubber: Server) -> None:
+    with tab(rubber) as page:
+        page.say(kind="system", generation=1, paths=64)
+        page.until("accepted")
+        page.say(kind="fit", free=["spring-stiffness"])
+        assert page.until("refused")["sentence"] == "fit: there are no data yet."
+        page.say(kind="data", name="a.csv", part=1, of=2, text="")
+        assert "in their order" in page.until("refused")["sentence"]
+        page.say(kind="data", name="a.csv", part=0, of=1, text="frequency_hz,storage_N/m\n1,2\n2,-3\n3,4\n")
+        fault = page.until("data")["fault"]
+        assert fault.startswith("a.csv, line 3: storage_N/m must")
+        text = moduli()
+        for part, piece in enumerate((text[:100], text[100:])):
+            page.say(kind="data", name="rubber.csv", part=part, of=2, text=piece)
+        assert page.until("data")["said"] == "moduli, 15 points"
+        page.say(kind="fit", free=["barrier-position"])
+        assert "barrier_position" in page.until("fit", running=False)["fault"]
+        page.say(kind="fit", free=TICKED)
+        found = page.until("fit", running=False, fault="")["values"]
+        assert math.isclose(found[1]["value"], 0.5, abs_tol=4.0 * found[1]["error"])
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Browser, width: int) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(f"{rubber.address}#paths=64")
+    page.locator("#fit-run").wait_for()
+    assert page.locator("#fit-run").is_disabled()
+    page.set_input_files("#fit-file", {"name": "rubber.csv", "mimeType": "text/csv", "buffer": moduli().encode()})
+    page.locator("#fit-note").filter(has_text="rubber.csv: moduli, 15 points.").wait_for()
+    page.evaluate("controls.open = true")
+    assert [page.locator(f"#free-{name}").is_checked() for name in TICKED] == [False, True, False]
+    for name in TICKED:
+        page.locator(f"#free-{name}").check()
+    page.locator("#fit-run").click()
+    page.locator("#fit-table tbody tr").nth(2).wait_for()
+    assert page.locator("#fit-plot canvas").count() == 1
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator("#field-springpot-order").input_value() == "0.3"
+    page.locator("#fit-use").click()
+    order = float(page.locator("#field-springpot-order").input_value())
+    assert abs(order - 0.5) < 0.01
+    found = fitted(
+        sp.System(sp.Spring(50.0), sp.Springpot(0.3, 1.0), sp.WhiteNoise(1.0)), TICKED, data_of(moduli(), "a")
+    )
+    assert order == pytest.approx(found["values"][1]["value"], rel=1e-4)
+    bad = {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"frequency,storage\n1,2\n"}
+    page.set_input_files("#fit-file", bad)
+    page.locator("#fit-note.wrong").filter(has_text="bad.csv, line 1: ").wait_for()
+    assert page.locator("#fit-run").is_disabled()
+    assert page.locator("#fit-table tr").count() == 0
+    assert said == []
+    page.close()
