@@ -64,3 +64,49 @@ def test_what_cannot_be_extended(tmp_path: Path) -> None:
     other[5, 1] = np.nextafter(other[5, 1], 1.0)
     with pytest.raises(ValueError, match="first paths come out with other bits; run it anew"):
         sp.extend(replace(run, path_sums=other), paths=100)
+
+
+DASHPOT = sp.Oscillator(springpot=sp.Springpot(1.0, 0.8), barrier=sp.Barrier(0.0))
+LONG = {"duration": 40.0, "step": 0.02, "window": (20.0, 40.0), "seed": 4}
+
+
+def test_to_an_error_are_the_bits_of_one_run_of_so_many_paths(tmp_path: Path) -> None:
+    """<A^2> = q / (C Omega^2) and <v^2> = q / 2 C exactly; the error is below rtol, and holds the truth."""
+    first = sp.run(DASHPOT, paths=256, **LONG)
+    saved = sp.load_run(first.save(tmp_path / "run.nc", path_sums=True))
+    names = ("amplitude_mean_square", "v_mean_square")
+    longer = sp.extend(saved, rtol=0.03, quantities=names)
+    assert longer.settings.paths > 256
+    assert longer.values == sp.run(DASHPOT, paths=longer.settings.paths, **LONG).values
+    for name, exact in zip(names, (1.25, 0.625), strict=True):
+        assert longer.budgets[name].total <= 0.03 * longer.values[name]
+        assert abs(longer.values[name] - exact) <= 1.5 * longer.budgets[name].total
+        assert longer.budgets[name].step_bias > 0.0
+    assert sp.extend(first, rtol=0.03, quantities=names).settings == longer.settings
+    kept = sp.load_run(longer.save(tmp_path / "longer.nc", path_sums=True))
+    assert sp.extend(kept, rtol=0.05, quantities=names).settings.paths == longer.settings.paths
+    more = sp.extend(kept, paths=longer.settings.paths + 64)
+    assert more.budgets == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "asked", "sentence"),
+    [
+        ({}, {"rtol": 0.05, "paths": 1000}, "paths or rtol must be given, and not both"),
+        ({}, {}, "paths or rtol must be given, and not both"),
+        ({}, {"rtol": 0.0}, "rtol must be in"),
+        ({}, {"rtol": 0.05, "quantities": ("x_men",)}, "did you mean x_mean"),
+        ({"start": "rest"}, {"rtol": 0.05}, "run must have a stationary start"),
+        ({"record": 2}, {"rtol": 0.05}, "run must not have recorded paths"),
+        ({"duration": 4.0, "window": (0.5, 4.0)}, {"rtol": 0.01}, "rtol of 1 % cannot be reached.*: amp.*bias"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_extended_to_an_error(given: dict, asked: dict, sentence: str) -> None:
+    run = sp.run(DASHPOT, paths=64, **{**LONG, **given})
+    with pytest.raises(ValueError, match=sentence):
+        sp.extend(run, **asked)
+
+
+def test_a_lossy_wall_s_impact_rate_is_not_extended_to_an_error() -> None:
+    with pytest.raises(ValueError, match="quantities must not have impact_rate behind a lossy wall"):
+        sp.extend(sp.run(WALL, paths=64, **GIVEN), rtol=0.1, quantities=("impact_rate",))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +14,19 @@ from springpot.simulation.run import diagnostics_of, doubts_of
 from springpot.simulation.settings import MOST_PATHS, checked_threads, whole_number
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 
-__all__ = ["extend"]
+__all__ = ["extend", "extended"]
 
 
-def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progress | None = None) -> Run:
-    """Add paths to a run, which may come from a file.
+def extend(
+    run: Run,
+    *,
+    paths: int | None = None,
+    rtol: float | None = None,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Add paths to a run, which may come from a file: so many, or as many as a relative error needs.
 
     The paths that are there are not computed again, but for the first 64, which show that this machine and this version
     of springpot give the same bits.  A stationary start stays that of the run.
@@ -28,6 +37,12 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
         Of `springpot.run`, or of `springpot.load_run` if it was saved with ``path_sums=True``.
     paths : int
         Number of paths afterwards.
+    rtol : float
+        Instead of ``paths``: the total relative error of ``quantities`` afterwards, in [1e-4, 0.5].  Step, window and
+        start stay those of the run: what they leave is bounded, that of the step with pairs of paths at the step and
+        at half of it.
+    quantities : sequence of str
+        With ``rtol``: the results that it controls.
     threads : int
         Those of the run if left out; the result does not depend on it.
     progress : callable
@@ -36,16 +51,23 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     Returns
     -------
     Run
-        To the last bit that of one run of so many paths with the same x(0).
+        To the last bit that of one run of so many paths with the same x(0).  With ``rtol`` it also has ``budgets`` of
+        the quantities; their number of paths depends on the run and on ``rtol`` alone.
 
     Raises
     ------
     TypeError
         If ``run`` is not a run, or ``paths`` or ``threads`` no whole number.
     ValueError
-        If ``threads`` is below 1; or the run has as many paths already, has results that need every step of each path
-        (distributions, spectrum, observables, first passages), was made with ``rtol``, was saved without the sums of
-        its paths, or its bits cannot be had again here.
+        If neither or both of ``paths`` and ``rtol`` are given, or ``threads`` is below 1; or the run has as many paths
+        already, has results that need every step of each path (distributions, spectrum, observables, first passages),
+        was made with ``rtol``, was saved without the sums of its paths, or its bits cannot be had again here.  With
+        ``rtol`` also if no number of paths reaches it: the sentence says what is in the way.
+
+    Notes
+    -----
+    A run that was made with ``rtol`` chose step, window and start for that error.  A smaller one needs others, so that
+    such a run is not continued: run it with the smaller ``rtol``.
 
     Examples
     --------
@@ -57,6 +79,17 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
     _check(run)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
+    if (paths is None) == (rtol is None):
+        raise ValueError("paths or rtol must be given, and not both.")
+    if rtol is not None:
+        from springpot.simulation.extended_to import extended_to
+
+        return extended_to(run, rtol, quantities, threads, progress)
+    return extended(run, paths, threads, progress)
+
+
+def extended(run: Run, paths: object, threads: int | None, progress: Progress | None) -> Run:
+    """The run with so many paths, without budgets."""
     before = run.settings.paths
     wanted = whole_number(paths, "paths", before + 1, MOST_PATHS, f" The run has {before} paths.")
     settings = replace(
@@ -78,6 +111,7 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
         settings=settings,
         values=values,
         errors=errors,
+        budgets={},
         diagnostics=diagnostics_of(simulation, rows, run.diagnostics["seconds"] + time.perf_counter() - begun),
         warnings=(*kept, *doubts_of(simulation, values, errors, rows)),
         record=run.record if skipped else ensemble.record,
@@ -88,7 +122,7 @@ def extend(run: Run, *, paths: int, threads: int | None = None, progress: Progre
 def _check(run: object) -> None:
     if not isinstance(run, Run):
         raise TypeError(f"run must be a Run, not {run!r}.")
-    if run.budgets:
+    if run.budgets and not run.path_sums.size:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     more = {
         "distributions": run.distributions,
