@@ -27,6 +27,7 @@ from springpot.simulation.lanes import (
     f64,
     stack_array,
 )
+from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import Accumulators, show_steps
 from springpot.simulation.parts import (
     Forcing,
@@ -254,7 +255,7 @@ class Sums(NamedTuple):
 
 
 @cached
-@njit(nogil=True, **FAST)
+@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **FAST)
 def block(
     scheme, wall, load, memory, drive, start, taps, stiffness,
     first, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,

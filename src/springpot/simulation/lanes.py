@@ -13,9 +13,11 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
+from springpot.simulation.linking import WithoutMachineCode
+
 __all__ = [
-    "FAST", "GROUP", "INLINE", "LANES", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES", "MOST_STATES",
-    "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
+    "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
+    "MOST_STATES", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -32,7 +34,10 @@ FAST: dict[str, Any] = {
     "error_model": "numpy",
 }
 # called from compiled code only: no wrapper for Python, which would take a quarter of the compile time
-INLINE: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST}
+LINKED: dict[str, Any] = {
+    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST,
+}  # fmt: skip
+INLINE: dict[str, Any] = {"forceinline": True, **LINKED}
 
 u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
 

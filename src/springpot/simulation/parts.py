@@ -48,7 +48,7 @@ elastic wall the stationary distribution is exact for every step.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -219,9 +219,7 @@ def push(force: Any, slot: Any, n: Any, x: Any, v: Any, g: Any, forcing: Any, at
     raise NotImplementedError
 
 
-def damp(
-    force: Any, slot: Any, n: Any, x: Any, v: Any, forcing: Any, lane: Any, weight: Any, after: Any
-) -> Any:
+def damp(force: Any, slot: Any, n: Any, x: Any, v: Any, forcing: Any, lane: Any, weight: Any, after: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -256,7 +254,7 @@ def bounce(scheme: Any, wall: Any, x: Any, v: Any, accumulators: Any, lane: Any,
     raise NotImplementedError
 
 
-_ANSWERED: set[tuple[object, ...]] = set()
+_ANSWERS: dict[Callable[..., Any], dict[tuple[object, ...], Callable[..., Any]]] = {}
 
 
 def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -289,25 +287,37 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     ... def push_on(force, slot, n, x, v, g, forcing, at, lane, weight):
     ...     return 0.0, force.impulse
     """
-    alike = (question, *((kind.__name__, getattr(kind, "_fields", ())) for kind in kinds))
-    if alike in _ANSWERED:
+    alike = tuple(map(_name_and_fields, kinds))
+    known = _ANSWERS.get(question)
+    if known is None:
+        known = _ANSWERS[question] = {}
+        _let_numba_ask(question, known, len(kinds))
+    if alike in known:
         names = ", ".join(kind.__name__ for kind in kinds)
         raise ValueError(f"{question.__name__} of {names} is defined already: give the part another name.")
-    _ANSWERED.add(alike)
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
-        names = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
-
-        def matches(*arguments: Any) -> Callable[..., Any] | None:
-            given = tuple(getattr(a, "instance_class", None) for a in arguments[: len(kinds)])
-            return function if given == kinds else None
-
-        # overload() needs a function with the same argument names
-        choose = eval(f"lambda {names}: matches({names})", {"matches": matches})
-        overload(question, jit_options=INLINE)(choose)
+        known[alike] = function
         return function
 
     return register
+
+
+def _name_and_fields(kind: Any) -> tuple[str, tuple[str, ...]]:
+    """What compiled code knows of a type."""
+    return kind.__name__, getattr(kind, "_fields", ())
+
+
+def _let_numba_ask(question: Callable[..., Any], known: Mapping[tuple[object, ...], Any], kinds: int) -> None:
+    """Tell Numba which function answers a question: the one known for the types of the first arguments."""
+    names = ", ".join(question.__code__.co_varnames[: question.__code__.co_argcount])
+
+    def choose(*arguments: Any) -> Callable[..., Any] | None:
+        given = [getattr(argument, "instance_class", None) for argument in arguments[:kinds]]
+        return None if None in given else known.get(tuple(map(_name_and_fields, given)))
+
+    # overload() needs a function with the same argument names
+    overload(question, jit_options=INLINE)(eval(f"lambda {names}: choose({names})", {"choose": choose}))
 
 
 @answers(kick, Splitting)
@@ -335,5 +345,3 @@ def _kick_euler(scheme, x, v, memory_force, push):
 def _drift_euler(scheme, x, v):
     xn = x + scheme.step * v
     return xn, v, xn, v
-
-

@@ -24,7 +24,7 @@ from numba import njit
 from scipy import linalg
 
 from springpot.simulation.forces import _damp_nothing, _one_named, _wake_nothing
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, MOST_FORCES, f64, u32
+from springpot.simulation.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES, f64, u32
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 from springpot.simulation.random import draw, philox
 
@@ -272,7 +272,7 @@ def _sum_pairs(given, slot, to):
             given[place + 2 * LANES + lane], given[place + 3 * LANES + lane] = one, two
 
 
-@njit(**FAST)
+@njit(**LINKED)
 def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
     w, g, place = force.newest, forcing.normals, slot * GROUP * LANES
     draw(group, first, stream, force.word, k0, k1, g)
@@ -340,7 +340,7 @@ def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
             )
 
 
-@njit(**FAST)
+@njit(**LINKED)
 def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
     none = math.exp(-force.rate)
     for lane in range(LANES):

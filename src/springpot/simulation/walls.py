@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.simulation.lanes import FAST, INLINE, LANES
+from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Euler, Splitting, answers, begin, bounce, clearance, drift, extras
 from springpot.simulation.restitution import Fixed, lossless, rebound, takings
@@ -25,6 +25,8 @@ Floats = npt.NDArray[np.float64]
 SHORTEST_HOP = 1e-4
 _TAKEN = "loss", "momentum"
 SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
+
+_by_contact = stack_array(MOST_CONTACTS)
 
 
 class NoWall(NamedTuple):
@@ -164,7 +166,17 @@ def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
     return xm, vm, xn, vn
 
 
-@njit(**FAST)
+@njit(**INLINE)
+def _leaves(away, gap, left):
+    """Whether a flight over the phase ``left`` cannot reach a wall, because the mass moves away from it.
+
+    ``away`` is the velocity away from the wall.  Where the spring does not press on it (``gap`` from the spring's
+    rest to the wall at least 0), the mass must first turn round, which takes a quarter of a cycle (1.57).
+    """
+    return away >= 0.0 and gap >= 0.0 and left < 1.5
+
+
+@njit(**LINKED)
 def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
@@ -192,6 +204,8 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck else 0.0
                 return position, 0.0
+        if _leaves(u, -position, left):
+            break
         square = u * u + (x - position) * (x + position)
         if not square > 0.0:  # the gap is never closed (or the state is NaN)
             break
@@ -287,7 +301,7 @@ def _add_to(accumulators, first, lane, weight, count, speed):
     accumulators.extras[(first + 2) * LANES + lane] += weight * count * speed * speed
 
 
-@njit(**FAST)
+@njit(**LINKED)
 def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
     """As `fly`, between two walls.
 
@@ -329,21 +343,23 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
                 accumulators.collapses[lane] += 1.0 if struck != 0 else 0.0
                 return x, 0.0
         struck = 0
-        angle = math.atan2(-u, x)
-        square = u * u + (x - wall.low) * (x + wall.low)
-        if square > 0.0:
-            height = math.sqrt(square)
-            until = math.atan2(height, wall.low) - angle
-            if until < left:
-                struck, arriving, soonest = -1, height, until
-        square = u * u + (x - wall.high) * (x + wall.high)
-        if square > 0.0:
-            height = math.sqrt(square)
-            until = math.atan2(-height, wall.high) - angle
-            if until < 0.0:  # past it on the way down: a cycle later
-                until += 2.0 * math.pi
-            if until < left and (struck == 0 or until < soonest):
-                struck, arriving, soonest = 1, height, until
+        reach = (u * u + x * x) * left * left  # square of a distance longer than the flight
+        if (x - wall.low) * (x - wall.low) <= reach and not _leaves(u, -wall.low, left):
+            square = u * u + (x - wall.low) * (x + wall.low)
+            if square > 0.0:
+                height = math.sqrt(square)
+                until = math.atan2(height, wall.low) - math.atan2(-u, x)
+                if until < left:
+                    struck, arriving, soonest = -1, height, until
+        if (x - wall.high) * (x - wall.high) <= reach and not _leaves(-u, wall.high, left):
+            square = u * u + (x - wall.high) * (x + wall.high)
+            if square > 0.0:
+                height = math.sqrt(square)
+                until = math.atan2(-height, wall.high) - math.atan2(-u, x)
+                if until < 0.0:  # past it on the way down: a cycle later
+                    until += 2.0 * math.pi
+                if until < left and (struck == 0 or until < soonest):
+                    struck, arriving, soonest = 1, height, until
         if struck == 0:
             break
         left -= soonest
@@ -384,12 +400,13 @@ def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
     return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
 
 
-@njit(**FAST)
+@njit(**LINKED)
 def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
     """Half a step in ``substeps`` of exact flight, contacts, exact flight.  An impact is the first touch."""
     square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
     energy = v * v + square * x * x
     short = time / wall.substeps
+    forces = _by_contact(0.0)
     c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
     for _ in range(wall.substeps):
         before, first = x, v * v + square * x * x
@@ -397,6 +414,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
         pushed, damped, deepest = 0.0, 0.0, 0.0
         for n in range(count):
             depth, force = _force_of_contact(wall.contacts, n, x, short)
+            forces[n] = force
             pushed += wall.contacts[5 * n + 1] * force
             damped += 0.5 * force * wall.contacts[5 * n + 4]
             deepest = max(deepest, depth)
@@ -405,7 +423,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             middle = 0.5 * (v + later)
             v = later
             for n in range(count):
-                depth, force = _force_of_contact(wall.contacts, n, x, short)
+                force = forces[n]
                 place = (own + 6 + 5 * n) * LANES + lane
                 viscous = force * wall.contacts[5 * n + 4] * middle
                 accumulators.extras[place] += weight * viscous * middle
