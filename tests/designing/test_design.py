@@ -14,6 +14,7 @@ from scipy import optimize
 import springpot as sp
 from springpot.arguments import Free
 from springpot.designing.quantities import theory_values
+from springpot.designing.quick import smooth
 from springpot.designing.search import Model, search
 from springpot.designing.statement import Limit, Space
 from springpot.free_numbers import with_values
@@ -68,6 +69,46 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
     assert curve.costs == pytest.approx([optimize.brentq(lambda c: exact_rate(c) - r, 0.05, 5.0)  # noqa: B023
                                          for r in curve.limits], rel=0.05)  # fmt: skip
     assert (np.diff(curve.costs) < 0.0).all()
+
+
+def test_without_theory_surfaces_through_short_runs_are_searched() -> None:
+    device = damped(sp.free("c", 0.5, (0.05, 5.0)))
+    found = sp.design(device, "c", {"impact_rate": (None, 0.2)}, method="monte_carlo", rtol=0.08, cost_rtol=0.1)
+    best = optimize.brentq(lambda c: exact_rate(c) - 0.2, 0.05, 5.0)
+    assert found.method == "monte_carlo"
+    assert best < found.values["c"] < 1.15 * best
+    (promise,) = found.promises
+    assert promise.probability >= 0.95
+    assert abs(promise.value - exact_rate(found.values["c"])) < 3.5 * promise.error
+
+
+def test_surfaces_leave_out_what_was_not_seen() -> None:
+    """A rate without events has no logarithm; what changes its sign has none at all."""
+    u = np.linspace(0.0, 1.0, 9)[:, None]
+    rate = np.exp(-4.0 * u[:, 0])
+    rate[-2:] = 0.0
+    surface = smooth(u, rate)
+    assert surface is not None
+    assert surface(np.array([0.55])) == pytest.approx(math.exp(-2.2), rel=1e-3)
+    assert surface(np.array([1.0])) > 0.0
+    mean = smooth(u, u[:, 0] - 0.5)
+    assert mean is not None
+    assert mean(np.array([0.25])) == pytest.approx(-0.25, abs=1e-6)
+    assert smooth(u, np.zeros(9)) is None
+
+
+@pytest.mark.validation
+def test_a_system_that_no_method_covers_is_designed() -> None:
+    """Two wells under coloured noise: the least damper at a limited mean square velocity."""
+    device = sp.System(
+        sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(sp.free("c", 0.5, (0.1, 2.0))),
+        sp.ColouredNoise(1.0, 0.5),
+    )  # fmt: skip
+    found = sp.design(device, "c", {"v_mean_square": (None, 0.4)})
+    fresh = sp.run(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
+    assert found.method == "monte_carlo"
+    assert found.margin < 0.02
+    assert 0.4 * 0.98 < fresh.values["v_mean_square"] < 0.4
 
 
 def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:

@@ -67,7 +67,7 @@ def design(
         With which all limits must hold, in [0.5, 0.999].
     method : str
         Of the search: the name of an analytical method, or ``"monte_carlo"``.  If left out, the recommended method or
-        the best guess; Monte Carlo where there is none.
+        the best guess; where there is none, smooth surfaces through short runs by Monte Carlo.
     max_time : float
         Of each run by Monte Carlo, in s.
     threads : int
@@ -127,7 +127,7 @@ def design(
     controlled = tuple(dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in known else [])]))
     if controlled:
         checked_quantities(as_simulated(problem), controlled)
-    pilot = Model(space, quick, cost, 2e-2 if chosen == MONTE_CARLO else 1e-4)
+    pilot = Model(space, quick, cost, 1e-4)
     exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
     plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
     measure = simulated(

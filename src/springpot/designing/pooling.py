@@ -28,7 +28,7 @@ class Measured:
     theory : float
         NaN where it has no answer.
     value, standard_error, bias : float
-        By Monte Carlo; the bias is a bound.
+        By Monte Carlo; of the bias its standard deviation.
     """
 
     place: Floats

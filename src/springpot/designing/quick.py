@@ -1,4 +1,4 @@
-"""Quantities that are quick to compute, for a search: by one method of theory, or by Monte Carlo with few paths."""
+"""Quantities that are quick to compute, for a search: by one method of theory, or by surfaces through short runs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.settings import resolve
 from springpot.system import System
 
-__all__ = ["places_of", "quick_quantities"]
+__all__ = ["places_of", "quick_quantities", "smooth"]
 
 Floats = NDArray[np.float64]
 
-PILOT_PATHS = 1000  # where Monte Carlo takes the place of theory
+PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
+SMOOTHING = 1e-4  # of the surfaces through such runs, whose values have errors of some per cent
 
 
 def quick_quantities(
@@ -50,16 +51,71 @@ def quick_quantities(
                 return {}
 
         return name, by_theory
-    settings = resolve(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads)
+    return name, _by_chance(problem, space, places, seed, threads)
 
-    def by_chance(values: Mapping[str, float]) -> dict[str, float]:
+
+def _by_chance(
+    problem: Oscillator | System, space: Space, places: Floats, seed: int, threads: int | None
+) -> Callable[[Mapping[str, float]], dict[str, float]]:
+    """Smooth surfaces through short runs at all places, on common random numbers."""
+    settings = resolve(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads)
+    at, found = [], []
+    for place in places:
         try:
-            found = samples_of(as_simulated(with_values(problem, values)), settings, None, 0, 1)
+            own = samples_of(as_simulated(with_values(problem, space.values(place))), settings)
+        except (ValueError, TypeError):
+            continue
+        at.append(place)
+        found.append({name: value for name, (value, _, _) in own.items()})
+    surfaces: dict[str, Callable[[Floats], float]] = {}
+    for name in found[0] if found else ():
+        surface = smooth(np.array(at), np.array([each[name] for each in found]))
+        if surface is not None:
+            surfaces[name] = surface
+
+    def quantities(values: Mapping[str, float]) -> dict[str, float]:
+        try:
+            with_values(problem, values)
         except (ValueError, TypeError):
             return {}
-        return {name: value for name, (value, _, _) in found.items() if math.isfinite(value)}
+        u = space.place(values)
+        return {name: surface(u) for name, surface in surfaces.items()}
 
-    return name, by_chance
+    return quantities
+
+
+def smooth(places: Floats, values: Floats) -> Callable[[Floats], float] | None:
+    """A thin plate spline near values at places, of their logarithm if none is negative; zeros are then left out.
+
+    None if there are too few.
+
+    Parameters
+    ----------
+    places : ndarray, shape (n, numbers)
+    values : ndarray, shape (n,)
+        NaN where there is none.
+
+    Examples
+    --------
+    >>> u = np.linspace(0.0, 1.0, 9)[:, None]
+    >>> surface = smooth(u, np.exp(3.0 * u[:, 0]))
+    >>> float(round(surface(np.array([0.3])) / np.exp(0.9), 3))
+    1.0
+    """
+    from scipy.interpolate import RBFInterpolator
+
+    signed = bool((values < 0.0).any())
+    known = np.isfinite(values) & (signed | (values > 0.0))
+    if known.sum() < places.shape[1] + 2:
+        return None
+    heights = values[known] if signed else np.log(values[known])
+    surface = RBFInterpolator(places[known], heights, kernel="thin_plate_spline", degree=1, smoothing=SMOOTHING)
+
+    def at(u: Floats) -> float:
+        height = float(surface(np.clip(u, 0.0, 1.0)[None, :])[0])
+        return height if signed else math.exp(height)
+
+    return at
 
 
 def places_of(space: Space, seed: int) -> Floats:

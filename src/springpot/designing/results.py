@@ -35,7 +35,8 @@ class Promise:
     limit : str
         In words, as ``impact_rate < 0.2``.
     value, error : float
-        Of the quantity by Monte Carlo, with its standard error and bounds on its biases together.
+        Of the quantity by Monte Carlo: its standard error together with its biases, each as uniform between its bounds
+        (JCGM 100, "Guide to the expression of uncertainty in measurement", 2008, section 4.3.7).
     probability : float
         That the true value is within the limit: the tail of a normal distribution.  NaN if Monte Carlo saw too few
         events for an error.
@@ -120,7 +121,7 @@ class Design:
     values : dict
         They, by name.
     quantities, errors : dict
-        By Monte Carlo of all rounds, with errors: standard error, bounds on biases and, if these numbers were not
+        By Monte Carlo of all rounds, with errors: standard error, biases and, if these numbers were not
         simulated themselves but some that are close, what theory's ratio may change between them.
     cost, cost_error : float
         What was minimised; the error is NaN for a function of quantities whose errors are not known.

@@ -77,14 +77,24 @@ class Space:
             found[name] = min(max(value, number.low), number.high)
         return found
 
+    def place(self, values: Mapping[str, float]) -> Floats:
+        """Where the numbers are: the inverse of `values`.
+
+        Examples
+        --------
+        >>> Space({"k": Free(80.0, "k", 10.0, 1000.0)}).place({"k": 100.0}).tolist()
+        [0.5]
+        """
+        return np.array([
+            math.log(values[name] / number.low) / math.log(number.high / number.low) if number.low * number.high > 0.0
+            else (values[name] - number.low) / (number.high - number.low)
+            for name, number in self.free.items()
+        ])  # fmt: skip
+
     @property
     def start(self) -> Floats:
         """Where the numbers start."""
-        return np.array([
-            math.log(number / number.low) / math.log(number.high / number.low) if number.low * number.high > 0.0
-            else (number - number.low) / (number.high - number.low)
-            for number in self.free.values()
-        ])  # fmt: skip
+        return self.place({name: float(number) for name, number in self.free.items()})
 
 
 def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit, ...]:
