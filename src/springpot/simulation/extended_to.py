@@ -14,9 +14,9 @@ from springpot.simulation.budget import Budget, combine
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.cost import Estimate, FractionDone, per_cent
 from springpot.simulation.decision import NORMAL, Known
-from springpot.simulation.extended import extended
 from springpot.simulation.lanes import LANES
 from springpot.simulation.levels import Level, Levels, levels_of
+from springpot.simulation.more_paths import with_paths
 from springpot.simulation.results import Run
 from springpot.simulation.settings import MOST_PATHS, check_stationary
 from springpot.simulation.simulation import Progress
@@ -57,7 +57,7 @@ def extended_to(
     targets = (run.settings.paths, FIRST_PAIRS)
     while True:
         if targets[0] > run.settings.paths:
-            run = extended(run, targets[0], threads, None)
+            run = with_paths(run, targets[0], threads, None)
         pairs = _more(pairs, targets[1])
         standings = _standings(run, pairs, wanted, rtol)
         if all(each.off <= rtol for each in standings):
