@@ -93,21 +93,42 @@ def test_the_errors_of_the_monte_carlo() -> None:
         assert np.mean(relative < 0.01) > 0.85
 
 
-def test_the_best_method_on_the_map() -> None:
-    """With white noise: within 3 % of <x^2> and <v^2> and 5 % of the impact rate; where nothing is, all warn."""
-    good = count = 0
-    for i, cell in enumerate(PLACES):
-        if cell.colour > 0.0:
-            continue
-        names = [name for name in ("x_mean_square", "v_mean_square", "impact_rate") if exists(name, cell._asdict())]
-        gaps = [[abs(COLUMNS[f"{method}:{name}"][i]) / SYSTEMS_GOOD[name] for name in names] for method in METHODS]
-        worst = [np.nanmax(each) for each in gaps if not np.all(np.isnan(each))]
-        count += 1
-        good += bool(worst) and min(worst) <= 1.0
-    assert good / count > 0.94
+METHODS = ("averaging_amplitude", "linearisation", "envelope", "path_integration")
 
 
-METHODS = ("averaging_amplitude", "linearisation", "envelope")
+def best(i: int, names: tuple[str, ...]) -> float:
+    """Least of the largest gaps over their limits; no number is as bad as a wrong one, NaN where none is judged."""
+    place = PLACES[i]._asdict()
+    judged = [n for n in names if exists(n, place) and COLUMNS[f"{n}_se"][i] < 0.01 * abs(COLUMNS[n][i])]
+    if not judged:
+        return math.nan
+    gaps = [[abs(COLUMNS[f"{method}:{name}"][i]) / SYSTEMS_GOOD[name] for name in judged] for method in METHODS]
+    return float(np.nan_to_num(gaps, nan=math.inf).max(axis=1).min())
+
+
+@pytest.mark.parametrize(
+    ("coloured", "names", "share"),
+    [
+        (False, ("x_mean_square", "v_mean_square", "impact_rate"), 0.94),
+        (True, ("x_mean_square", "v_mean_square", "impact_rate"), 0.9),
+        (True, ("x_mean_square", "v_mean_square"), 0.96),
+    ],
+)
+def test_the_best_method_on_the_map(coloured: bool, names: tuple[str, ...], share: float) -> None:
+    """Within 3 % of <x^2> and <v^2> and 5 % of the impact rate, of the simulated cells that can be judged."""
+    simulated = [
+        i for i, place in enumerate(PLACES) if (place.colour > 0.0) == coloured and COLUMNS["x_mean_square_se"][i]
+    ]
+    worst = np.array([best(i, names) for i in simulated])
+    worst = worst[~np.isnan(worst)]
+    assert worst.size > 150
+    assert np.mean(worst <= 1.0) > share
+
+
+def test_with_coloured_noise_and_a_wall_path_integration_is_recommended() -> None:
+    held = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColouredNoise(1.0, 1.0), sp.Barrier(0.0, 0.8))
+    assert trust(held, "path_integration").worst < 1.0 < trust(held, "envelope").worst
+    assert recommended(held, {"path_integration": None, "envelope": None}) == "path_integration"
 
 
 def test_a_method_is_recommended_from_the_map() -> None:

@@ -17,7 +17,7 @@ from springpot.theory.solve import methods_for, solve_one, trusted
 
 __all__ = ["lines", "names", "solve", "table"]
 
-_GUESSES = ("exact", "linear", "envelope", "linearisation")
+_GUESSES = ("exact", "linear", "path_integration", "envelope", "linearisation")
 """Which method is shown where none is recommended: the first of these that has an answer."""
 
 

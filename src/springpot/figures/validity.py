@@ -38,6 +38,7 @@ CASES: Mapping[str, Mapping[str, float]] = {
     "one wall\n$\\kappa$ = 1, $r$ = 0.8": {"walls": 1, "restitution": 0.8, "hardening": 1.0},
     "two walls, near\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 0.5, "restitution": 0.8},
     "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "colour": 1.0, "hardening": 1.0},
+    "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "colour": 1.0, "hardening": 1.0},
 }
 """Columns of `draw_system_gaps`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
 
@@ -183,7 +184,7 @@ def system_gaps(
 
     Parameters
     ----------
-    method : {"averaging_amplitude", "linearisation", "envelope"}
+    method : {"averaging_amplitude", "linearisation", "envelope", "path_integration"}
     moment : str
         Any of `springpot.theory.result.MOMENTS` but ``"amplitude_mean_square"``.
     axes : matplotlib.axes.Axes, optional

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearisation import Linearisation, linearisation
+    from springpot.theory.methods.systems.path_integration import path_integration
     from springpot.theory.reliability import Trust, best_guess, recommended, trust, why_none_is_recommended
     from springpot.theory.result import Moments, NoConvergence, NoStationaryState, NotCovered, Result
     from springpot.theory.solve import all_methods, solve_all, solve_one
@@ -26,7 +27,7 @@ __all__ = [
     "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "LinearResponse",
     "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods",
     "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact", "fokker_planck", "linear",
-    "linearisation", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
+    "linearisation", "path_integration", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
@@ -38,6 +39,7 @@ _PLACES = {
     "methods.systems.energy": ("ExactLaw",),
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearisation": ("Linearisation", "linearisation"),
+    "methods.systems.path_integration": ("path_integration",),
     "reliability": ("Trust", "best_guess", "recommended", "trust", "why_none_is_recommended"),
     "result": ("Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result"),
     "solve": ("all_methods", "solve_all", "solve_one"),

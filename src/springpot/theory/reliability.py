@@ -114,7 +114,7 @@ _SYSTEMS = _Map(
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
     judged=SYSTEMS_JUDGED,
-    guesses=("envelope", "linearisation", "averaging_amplitude"),
+    guesses=("path_integration", "envelope", "linearisation", "averaging_amplitude"),
 )  # fmt: skip
 
 
@@ -343,8 +343,8 @@ def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """The recommended method, or the one most likely to be accurate if the errors are unknown.
 
     Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
-    the error of its <A^2> is 50 % and more).  Away from that of systems: the envelope, or statistical linearisation, or
-    averaging of the amplitude.
+    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the envelope, or
+    statistical linearisation, or averaging of the amplitude.
 
     Parameters
     ----------
