@@ -16,7 +16,6 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from springpot.cli import designing  # noqa: F401  (its commands)
 from springpot.cli.commands import app, in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.faults import FileFault

@@ -416,7 +416,20 @@ def fit(
     return 0
 
 
-app.command(  # not imported here, so the list of commands needs the words of its help
+# these modules are not imported here, so the list of commands needs the words of their help
+app.command(
+    "springpot.cli.designing:sensitivity",
+    name="sensitivity",
+    help="Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.\n\n"
+    "Example: springpot sensitivity device.toml --quantity impact_rate",
+)
+app.command(
+    "springpot.cli.designing:design",
+    name="design",
+    help="Design: choose the free numbers of a system so that limits hold and a cost is least.\n\n"
+    "Example: springpot design device.toml --minimise c --below impact_rate 0.2",
+)
+app.command(
     "springpot.studies.commands:app",
     name="study",
     help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from springpot.cli.commands import OUTPUT, app, warn
+from springpot.cli.commands import OUTPUT, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
 from springpot.cli.tables import with_error
 from springpot.interrupt import leave_at_once
@@ -22,7 +22,6 @@ __all__ = ["design", "sensitivity"]
 _WISHES = Group("What is asked for", sort_key=1)
 
 
-@app.command
 def sensitivity(
     file: SystemFile = None,
     /,
@@ -37,10 +36,7 @@ def sensitivity(
     plot: Annotated[str | None, Parameter(group=OUTPUT, metavar="FILE", help="PNG file for a chart of bars.")] = None,
     json_: Json = False,
 ) -> int:
-    """Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.
-
-    Example: springpot sensitivity device.toml --quantity impact_rate
-    """
+    """How much each result changes with each number; its help is in `springpot.cli.commands`."""
     problem = problem_of(file, flags)
     if plot is not None:
         check_picture(plot, "plot")
@@ -65,7 +61,6 @@ def sensitivity(
     return 0
 
 
-@app.command
 def design(
     file: Annotated[
         str,
@@ -120,10 +115,7 @@ def design(
     overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
     json_: Json = False,
 ) -> int:
-    """Design: choose the free numbers of a system so that limits hold and a cost is least.
-
-    Example: springpot design device.toml --minimise c --below impact_rate 0.2
-    """
+    """The free numbers of a system chosen; its help is in `springpot.cli.commands`."""
     if plot is not None:
         check_picture(plot, "plot")
         if not below and not above:
