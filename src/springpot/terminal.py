@@ -51,7 +51,8 @@ class Bar:
     again if it turns out to be much more work.
     """
 
-    def __init__(self, text: str, first: str = "") -> None:
+    def __init__(self, text: str, first: str = "", hint: str = "--max-time ends it earlier") -> None:
+        self._hint = f" ({hint})" if hint else ""
         self._text, self._said = text, first or text
         self._done: float | None = None
         self._bar: Progress | None = None
@@ -81,7 +82,7 @@ class Bar:
         if estimate.seconds > LONG_SECONDS and estimate.path_steps > MUCH_MORE * self._work_announced:
             longer = "longer than was estimated: " if self._work_announced else ""
             self._work_announced = estimate.path_steps
-            self._say(f"this takes {longer}{estimate.sentence} (--max-time ends it earlier)")
+            self._say(f"this takes {longer}{estimate.sentence}{self._hint}")
         if estimate.unreachable and not self._unreachable_announced:
             self._unreachable_announced = True
             self._say(estimate.unreachable)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
+from springpot.simulation.settings import resolve
+from springpot.simulation.statistics import controlled
 from tests.fitting.test_fit import paths_of
 
 pytestmark = pytest.mark.validation
@@ -107,6 +111,51 @@ def test_impacts(truth: dict[str, float], model: Any, law: Any, error: float | N
         return sp.fit(model, sp.Impacts(before + noise[0], after + noise[1], error=error))
 
     check(truth, fitted)
+
+
+ANSWERS = ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square")
+STOPPED = {"order": 0.5, "C": 0.3, "r": 0.8, "q": 1.0}
+STOPPED_FREE = {
+    "order": sp.free("order", 0.47, (0.05, 0.95)),
+    "C": sp.free("C", 0.32, (0.05, 3.0)),
+    "r": sp.free("r", 0.77, (0.3, 1.0)),
+    "q": sp.free("q", 0.9, (0.1, 10.0)),
+}
+
+
+SPRINGS = ((1.0, -2.0), (0.4, -0.3))  # natural frequency, place of the stop
+
+
+def stopped(frequency: float, gap: float, order: float, C: float, r: float, q: float) -> sp.Oscillator:
+    return sp.Oscillator(frequency, sp.Springpot(order, C), sp.Barrier(gap, r), sp.WhiteNoise(q))
+
+
+@cache
+def precisely(frequency: float, gap: float) -> dict[str, float]:
+    """A quarter of a million paths with half the step and another seed: errors below a tenth of those of the data."""
+    problem = stopped(frequency, gap, **STOPPED)
+    whole = resolve(problem, paths=2**18, seed=987654)
+    run = sampled_run(problem, resolve(problem, paths=2**18, step=0.5 * whole.step, seed=987654))
+    control = run.samples["energy_residual"][1][:, None]
+    return {name: float(controlled(run.samples[name][1], control).mean()) for name in ANSWERS}
+
+
+def fit_of_statistics(seed: int) -> Fit:
+    """Six numbers with errors of 1 % of a device with each of two springs."""
+    rng = np.random.default_rng(seed)
+    cases = []
+    for spring in SPRINGS:
+        measured = {
+            name: (value * (1.0 + 0.01 * rng.standard_normal()), 0.01 * value)
+            for name, value in precisely(*spring).items()
+        }
+        cases.append((stopped(*spring, **STOPPED_FREE), sp.Statistics(**measured)))
+    return sp.fit(cases, seed=seed + 1000, paths=1024, threads=1)
+
+
+def test_statistics_with_a_wall() -> None:
+    """Order, coefficient, restitution and noise; a quarter of an hour on two cores at the least."""
+    check(STOPPED, fit_of_statistics)
 
 
 def test_a_narrow_resonance_does_not_tell_order_from_coefficient() -> None:

@@ -360,7 +360,9 @@ def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
 
 @app.command
 def fit(
-    data: Annotated[str, Parameter(help="CSV file of moduli, a spectrum, a record or impacts, units in its header.")],
+    data: Annotated[
+        str, Parameter(help="CSV file of moduli, a spectrum, a record, impacts or statistics, with units.")
+    ],
     /,
     *,
     model: Annotated[
@@ -372,7 +374,12 @@ def fit(
             "high = 200 }; of several the best is chosen.",
         ),
     ],
-    seed: Annotated[Whole, Parameter(help="Seed of the places from which the search is repeated.")] = 1,
+    seed: Annotated[
+        Whole, Parameter(help="Seed of the places from which the search is repeated, and of simulations.")
+    ] = 1,
+    paths: Annotated[
+        Whole | None, Parameter(help="Of each run of a fit to statistics, a power of two; chosen if not set.")
+    ] = None,
     out: Annotated[
         str | None, Parameter(group=OUTPUT, metavar="FILE", help="Write the system with the found values to a file.")
     ] = None,
@@ -397,7 +404,10 @@ def fit(
         from springpot.system_file import read_system, to_toml
 
     models = [read_system(name) for name in model]
-    found = find(models[0] if len(models) == 1 else models, read_data(data), seed=seed)
+    measured = read_data(data)
+    given = {} if paths is None else {"paths": paths}
+    with Bar("simulating", first="finding where to simulate", hint="") as bar:
+        found = find(models[0] if len(models) == 1 else models, measured, seed=seed, progress=bar, **given)
     for sentence in found.warnings:
         warn(sentence)
     if place is not None:

@@ -1,19 +1,94 @@
-"""Results of a run with the samples of each path."""
+"""Results of a run with the samples of each path.
+
+Runs of one seed, step and duration have the same normals in path n, whatever the numbers of the model are.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
+from springpot.simulation.adapted_start import Adapted
+from springpot.simulation.distributions import Distribution, distributions_in, sketches
+from springpot.simulation.lanes import GROUP
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Progress, simulation_of
 from springpot.system import System
 
-__all__ = ["samples_of"]
+__all__ = ["SampledRun", "sampled_run", "samples_of"]
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SampledRun:
+    """Results of one run.
+
+    Attributes
+    ----------
+    samples : dict
+        Value and samples of every result, one sample per path; their mean is the value.
+    start : dict
+        The standard error that each value has from the error of the stationary start.
+    adapted : Adapted or None
+        That start.
+    distributions : dict of Distribution
+        Of x, v, amplitude and impact speed, if they were asked for; otherwise empty.
+    """
+
+    samples: dict[str, tuple[float, Floats]]
+    start: Mapping[str, float]
+    adapted: Adapted | None
+    distributions: Mapping[str, Distribution]
+
+
+def sampled_run(
+    problem: Oscillator | System,
+    settings: Settings,
+    *,
+    adapted: Adapted | None = None,
+    distributions: bool = False,
+    progress: Progress | None = None,
+) -> SampledRun:
+    """Run a model.
+
+    Parameters
+    ----------
+    problem : Oscillator or System
+    settings : Settings
+    adapted : Adapted, optional
+        A stationary start that is known already; if left out, pilot runs find it.
+    distributions : bool
+    progress : callable
+        Called with the fraction of this run.
+
+    Returns
+    -------
+    SampledRun
+
+    Examples
+    --------
+    >>> from springpot.simulation.settings import resolve
+    >>> problem = Oscillator()
+    >>> found = sampled_run(problem, resolve(problem, paths=64, duration=20.0, seed=1, threads=1))
+    >>> value, samples = found.samples["x_mean_square"]
+    >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
+    (64, True)
+    """
+    if adapted is None and settings.start == "stationary":
+        adapted = adapt(problem, settings, progress=progress)
+    simulation = simulation_of(problem, settings, adapted)
+    observers = (sketches(GROUP * settings.step * simulation.scales.fastest_rate),) if distributions else ()
+    ensemble = simulation.advance(observers=observers, progress=progress)
+    samples = simulation.samples(ensemble.rows)
+    start = simulation.errors_of_the_start({name: value for name, (value, _) in samples.items()})
+    counted = distributions_in(simulation, ensemble.observed[0]) if distributions else {}
+    return SampledRun(samples, start, adapted, counted)
 
 
 def samples_of(
@@ -21,8 +96,5 @@ def samples_of(
 ) -> dict[str, tuple[float, Floats, float]]:
     """Value, samples path by path and error of the start of every result; ``done`` of ``runs`` runs are done."""
     part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
-    adapted = adapt(problem, settings, progress=part) if settings.start == "stationary" else None
-    simulation = simulation_of(problem, settings, adapted)
-    samples = simulation.samples(simulation.advance(progress=part).rows)
-    start = simulation.errors_of_the_start({name: value for name, (value, _) in samples.items()})
-    return {name: (value, own, start[name]) for name, (value, own) in samples.items()}
+    run = sampled_run(problem, settings, progress=part)
+    return {name: (value, own, run.start[name]) for name, (value, own) in run.samples.items()}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.figures.style import COLOURS, new_figure, panel
+from springpot.fitting.likelihood import Table
 from springpot.fitting.result import Fit, Profile
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ _VALUES = {
 def draw_fit(fit: Fit) -> Figure:
     """Draw data with the fit through them, and below it the residuals in standard deviations.
 
+    Of statistics each is drawn over its fitted value, with error bars of one standard deviation.
+
     Parameters
     ----------
     fit : Fit
@@ -43,8 +46,10 @@ def draw_fit(fit: Fit) -> Figure:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['restitution', 'residual (sd)']
     """
-    figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
     table = fit.table
+    if table.axis == "statistic":
+        return _draw_statistics(table)
+    figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
     for (colour, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
         own = np.flatnonzero(table.group == group)[:_MOST]
         small = 3.5 if own.size < 200 else 1.5
@@ -63,6 +68,28 @@ def draw_fit(fit: Fit) -> Figure:
     above.legend(frameon=False)
     below.set_ylabel("residual (sd)")
     below.set_xlabel(_AXES[table.axis])
+    return figure
+
+
+def _draw_statistics(table: Table) -> Figure:
+    figure, (above, below) = new_figure(max(4.2, 1.6 + 0.45 * table.at.size), 5.0, ratios=(3.0, 1.4))
+    error = np.zeros(table.at.size) if table.error is None else table.error
+    size = np.abs(table.fitted)
+    ratio = table.data / table.fitted
+    above.errorbar(table.at, ratio, error / size, fmt="o", markersize=4.0, color=COLOURS["blue"], capsize=2.5,
+                   linewidth=1.2, label="measured")  # fmt: skip
+    above.axhline(1.0, color="black", linewidth=1.2, label="fit")
+    reach = 1.3 * float(np.max(np.abs(ratio - 1.0) + error / size))
+    above.set_ylim(1.0 - reach, 1.0 + reach)
+    below.plot(table.at, table.residual, "o", markersize=4.0, color=COLOURS["blue"])
+    for level in (-2.0, 0.0, 2.0):
+        below.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
+    below.set_ylim(-max(3.0, 1.2 * np.abs(table.residual).max()), max(3.0, 1.2 * np.abs(table.residual).max()))
+    above.set_ylabel("measured / fitted")
+    above.legend(frameon=False)
+    below.set_ylabel("residual (sd)")
+    below.set_xticks(table.at, table.group.tolist(), rotation=40.0, ha="right")
+    above.tick_params(labelbottom=False)
     return figure
 
 

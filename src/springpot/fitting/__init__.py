@@ -1,8 +1,11 @@
-"""From data to numbers: moduli, spectra, records and impacts."""
+"""From data to numbers: moduli, spectra, records, impacts and statistics."""
 
 from springpot.fitting.data import Impacts, Moduli, Record, Spectrum
 from springpot.fitting.fitted import fit
 from springpot.fitting.reading import read_data
 from springpot.fitting.result import Check, Choice, Fit, Profile
+from springpot.fitting.statistics import Statistics
 
-__all__ = ["Check", "Choice", "Fit", "Impacts", "Moduli", "Profile", "Record", "Spectrum", "fit", "read_data"]
+__all__ = [
+    "Check", "Choice", "Fit", "Impacts", "Moduli", "Profile", "Record", "Spectrum", "Statistics", "fit", "read_data",
+]  # fmt: skip

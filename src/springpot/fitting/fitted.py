@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,14 +14,26 @@ from springpot.fitting.data import Data, Impacts, Moduli, Record, Spectrum
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.likelihood import LeastSquares, Likelihood
 from springpot.fitting.result import Choice, Fit
+from springpot.fitting.statistics import Statistics
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
 from springpot.system import KINDS, System, kind_of
 
+if TYPE_CHECKING:
+    from springpot.simulation.simulation import Progress
+
 __all__ = ["fit"]
 
 
-def fit(model: Any, data: Data, seed: int = 1) -> Fit:
+def fit(
+    model: Any,
+    data: Data | Statistics | None = None,
+    seed: int = 1,
+    *,
+    paths: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Fit:
     """Find the free numbers of a model that agree best with data.
 
     Parameters
@@ -29,12 +41,22 @@ def fit(model: Any, data: Data, seed: int = 1) -> Fit:
     model : System, Oscillator, part or function, or a list of them
         With numbers marked by `springpot.free`.  Of a list the model with the smallest Bayesian information criterion
         is returned, with a table of all.  For `Impacts` it can be a function r(v, ...) of the speeds before impact,
-        whose other arguments have free numbers as their defaults.
-    data : Moduli, Spectrum, Record or Impacts
+        whose other arguments have free numbers as their defaults.  Of `Statistics` there may be several sets, of one
+        device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers of the same
+        name are one number.
+    data : Moduli, Spectrum, Record, Impacts or Statistics
         Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
-        Spectra and records need a linear system without walls, under stationary noise.
+        Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
+        walls and nonlinear parts are allowed; the model needs a stationary state.
     seed : int
-        Of the places between the bounds from which the search is repeated.
+        Of the places between the bounds from which the search is repeated, and of simulations.
+    paths : int, optional
+        Of each run in the last round of a fit to `Statistics`: a power of two from 1024.  If left out, so many that the
+        simulation's error is half of each measured error.
+    threads : int, optional
+        Of simulations.
+    progress : callable, optional
+        Called with the fraction of the simulations done.
 
     Returns
     -------
@@ -50,8 +72,9 @@ def fit(model: Any, data: Data, seed: int = 1) -> Fit:
 
     Notes
     -----
-    All estimates are of maximum likelihood.  Errors come from the information of the data; where the scatter of the
-    data is not known, it is estimated from the residuals.
+    Estimates are of maximum likelihood, of `Statistics` of simulated moments.  Errors come from the information of the
+    data; where the scatter of the data is not known, it is estimated from the residuals.  Errors of a fit to
+    `Statistics` include those of the simulation.
 
     Examples
     --------
@@ -73,17 +96,50 @@ def fit(model: Any, data: Data, seed: int = 1) -> Fit:
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
-    if not isinstance(data, Moduli | Spectrum | Record | Impacts):
-        raise TypeError(f"data must be Moduli, a Spectrum, a Record or Impacts, not {shown(data)}.")
+    work = _Work(seed, _checked_paths(paths), threads, progress)
+    if data is None:
+        return _fit(*_pairs(model), work)
+    if not isinstance(data, Moduli | Spectrum | Record | Impacts | Statistics):
+        raise TypeError(f"data must be Moduli, a Spectrum, a Record, Impacts or Statistics, not {shown(data)}.")
+    if paths is not None and not isinstance(data, Statistics):
+        raise ValueError("paths must not be given: only data of Statistics are simulated.")
     if isinstance(model, Sequence):
-        return _best_of(model, data, seed)
-    return _fit(model, data, seed)
+        return _best_of(model, data, work)
+    return _fit(model, data, work)
 
 
-def _best_of(models: Sequence[Any], data: Data, seed: int) -> Fit:
+@dataclass(frozen=True)
+class _Work:
+    """How a fit is computed."""
+
+    seed: int
+    paths: int | None
+    threads: int | None
+    progress: Progress | None
+
+
+def _checked_paths(paths: object) -> int | None:
+    if paths is None:
+        return None
+    if isinstance(paths, bool) or not isinstance(paths, int) or paths < 1024 or paths & (paths - 1):
+        raise ValueError(f"paths must be a power of two, at least 1024, not {shown(paths)}.")
+    return paths
+
+
+def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[Statistics, ...]]:
+    """Models and their statistics."""
+    if not isinstance(model, Sequence) or not model:
+        raise TypeError("data must be given: Moduli, a Spectrum, a Record, Impacts or Statistics.")
+    for pair in model:
+        if not isinstance(pair, tuple | list) or len(pair) != 2 or not isinstance(pair[1], Statistics):
+            raise TypeError(f"model must be pairs (model, Statistics) where data is left out, not {shown(pair)}.")
+    return tuple(pair[0] for pair in model), tuple(pair[1] for pair in model)
+
+
+def _best_of(models: Sequence[Any], data: Data | Statistics, work: _Work) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
-    found = sorted((_fit(model, data, seed) for model in models), key=lambda fit: fit.bic)
+    found = sorted((_fit(model, data, work) for model in models), key=lambda fit: fit.bic)
     plain = [_label(own.model) for own in found]
     labels = [
         f"{label} ({', '.join(own.values)})" if plain.count(label) > 1 else label
@@ -93,16 +149,17 @@ def _best_of(models: Sequence[Any], data: Data, seed: int) -> Fit:
     return replace(found[0], choices=table)
 
 
-def _fit(model: Any, data: Data, seed: int) -> Fit:
-    likelihood = _likelihood(model, data, seed)
+def _fit(model: Any, data: Any, work: _Work) -> Fit:
+    likelihood = _likelihood(model, data, work)
     own = likelihood.coordinates
     if not own.free:
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
-    if not likelihood.size > len(own.free) + 1:
+    fewest = len(own.free) if isinstance(data, Statistics | tuple) else len(own.free) + 2
+    if likelihood.size < fewest:
         raise ValueError(f"data must have more points than the model has free numbers: {likelihood.size} are too few "
                          f"for {len(own.free)}.")  # fmt: skip
     _check_influence(likelihood)
-    best = search(likelihood, seed)
+    best = search(likelihood, work.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
     every = np.ones(theta.size, bool)
@@ -116,8 +173,8 @@ def _fit(model: Any, data: Data, seed: int) -> Fit:
     moving = int(best.moves.sum())
     bic, aicc = _criteria(likelihood, best.deviance, theta)
     return Fit(
-        model=with_values(model, in_model) if isinstance(model, System | Oscillator) or type(model) in KINDS.values()
-        else model,
+        model=with_values(model, in_model) if isinstance(model, System | Oscillator | tuple)
+        or type(model) in KINDS.values() else model,
         data=data,
         values=named,
         errors=dict(zip(own.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
@@ -140,7 +197,7 @@ def _fit(model: Any, data: Data, seed: int) -> Fit:
 def _check_influence(likelihood: Likelihood) -> None:
     """No free number may leave the data as they are."""
     own = likelihood.coordinates
-    if isinstance(likelihood, LeastSquares):
+    if isinstance(likelihood, LeastSquares) and not likelihood.simulated:
         moves = np.abs(likelihood.sensitivity(own.outer(own.start))).max(axis=0)
         if idle := [name for name, move in zip(own.names, moves.tolist(), strict=True) if move == 0.0]:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
@@ -157,7 +214,15 @@ def free_numbers_of(model: Any) -> dict[str, Any]:
     return {} if callable(model) else {**free_numbers(model)}
 
 
-def _likelihood(model: Any, data: Data, seed: int) -> Likelihood:
+def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
+    if isinstance(data, Statistics | tuple):
+        from springpot.fitting.simulated import MomentsLikelihood
+
+        cases = [(model, data)] if isinstance(data, Statistics) else [*zip(model, data, strict=True)]
+        for each, _ in cases:
+            if not isinstance(each, System | Oscillator):
+                raise TypeError(f"model must be a System or an Oscillator for data of Statistics, not {shown(each)}.")
+        return MomentsLikelihood(cases, work.seed, work.paths, work.threads, work.progress)
     if isinstance(data, Impacts):
         from springpot.fitting.impacts import ImpactLikelihood, law_of
 
@@ -173,10 +238,10 @@ def _likelihood(model: Any, data: Data, seed: int) -> Likelihood:
     if isinstance(data, Spectrum):
         from springpot.fitting.spectra import SpectrumLikelihood
 
-        return SpectrumLikelihood(model, data, seed)
+        return SpectrumLikelihood(model, data, work.seed)
     from springpot.fitting.records import RecordLikelihood
 
-    return RecordLikelihood(model, data, seed)
+    return RecordLikelihood(model, data, work.seed)
 
 
 def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[float, float]:

@@ -111,6 +111,8 @@ class Table:
         What each point is of.
     data, fitted, residual : ndarray, shape (n,)
         Measured, fitted, and their difference in standard deviations.
+    error : ndarray, shape (n,), optional
+        Standard deviation of each difference.
     """
 
     axis: str
@@ -120,6 +122,7 @@ class Table:
     data: FloatArray
     fitted: FloatArray
     residual: FloatArray
+    error: FloatArray | None = None
 
 
 class Likelihood(ABC):
@@ -138,6 +141,7 @@ class Likelihood(ABC):
     size: int
     known: bool = True
     smooth_start: bool = False  # whether one start is enough
+    simulated: bool = False  # whether it has checked by itself that every number has an influence
 
     @abstractmethod
     def deviance(self, theta: FloatArray) -> float:
@@ -170,6 +174,10 @@ class Likelihood(ABC):
     def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
         """Probability of so large a misfit by chance, for each test, and what a small one means."""
         return {}
+
+    def doubts(self, theta: FloatArray) -> tuple[str, ...]:
+        """One sentence for each reason to doubt the numbers that lies in how the fit was made."""
+        return ()
 
 
 class LeastSquares(Likelihood):
@@ -207,12 +215,16 @@ class LeastSquares(Likelihood):
         found = self.pearson(theta)
         return float(found @ found) / max(self.size - moving, 1)
 
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Coordinates between which the minimum is searched."""
+        return self.coordinates.low, self.coordinates.high
+
     def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
         """By the trust-region reflective method of `scipy.optimize.least_squares`."""
         from scipy.optimize import least_squares
 
         own = self.coordinates
-        low, high = own.low[moves], own.high[moves]
+        low, high = (ends[moves] for ends in self.limits())
 
         def full(part: FloatArray) -> FloatArray:
             u = begin.copy()

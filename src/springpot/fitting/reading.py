@@ -16,6 +16,8 @@ from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.files import read_text
 from springpot.fitting.data import Data, FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
+from springpot.fitting.reading_statistics import HEADER, statistics_in
+from springpot.fitting.statistics import Statistics
 
 __all__ = ["UNITS", "data_of", "read_data"]
 
@@ -53,7 +55,7 @@ class _Column:
     values: FloatArray
 
 
-def read_data(path: str | Path) -> Data:
+def read_data(path: str | Path) -> Data | Statistics:
     """Measured data from a CSV file.
 
     Parameters
@@ -65,7 +67,9 @@ def read_data(path: str | Path) -> Data:
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
           or ``density_g2/Hz`` (of an acceleration);
         - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path;
-        - impacts: ``before_m/s`` and ``after_m/s``.
+        - impacts: ``before_m/s`` and ``after_m/s``;
+        - statistics: the header ``quantity,value,error``, then lines such as ``x_rms (mm),2.41,0.03`` or
+          ``impact_rate (1/min),97,2``.
 
         Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
         ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
@@ -74,7 +78,7 @@ def read_data(path: str | Path) -> Data:
 
     Returns
     -------
-    Moduli, Spectrum, Record or Impacts
+    Moduli, Spectrum, Record, Impacts or Statistics
         In SI units.
 
     Raises
@@ -96,7 +100,7 @@ def read_data(path: str | Path) -> Data:
     return data_of(read_text(path, title, _MOST_BYTES), title)
 
 
-def data_of(text: str, title: str) -> Data:
+def data_of(text: str, title: str) -> Data | Statistics:
     """Measured data from the text of such a file; `title` names it in what is said of its faults.
 
     Raises
@@ -109,7 +113,14 @@ def data_of(text: str, title: str) -> Data:
     >>> data_of("before_m/s,after_m/s\\n1,0.7\\n2,1.4\\n3,2.1\\n", "impacts.csv").after.tolist()
     [0.7, 1.4, 2.1]
     """
-    columns, settings, lines = _read(text, title)
+    cells, settings, lines = _read(text, title)
+    if tuple(cell.strip().lower() for cell in cells[0]) == HEADER:
+        if settings:
+            name = next(iter(settings))
+            raise FileFault(f"{title} is not right: {name} is a setting of {_SETTINGS[name]}, not of statistics.")
+        return statistics_in(cells[1:], lines[1:], title)
+    columns = _columns(cells, lines, title)
+    lines = lines[1:]
     try:
         return _made(columns, settings)
     except PointFault as fault:
@@ -119,8 +130,8 @@ def data_of(text: str, title: str) -> Data:
         raise FileFault(f"{title} is not right: {fault}") from None
 
 
-def _read(text: str, title: str) -> tuple[list[_Column], dict[str, str], list[int]]:
-    """Columns, settings, and the line of each row."""
+def _read(text: str, title: str) -> tuple[list[list[str]], dict[str, str], list[int]]:
+    """Cells with the header first, settings, and the line of each row."""
     settings: dict[str, str] = {}
     rows: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -137,14 +148,16 @@ def _read(text: str, title: str) -> tuple[list[_Column], dict[str, str], list[in
         raise FileFault(f"{title} is not a table: {fault}.") from None
     if len(cells) != len(rows):
         raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
-    heads = [_head(cell, rows[0][0], title) for cell in cells[0]]
-    lines = [number for number, _ in rows[1:]]
-    values = _numbers(cells[1:], [cell.strip() for cell in cells[0]], lines, title)
-    columns = [
+    return cells, settings, [number for number, _ in rows]
+
+
+def _columns(cells: list[list[str]], lines: list[int], title: str) -> list[_Column]:
+    heads = [_head(cell, lines[0], title) for cell in cells[0]]
+    values = _numbers(cells[1:], [cell.strip() for cell in cells[0]], lines[1:], title)
+    return [
         _Column(cell.strip(), name, unit, values[:, n] * UNITS[name][unit])
         for n, (cell, (name, unit)) in enumerate(zip(cells[0], heads, strict=True))
     ]
-    return columns, settings, lines
 
 
 def _note(line: str, number: int, settings: dict[str, str], title: str) -> None:
@@ -200,7 +213,7 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     first = next((name for name in _KINDS if name in names), None)
     if first is None:
         raise ValueError("it must have a column frequency_hz (moduli or a spectrum), time_s (a record) or before_m/s "
-                         "(impacts).")  # fmt: skip
+                         "(impacts), or the header quantity,value,error (statistics).")  # fmt: skip
     for name in names:
         if names.count(name) > 1 and name not in ("x", "v", "a"):
             raise ValueError(f"{name} must be one column, not {names.count(name)}.")

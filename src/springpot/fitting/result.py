@@ -93,10 +93,10 @@ class Fit:
 
     Attributes
     ----------
-    model : System, Oscillator, part or function
+    model : System, Oscillator, part or function, or a tuple of them
         With the found values in place of the free numbers; a function as it was given.
     data
-        What it was fitted to.
+        What it was fitted to; a tuple where there are several data sets.
     values, errors : dict
         By name: the value, and its standard error; NaN for a number that is held at a bound.
     at_bounds : dict
@@ -305,7 +305,8 @@ class Fit:
                 f"The data do not tell {listed(own.names)} apart: the correlation of their errors is "
                 f"{own.correlation:.3f}. Fix one of them, or add data of another kind."
             )
-        return (*said, *self.check().sentences)
+        likelihood, best = self._solved()
+        return (*said, *self.check().sentences, *likelihood.doubts(likelihood.coordinates.outer(best.u)))
 
     def report(self, warnings: bool = True) -> str:
         """All of it in words.
@@ -329,7 +330,10 @@ class Fit:
         relative_error  0.0129 (estimated)
         BIC -18.29
         """
-        kind = {"moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts"}
+        kind = {
+            "moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts",
+            "statistics": "statistics", "tuple": "statistics",
+        }  # fmt: skip
         likelihood, _ = self._solved()
         count = len(self.values)
         lines = [
@@ -393,8 +397,10 @@ class Fit:
         import xarray
 
         names, own = [*self.values], self.table
+        spread = {} if own.error is None else {"data_error": ("point", own.error)}
         return xarray.Dataset(
             {
+                **spread,
                 "value": ("parameter", [*self.values.values()]),
                 "error": ("parameter", [*self.errors.values()]),
                 "correlation": (("parameter", "parameter_2"), self.correlations),

@@ -1,0 +1,243 @@
+"""What a run gives for measured statistics: one vector for all models, with its samples group by group of paths."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.designing.numbers import as_simulated
+from springpot.designing.samples import SampledRun, sampled_run
+from springpot.faults import listed, meant
+from springpot.fitting.statistics import QUANTILE, Statistics
+from springpot.free_numbers import with_values
+from springpot.oscillator import Oscillator
+from springpot.parts import Barrier
+from springpot.simulation.adapted import adapt
+from springpot.simulation.adapted_start import Adapted
+from springpot.simulation.distributions import Distribution
+from springpot.simulation.observers import BATCHES
+from springpot.simulation.settings import Settings, check_stationary, resolve
+from springpot.simulation.slow_impacts import impact_step_biases
+from springpot.simulation.statistics import controlled
+from springpot.simulation.system_warnings import step_biases_of_system
+from springpot.system import System
+
+__all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
+
+FloatArray = NDArray[np.float64]
+
+_GROUPS = 128
+_PILOT_PATHS = 1024
+_COARSER = 4.0  # steps of the rough runs
+_BINS = 4  # on each side of a quantile, for the density there
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One model beside what was measured of it.
+
+    Attributes
+    ----------
+    model : System or Oscillator
+        With free numbers.
+    data : Statistics
+    settings, rough : Settings
+        Of its runs, and of those that only lead there, at a coarser step: all have the same step, duration and random
+        numbers.
+    start : Adapted or None
+        Its stationary start; x(0) of other numbers is moved from there.
+    """
+
+    model: System | Oscillator
+    data: Statistics
+    settings: Settings
+    rough: Settings
+    start: Adapted | None = None
+
+    @property
+    def has_quantiles(self) -> bool:
+        """Whether a distribution must be counted."""
+        return any(QUANTILE.fullmatch(name) for name in self.data.names)
+
+    def begun_at(self, named: Mapping[str, float]) -> Case:
+        """The same with step, duration and start for these numbers."""
+        problem = as_simulated(with_values(self.model, named))
+        check_stationary(problem, "data of Statistics")
+        settings, rough = _settings(problem, self.settings.seed, self.settings.threads)
+        return replace(self, settings=settings, rough=rough, start=adapt(problem, settings, paths=_PILOT_PATHS))
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """What one run gives.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+    samples : ndarray, shape (groups, n)
+    mean : float
+        Of x.
+    """
+
+    values: FloatArray
+    samples: FloatArray
+    mean: float
+
+
+def case_of(
+    model: System | Oscillator, data: Statistics, named: Mapping[str, float], seed: int, threads: int | None
+) -> Case:
+    """A case whose settings are those for these numbers.
+
+    Raises
+    ------
+    ValueError
+        If there is no stationary state.
+    """
+    settings, rough = _settings(as_simulated(with_values(model, named)), seed, threads)
+    return Case(model, data, settings, rough).begun_at(named)
+
+
+def _settings(problem: Oscillator | System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
+    """With the default step, and with a coarser one."""
+    fine = resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads)
+    step = fine.duration / max(round(fine.steps / _COARSER), 1)
+    return fine, resolve(
+        problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration
+    )  # fmt: skip
+
+
+def moments_of(
+    case: Case,
+    named: Mapping[str, float],
+    paths: int,
+    groups: int,
+    mean: float | None,
+    *,
+    rough: bool,
+    progress: Callable[[float], None] | None,
+) -> Moments:
+    """Run a model.
+
+    Parameters
+    ----------
+    case : Case
+    named : dict
+        The free numbers.
+    paths : int
+        A power of two.
+    groups : int
+        Of `groups_of`.
+    rough : bool
+        At a coarser step.
+    mean : float or None
+        Where the run starts: the mean of x, as well as it is known; None is that of ``case.start``.
+    progress : callable or None
+
+    Raises
+    ------
+    ValueError
+        If a part refuses its number, there is no stationary state, or no such result.
+    """
+    problem = as_simulated(with_values(case.model, named))
+    check_stationary(problem, "data of Statistics")
+    start = case.start
+    if start is not None and start.pilots == 0:
+        start = adapt(problem, case.settings, paths=_PILOT_PATHS)
+    elif start is not None and mean is not None:
+        start = replace(start, position=_between_walls(problem, mean))
+    settings = replace(case.rough if rough else case.settings, paths=paths)
+    run = sampled_run(problem, settings, adapted=start, distributions=case.has_quantiles, progress=progress)
+    found = [_statistic(name, run, groups) for name in case.data.names]
+    return Moments(
+        np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), run.samples["x_mean"][0]
+    )
+
+
+def groups_of(paths: int, *, quantiles: bool) -> int:
+    """Groups of paths whose means are the samples: those of the sketches where there are quantiles.
+
+    Examples
+    --------
+    >>> groups_of(2048, quantiles=True), groups_of(2048, quantiles=False)
+    (32, 128)
+    """
+    return min(paths // 64, BATCHES) if quantiles else min(paths, _GROUPS)
+
+
+def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
+    """Bounds on the biases that the step leaves, by name."""
+    problem, step = as_simulated(with_values(case.model, named)), case.settings.step
+    known = {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"}
+    if not known <= values.keys():
+        return {}
+    if isinstance(problem, Oscillator):
+        return impact_step_biases(problem, step, dict(values))
+    return step_biases_of_system(problem, step, dict(values))
+
+
+def _between_walls(problem: Oscillator | System, x: float) -> float:
+    walls = (problem.barrier,) if isinstance(problem, Oscillator) else problem.of(Barrier)
+    for wall in walls:
+        if wall is not None:
+            x = max(x, wall.position) if wall.side == "above" else min(x, wall.position)
+    return x
+
+
+def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArray]:
+    """Its value, and samples with this mean, one for each group."""
+    if match := QUANTILE.fullmatch(name):
+        return _quantile(run.distributions.get(match[1]), float(match[2]), groups, name)
+    if name == "x_standard_deviation":
+        square, own = _of_paths("x_mean_square", run)
+        mean, sides = _of_paths("x_mean", run)
+        root = math.sqrt(max(square - mean * mean, 0.0))
+        slope = (own - square - 2.0 * mean * (sides - mean)) / (2.0 * root) if root > 0.0 else own * 0.0
+        return root, _grouped(root + slope, groups)
+    if name.endswith("_rms") and name not in run.samples:
+        square, own = _of_paths(f"{name.removesuffix('_rms')}_mean_square", run, name)
+        root = math.sqrt(square) if square > 0.0 else math.nan
+        return root, _grouped(root + (own - square) / (2.0 * root), groups)
+    value, own = _of_paths(name, run)
+    return value, _grouped(own, groups)
+
+
+def _of_paths(name: str, run: SampledRun, asked: str = "") -> tuple[float, FloatArray]:
+    """A result with its samples, less their regression on the energy that the noise fed by chance."""
+    if name not in run.samples:
+        known = [own for own in run.samples if not own.endswith("_end")]
+        wrong = asked or name
+        raise ValueError(f"data must be of results of the model, which are {listed(known)}, not {wrong}"
+                         f"{meant(wrong, known) or '.'}")  # fmt: skip
+    value, samples = run.samples[name]
+    control = run.samples.get("energy_residual", (0.0, np.full(samples.size, math.nan)))[1]
+    if not math.isfinite(value) or not np.isfinite(control).all() or name == "energy_residual":
+        return value, samples
+    better = controlled(samples, control[:, None])
+    return float(better.mean()), better
+
+
+def _grouped(samples: FloatArray, groups: int) -> FloatArray:
+    """Means of groups of paths: blocks of 64 in turn, as the sketches have them, or neighbours."""
+    if groups <= BATCHES:
+        return np.asarray(samples.reshape(-1, groups, 64).mean(axis=(0, 2)))
+    return np.asarray(samples.reshape(groups, -1).mean(axis=1))
+
+
+def _quantile(own: Distribution | None, p: float, groups: int, name: str) -> tuple[float, FloatArray]:
+    if own is None:
+        raise ValueError(f"data must be of results of the model, and it has no {name}.")
+    if not own.size > 0.0:
+        return math.nan, np.full(groups, math.nan)
+    at = float(own.quantile(p)[0])
+    below = np.concatenate([np.zeros((len(own.counts), 1)), np.cumsum(own.counts, axis=1)], axis=1)
+    place = int(np.searchsorted(own.edges, at))
+    low, high = max(place - _BINS, 0), min(place + _BINS, own.edges.size - 1)
+    density = (below[:, high] - below[:, low]).sum() / (own.edges[high] - own.edges[low])
+    under = np.array([np.interp(at, own.edges, each) for each in below])
+    missed = (under - p * below[:, -1]) * len(below) / density
+    return at, at - (missed - missed.mean())

@@ -1,0 +1,102 @@
+"""Statistics from a CSV file: a line for each, with its unit beside its name."""
+
+from __future__ import annotations
+
+import re
+
+from springpot.faults import FileFault, listed, meant, shown
+from springpot.fitting.data import PointFault
+from springpot.fitting.statistics import QUANTILE, Statistics
+
+__all__ = ["HEADER", "statistics_in", "unit_of"]
+
+HEADER = ("quantity", "value", "error")
+
+_LENGTH = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+_SPEED = {"m/s": 1.0, "mm/s": 1e-3}
+_UNITS: tuple[tuple[str, dict[str, float]], ...] = (
+    (r"(x|amplitude)_mean_square", {"m2": 1.0, "mm2": 1e-6, "um2": 1e-12}),
+    (r"(v|impact_speed)_mean_square", {"m2/s2": 1.0, "mm2/s2": 1e-6}),
+    (r"x_mean|(x|amplitude)_(rms|standard_deviation|quantile_.*)", _LENGTH),
+    (r"(v|impact_speed|.*_impact_speed)_(mean|rms|quantile_.*)", _SPEED),
+    (r"(.*_)?impact_rate", {"1/s": 1.0, "1/min": 1.0 / 60.0, "1/h": 1.0 / 3600.0}),
+    (r".*_power", {"W": 1.0, "mW": 1e-3, "uW": 1e-6}),
+    (r".*force_mean", {"N": 1.0, "kN": 1e3}),
+    (r".*_voltage_mean_square", {"V2": 1.0}),
+    (r".*_voltage_rms", {"V": 1.0, "mV": 1e-3}),
+    (r"contact_penetration", _LENGTH),
+    (r"contact_share", {"1": 1.0}),
+)
+_KNOWN = (
+    "x_mean", "x_mean_square", "x_rms", "x_standard_deviation", "x_quantile_0.9", "v_mean_square", "v_rms",
+    "amplitude_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square",
+    "impact_speed_quantile_0.9",
+)  # fmt: skip
+_QUANTITY = re.compile(r"([A-Za-z_][\w.]*)\s*[\[(]\s*([^\])]+?)\s*[\])]")
+
+
+def unit_of(name: str, unit: str) -> float:
+    """The factor from a unit to that of a statistic in SI units.
+
+    Raises
+    ------
+    ValueError
+        If there is no such statistic, or it has no such unit.
+
+    Examples
+    --------
+    >>> unit_of("x_rms", "mm"), unit_of("stop_impact_rate", "1/min") * 60.0
+    (0.001, 1.0)
+    """
+    units = next((units for pattern, units in _UNITS if re.fullmatch(pattern, name)), None)
+    if units is None or ("_quantile_" in name and not QUANTILE.fullmatch(name)):
+        raise ValueError(f"{shown(name)} is not a statistic: a name is {listed([*_KNOWN], 'or')}, or that of another "
+                         f"result of a run{meant(name, _KNOWN) or '.'}")  # fmt: skip
+    if unit not in units:
+        raise ValueError(f"the unit of {name} must be {listed([*units], 'or')}, not {shown(unit)}.")
+    return units[unit]
+
+
+def statistics_in(rows: list[list[str]], lines: list[int], title: str) -> Statistics:
+    """Statistics from the rows below the header.
+
+    Raises
+    ------
+    FileFault
+        One sentence with the line.
+
+    Examples
+    --------
+    >>> statistics_in([["x_rms (mm)", "2.5", "0.1"]], [2], "data file 'a.csv'").values.tolist()
+    [0.0025]
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for row, line in zip(rows, lines, strict=True):
+        where = f"{title}, line {line}"
+        if len(row) != len(HEADER):
+            raise FileFault(f"{where}: a quantity, its value and its error are needed, not {len(row)} cells.")
+        match = _QUANTITY.fullmatch(row[0].strip())
+        if match is None:
+            raise FileFault(f"{where}: {shown(row[0].strip())} must be a quantity with its unit, as x_rms (mm).")
+        try:
+            factor = unit_of(match[1], match[2])
+        except ValueError as fault:
+            raise FileFault(f"{where}: {fault}") from None
+        if match[1] in found:
+            raise FileFault(f"{where}: {match[1]} must be given only once.")
+        found[match[1]] = _number(row[1], "value", where) * factor, _number(row[2], "error", where) * factor
+    try:
+        return Statistics.of(found)
+    except PointFault as fault:
+        raise FileFault(f"{title}, line {lines[fault.place]}: {fault}") from None
+    except ValueError as fault:
+        raise FileFault(f"{title} is not right: {fault}") from None
+
+
+def _number(cell: str, name: str, where: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        text = cell.strip()
+        what = f"must be a number, not {shown(text)}" if text else "is missing"
+        raise FileFault(f"{where}: the {name} {what}.") from None

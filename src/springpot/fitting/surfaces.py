@@ -1,0 +1,192 @@
+"""Smooth surfaces through runs at several places: what simulated numbers are as functions of the model's numbers.
+
+Impacts separate paths that have the same random numbers, so a simulated number is rough as a function of the model's
+numbers, on scales far below its standard error.  A polynomial through runs all over a region is smooth, and its errors
+are smaller than those of one run.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Surface", "fewest", "places", "surface_through"]
+
+FloatArray = NDArray[np.float64]
+
+_CORNER = 0.8  # of the way to a corner of the region
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Polynomials in coordinates relative to a region.
+
+    Attributes
+    ----------
+    centre, reach : ndarray, shape (numbers,)
+        Of the region, in the coordinates of the search.
+    quadratic : bool
+        Whether it has terms of the second degree.
+    logarithmic : ndarray of bool, shape (n,)
+        Which numbers are fitted by their logarithms.
+    terms : ndarray, shape (terms, n)
+    solver : ndarray, shape (terms, runs)
+        From the numbers of the runs to the terms.
+    samples : ndarray, shape (runs, groups, n)
+        Means of groups of paths of each run, as they were fitted: their deviations from the mean of all.
+    misfit : ndarray, shape (n,)
+        Root mean square of what the polynomial leaves of the runs, beyond what the error of simulation explains.
+    """
+
+    centre: FloatArray
+    reach: FloatArray
+    quadratic: bool
+    logarithmic: NDArray[np.bool_]
+    terms: FloatArray
+    solver: FloatArray
+    samples: FloatArray
+    misfit: FloatArray
+
+    def local(self, u: FloatArray) -> FloatArray:
+        """Coordinates relative to the region: 1 at its ends."""
+        return np.asarray((u - self.centre) / self.reach)
+
+    def __call__(self, u: FloatArray) -> FloatArray:
+        """The numbers at a place, shape (n,)."""
+        found = _row(self.local(u), self.quadratic) @ self.terms
+        return np.asarray(np.where(self.logarithmic, np.exp(np.where(self.logarithmic, found, 0.0)), found))
+
+    def slope(self, u: FloatArray) -> FloatArray:
+        """Derivatives by the coordinates, shape (n, numbers)."""
+        found = (_slopes(self.local(u), self.quadratic) @ self.terms).T / self.reach
+        return np.asarray(found * np.where(self.logarithmic, self(u), 1.0)[:, None])
+
+    def slope_samples(self, u: FloatArray) -> FloatArray:
+        """What each group of paths adds to the error of the slopes, shape (groups, n, numbers)."""
+        terms = np.tensordot(_slopes(self.local(u), self.quadratic) @ self.solver, self.samples, axes=1)
+        scaled = terms * np.where(self.logarithmic, self(u), 1.0) / self.reach[:, None, None]
+        groups = scaled.shape[1]
+        return np.asarray(np.moveaxis(scaled, 0, -1) / np.sqrt(groups * (groups - 1.0)))
+
+    def covariance(self, u: FloatArray) -> FloatArray:
+        """Of the error of simulation at a place, shape (n, n), group by group of paths."""
+        weights = _row(self.local(u), self.quadratic) @ self.solver
+        own = np.tensordot(weights, self.samples, axes=1) * np.where(self.logarithmic, self(u), 1.0)
+        groups = len(own)
+        return np.asarray(own.T @ own / (groups * (groups - 1.0)))
+
+
+def surface_through(
+    u: FloatArray,
+    values: FloatArray,
+    samples: FloatArray,
+    centre: FloatArray,
+    reach: FloatArray,
+    *,
+    quadratic: bool,
+    logarithmic: NDArray[np.bool_],
+) -> Surface:
+    """The polynomial with the least squares of what it leaves of the runs.
+
+    Parameters
+    ----------
+    u : ndarray, shape (runs, numbers)
+    values : ndarray, shape (runs, n)
+    samples : ndarray, shape (runs, groups, n)
+        Means of groups of paths.
+    centre, reach : ndarray, shape (numbers,)
+    quadratic : bool
+    logarithmic : ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> u = np.array([[-1.0], [0.0], [1.0], [2.0]])
+    >>> own = surface_through(u, np.exp(u), np.zeros((4, 2, 1)), np.zeros(1), np.ones(1), quadratic=False,
+    ...                       logarithmic=np.array([True]))
+    >>> own(np.array([0.5])).round(9).tolist() == [round(float(np.exp(0.5)), 9)]
+    True
+    """
+    rows = np.stack([_row(z, quadratic) for z in (u - centre) / reach])
+    solver = np.linalg.pinv(rows)
+    fitted = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+    apart = samples - samples.mean(axis=1, keepdims=True)
+    apart = apart / np.asarray(np.where(logarithmic, values, 1.0))[:, None, :]
+    terms = solver @ fitted
+    spare = max(len(rows) - rows.shape[1], 1)
+    left = np.asarray((fitted - rows @ terms) ** 2).sum(axis=0)
+    groups = apart.shape[1]
+    own = np.tensordot(np.eye(len(rows)) - rows @ solver, apart, axes=1)
+    left = left - (own**2).sum(axis=(0, 1)) / (groups * (groups - 1.0))
+    misfit = np.sqrt(np.maximum(left, 0.0) / spare)
+    return Surface(
+        centre, reach, quadratic, logarithmic, np.asarray(terms), np.asarray(solver, float), apart, np.asarray(misfit)
+    )
+
+
+def fewest(numbers: int, *, quadratic: bool) -> int:
+    """Number of terms of a polynomial.
+
+    Examples
+    --------
+    >>> fewest(4, quadratic=False), fewest(4, quadratic=True)
+    (5, 15)
+    """
+    return 1 + numbers + (numbers * (numbers + 1) // 2 if quadratic else 0)
+
+
+def places(numbers: int, *, quadratic: bool, seed: int) -> FloatArray:
+    """Where to run, relative to a region: its centre, the middles of its sides, and near its corners.
+
+    For terms of the second degree this is a central composite design (G. E. P. Box and K. B. Wilson, Journal of the
+    Royal Statistical Society B 13, 1951): all corners of up to four numbers, half of them of five; of more a sample.
+    For the first degree a Latin hypercube takes the place of the corners.
+
+    Parameters
+    ----------
+    numbers : int
+    quadratic : bool
+    seed : int
+
+    Returns
+    -------
+    ndarray, shape (places, numbers)
+
+    Examples
+    --------
+    >>> places(2, quadratic=False, seed=1).shape, places(4, quadratic=True, seed=1).shape
+    ((7, 2), (25, 4))
+    """
+    from scipy.stats import qmc
+
+    rng = np.random.default_rng(seed)
+    axes = np.concatenate([np.zeros((1, numbers)), np.eye(numbers), -np.eye(numbers)])
+    if not quadratic:
+        more = max(2 * fewest(numbers, quadratic=False) - len(axes), 2)
+        return np.concatenate([axes, 2.0 * qmc.LatinHypercube(numbers, rng=rng).random(more) - 1.0])
+    if numbers > 5:
+        return np.concatenate([axes, _CORNER * rng.choice([-1.0, 1.0], (fewest(numbers, quadratic=True), numbers))])
+    corners = np.array([*itertools.product([-1.0, 1.0], repeat=numbers)])
+    if numbers == 5:
+        corners = corners[corners.prod(axis=1) > 0.0]
+    return np.concatenate([axes, _CORNER * corners])
+
+
+def _row(z: FloatArray, quadratic: bool) -> FloatArray:
+    products = [z[i] * z[j] for i, j in _pairs(z.size)] if quadratic else []
+    return np.array([1.0, *z, *products])
+
+
+def _slopes(z: FloatArray, quadratic: bool) -> FloatArray:
+    """Derivatives of each term by each coordinate, shape (numbers, terms)."""
+    unit = np.eye(z.size)
+    columns = [np.zeros(z.size), *unit]
+    if quadratic:
+        columns += [z[i] * unit[j] + z[j] * unit[i] for i, j in _pairs(z.size)]
+    return np.stack(columns, axis=-1)
+
+
+def _pairs(count: int) -> list[tuple[int, int]]:
+    return [*itertools.combinations_with_replacement(range(count), 2)]
