@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from springpot.designing import design, sensitivity
     from springpot.explanation import explain
     from springpot.explorer.commands import explore
-    from springpot.fitting import Impacts, Moduli, Record, Spectrum, Statistics, fit, read_data
+    from springpot.fitting import FrequencyResponse, Impacts, Moduli, Record, Spectrum, Statistics, fit, read_data
     from springpot.free_numbers import free
     from springpot.oscillator import Oscillator
     from springpot.parts import (
@@ -54,15 +54,17 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force", "Friction",
-    "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator", "ParametricNoise", "PoissonImpulses",
-    "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record", "Recorded", "Series", "Spectrum", "Spring",
-    "Springpot", "Statistics", "System", "ThermalNoise", "VanDerPol", "WhiteNoise", "atlas", "design", "explain",
-    "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system", "run",
-    "sensitivity", "simulate", "study", "theory", "to_toml",
+    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force",
+    "FrequencyResponse", "Friction", "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator",
+    "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record",
+    "Recorded", "Series", "Spectrum", "Spring", "Springpot", "Statistics", "System", "ThermalNoise",
+    "VanDerPol", "WhiteNoise", "atlas", "design", "explain", "explore", "extend", "figures", "fit", "free",
+    "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate", "study", "theory",
+    "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
+    "FrequencyResponse": "springpot.fitting",
     "Impacts": "springpot.fitting",
     "Moduli": "springpot.fitting",
     "Record": "springpot.fitting",

@@ -12,6 +12,7 @@ import pytest
 import springpot as sp
 from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
+from springpot.fitting.transfer import response_of
 from springpot.simulation.settings import resolve
 from springpot.simulation.statistics import controlled
 from tests.fitting.test_fit import paths_of
@@ -81,6 +82,28 @@ def test_a_record_with_noise_of_5_percent(order: float) -> None:
         return sp.fit(MOVING, sp.Record(0.2 * np.arange(2000), paths_of(true, 0.2, 2000, spread, seed)))
 
     check({"order": order, "C": 0.8, "q": 1.0, "noise": spread}, fitted)
+
+
+@pytest.mark.parametrize("error", ["coherence", "stated", None])
+@pytest.mark.parametrize(("of", "on"), [("x", "mass"), ("a", "ground")])
+def test_a_frequency_response(of: Any, on: Any, error: str | None) -> None:
+    """A quality factor of some 3, errors of 5 to 13 %."""
+    frequency = np.geomspace(0.5, 10.0, 60)
+    true = sp.System(sp.Spring(600.0), sp.Springpot(0.5, 60.0))
+    model = sp.System(
+        sp.Spring(sp.free("k", 700.0, (10.0, 1e4))), sp.Springpot(ORDER, sp.free("C", 40.0, (0.01, 1000.0)))
+    )
+    exact, _ = response_of(true, frequency, of, on)
+    coherence = np.linspace(0.95, 0.75, frequency.size)
+    size = np.sqrt((1.0 - coherence) / (2.0 * 10.0 * coherence)) if error else np.full(frequency.size, 0.08)
+    given: dict[str, Any] = {"averages": 10, "coherence": coherence} if error == "coherence" else {}
+    given |= {"relative_error": size} if error == "stated" else {}
+
+    def fitted(seed: int) -> Fit:
+        z = np.random.default_rng(seed).standard_normal((2, frequency.size)) * size
+        return sp.fit(model, sp.FrequencyResponse(frequency, exact * (1.0 + z[0] + 1j * z[1]), of=of, on=on, **given))
+
+    check({"k": 600.0, "order": 0.5, "C": 60.0}, fitted)
 
 
 def power_law(v: Any, a: float = sp.free("a", 0.5, (0.05, 2.0)), b: float = sp.free("b", 0.05, (-1.0, 1.0))) -> Any:

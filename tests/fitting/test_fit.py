@@ -302,7 +302,7 @@ def test_a_result_is_words_and_a_dataset() -> None:
     ("make", "sentence"),
     [
         (lambda: sp.fit(sp.Spring(1.0), sp.Moduli(F, F)), "model must have a free number"),
-        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be Moduli, a Spectrum, a Record, Impacts or Stat"),
+        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be Moduli, a Spectrum, a FrequencyRes"),
         (lambda: sp.fit(3.0, sp.Moduli(F, F)), "model must be a System, an Oscillator or a part"),
         (lambda: sp.fit([sp.Springpot(ORDER, C)], sp.Moduli(F, F)), "model must be a model, or a list of at least two"),
         (lambda: sp.fit(sp.Springpot(ORDER, C), sp.Moduli(F, F), seed=-1), "seed must be a whole number from 0"),

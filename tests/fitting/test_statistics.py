@@ -155,7 +155,7 @@ FILES = [
     ("quantity,value,error\nx_mean (mm),1,1\nx_rms (mm),1,-1\n", "line 3: the error of"),
     ("quantity,value,error\nx_rms (mm),1,1\nx_rms (mm),1,1\n", "line 3: x_rms must be given only once"),
     ("quantity,value,error\nx_quantile_7 (mm),1,1\n", "line 2: 'x_quantile_7' is not a statistic"),
-    ("# averages = 3\n" + GOOD, "averages is a setting of a spectrum, not of statistics"),
+    ("# averages = 3\n" + GOOD, "averages is a setting of a spectrum or a frequency response, not of statistics"),
 ]
 
 

@@ -361,7 +361,7 @@ def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
 @app.command
 def fit(
     data: Annotated[
-        str, Parameter(help="CSV file of moduli, a spectrum, a record, impacts or statistics, with units.")
+        str, Parameter(help="CSV file of moduli, a spectrum, a response, a record, impacts or statistics, with units.")
     ],
     /,
     *,

@@ -15,7 +15,7 @@ from springpot.system import System
 from springpot.system_numbers import ROOT, with_numbers
 
 if TYPE_CHECKING:
-    from springpot.fitting.data import Data
+    from springpot.fitting.reading import Data
 
 __all__ = ["described", "fitted", "freed"]
 

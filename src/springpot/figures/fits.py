@@ -49,6 +49,8 @@ def draw_fit(fit: Fit) -> Figure:
     table = fit.table
     if table.axis == "statistic":
         return _draw_statistics(table)
+    if "phase" in table.group:
+        return _draw_response(table)
     figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
     for (colour, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
         own = np.flatnonzero(table.group == group)[:_MOST]
@@ -68,6 +70,26 @@ def draw_fit(fit: Fit) -> Figure:
     above.legend(frameon=False)
     below.set_ylabel("residual (sd)")
     below.set_xlabel(_AXES[table.axis])
+    return figure
+
+
+def _draw_response(table: Table) -> Figure:
+    figure, panels = new_figure(5.6, 5.8, ratios=(2.2, 1.4, 1.2))
+    for (colour, mark), group, panel_, unit in zip(
+        _LOOKS, ("magnitude", "phase"), panels, (1.0, 180.0 / np.pi), strict=False
+    ):
+        own = table.group == group
+        panel_.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLOURS[colour], label="data")
+        panel_.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2, label="fit")
+        panels[2].plot(table.at[own], table.residual[own], mark, markersize=3.0, color=COLOURS[colour])
+    panels[0].set_xscale("log")
+    panels[0].set_yscale("log")
+    for level in (-2.0, 0.0, 2.0):
+        panels[2].axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
+    panels[0].legend(frameon=False)
+    for axes, label in zip(panels, ("magnitude", "phase (deg)", "residual (sd)"), strict=True):
+        axes.set_ylabel(label)
+    panels[2].set_xlabel(_AXES["frequency_hz"])
     return figure
 
 

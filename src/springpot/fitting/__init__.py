@@ -1,11 +1,13 @@
-"""From data to numbers: moduli, spectra, records, impacts and statistics."""
+"""From data to numbers: moduli, spectra, frequency responses, records, impacts and statistics."""
 
 from springpot.fitting.data import Impacts, Moduli, Record, Spectrum
 from springpot.fitting.fitted import fit
+from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.reading import read_data
 from springpot.fitting.result import Check, Choice, Fit, Profile
 from springpot.fitting.statistics import Statistics
 
 __all__ = [
-    "Check", "Choice", "Fit", "Impacts", "Moduli", "Profile", "Record", "Spectrum", "Statistics", "fit", "read_data",
+    "Check", "Choice", "Fit", "FrequencyResponse", "Impacts", "Moduli", "Profile", "Record", "Spectrum", "Statistics",
+    "fit", "read_data",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from springpot.arguments import LARGEST, finite_number
 from springpot.faults import listed, shown
 from springpot.parts.checks import put
 
-__all__ = ["Data", "Impacts", "Moduli", "Of", "PointFault", "Record", "Spectrum"]
+__all__ = ["Impacts", "Moduli", "Of", "PointFault", "Record", "Spectrum"]
 
 FloatArray = NDArray[np.float64]
 Of = Literal["x", "v", "a"]
@@ -78,7 +78,7 @@ class Moduli:
     relative_error: float | None = None
 
     def __post_init__(self) -> None:
-        frequency = _frequencies(self.frequency_hz)
+        frequency = frequencies(self.frequency_hz)
         put(self, frequency_hz=frequency)
         if self.storage is None and self.loss is None:
             raise ValueError("storage or loss must be given: there are no moduli without them.")
@@ -148,7 +148,7 @@ class Spectrum:
     segment: int | None = None
 
     def __post_init__(self) -> None:
-        frequency = _frequencies(self.frequency_hz)
+        frequency = frequencies(self.frequency_hz)
         put(self, frequency_hz=frequency, density=_positive(self.density, "density", frequency.size))
         averages = finite_number(
             self.averages, "averages", low=1.0, hint="It is the number of independent periodograms."
@@ -402,9 +402,6 @@ class Impacts:
         return int(self.before.size)
 
 
-Data = Moduli | Spectrum | Record | Impacts
-
-
 def column(values: object, name: str) -> FloatArray:
     """A column of finite numbers, which cannot be changed.
 
@@ -484,7 +481,19 @@ def _positive(values: object, name: str, length: int | None = None) -> FloatArra
     return found
 
 
-def _frequencies(values: object) -> FloatArray:
+def frequencies(values: object) -> FloatArray:
+    """At least three frequencies in ascending order.
+
+    Raises
+    ------
+    TypeError, ValueError, PointFault
+        If they are none.
+
+    Examples
+    --------
+    >>> frequencies([1, 2, 4]).tolist()
+    [1.0, 2.0, 4.0]
+    """
     found = _positive(values, "frequency_hz")
     _enough(found, "frequency_hz")
     if (np.diff(found) <= 0.0).any():

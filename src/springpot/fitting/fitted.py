@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.faults import listed, shown
-from springpot.fitting.data import Data, Impacts, Moduli, Record, Spectrum
+from springpot.fitting.data import Impacts, Moduli, Record, Spectrum
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
+from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.likelihood import LeastSquares, Likelihood
+from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.statistics import Statistics
 from springpot.free_numbers import free_numbers, with_values
@@ -24,10 +26,12 @@ if TYPE_CHECKING:
 
 __all__ = ["fit"]
 
+_KINDS = "Moduli, a Spectrum, a FrequencyResponse, a Record, Impacts or Statistics"
+
 
 def fit(
     model: Any,
-    data: Data | Statistics | None = None,
+    data: Data | None = None,
     seed: int = 1,
     *,
     paths: int | None = None,
@@ -44,8 +48,9 @@ def fit(
         whose other arguments have free numbers as their defaults.  Of `Statistics` there may be several sets, of one
         device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers of the same
         name are one number.
-    data : Moduli, Spectrum, Record, Impacts or Statistics
+    data : Moduli, Spectrum, FrequencyResponse, Record, Impacts or Statistics
         Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
+        A frequency response needs a linear system without walls; its noise has no influence.
         Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
         walls and nonlinear parts are allowed; the model needs a stationary state.
     seed : int
@@ -99,8 +104,8 @@ def fit(
     work = _Work(seed, _checked_paths(paths), threads, progress)
     if data is None:
         return _fit(*_pairs(model), work)
-    if not isinstance(data, Moduli | Spectrum | Record | Impacts | Statistics):
-        raise TypeError(f"data must be Moduli, a Spectrum, a Record, Impacts or Statistics, not {shown(data)}.")
+    if not isinstance(data, Moduli | Spectrum | FrequencyResponse | Record | Impacts | Statistics):
+        raise TypeError(f"data must be {_KINDS}, not {shown(data)}.")
     if paths is not None and not isinstance(data, Statistics):
         raise ValueError("paths must not be given: only data of Statistics are simulated.")
     if isinstance(model, Sequence):
@@ -129,14 +134,14 @@ def _checked_paths(paths: object) -> int | None:
 def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[Statistics, ...]]:
     """Models and their statistics."""
     if not isinstance(model, Sequence) or not model:
-        raise TypeError("data must be given: Moduli, a Spectrum, a Record, Impacts or Statistics.")
+        raise TypeError(f"data must be given: {_KINDS}.")
     for pair in model:
         if not isinstance(pair, tuple | list) or len(pair) != 2 or not isinstance(pair[1], Statistics):
             raise TypeError(f"model must be pairs (model, Statistics) where data is left out, not {shown(pair)}.")
     return tuple(pair[0] for pair in model), tuple(pair[1] for pair in model)
 
 
-def _best_of(models: Sequence[Any], data: Data | Statistics, work: _Work) -> Fit:
+def _best_of(models: Sequence[Any], data: Data, work: _Work) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
     found = sorted((_fit(model, data, work) for model in models), key=lambda fit: fit.bic)
@@ -235,6 +240,10 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
         from springpot.fitting.moduli import ModuliLikelihood
 
         return ModuliLikelihood(model, data)
+    if isinstance(data, FrequencyResponse):
+        from springpot.fitting.transfer import ResponseLikelihood
+
+        return ResponseLikelihood(model, data)
     if isinstance(data, Spectrum):
         from springpot.fitting.spectra import SpectrumLikelihood
 

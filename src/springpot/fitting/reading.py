@@ -15,11 +15,15 @@ import numpy as np
 from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.files import read_text
-from springpot.fitting.data import Data, FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
+from springpot.fitting.data import FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
+from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import Statistics
 
-__all__ = ["UNITS", "data_of", "read_data"]
+__all__ = ["UNITS", "Data", "data_of", "read_data"]
+
+Data = Moduli | Spectrum | FrequencyResponse | Record | Impacts | Statistics
+"""Every kind of measured data."""
 
 UNITS: dict[str, dict[str, float]] = {
     "frequency": {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / np.pi},
@@ -31,14 +35,28 @@ UNITS: dict[str, dict[str, float]] = {
     "v": {"m/s": 1.0, "mm/s": 1e-3},
     "a": {"m/s2": 1.0, "g": STANDARD_GRAVITY},
     "before": {"m/s": 1.0, "mm/s": 1e-3},
+    "magnitude": {"m/N": 1.0, "mm/N": 1e-3, "um/N": 1e-6, "m/s/N": 1.0, "mm/s/N": 1e-3, "m/s2/N": 1.0,
+                  "g/N": STANDARD_GRAVITY, "s2": 1.0, "s": 1.0, "1": 1.0, "g/g": 1.0},
+    "phase": {"deg": np.pi / 180.0, "rad": 1.0},
+    "coherence": {"1": 1.0},
 }  # fmt: skip
 """What a column may be, and the units it may have."""
 UNITS["loss"], UNITS["after"] = UNITS["storage"], UNITS["before"]
+UNITS["real"] = UNITS["imaginary"] = UNITS["magnitude"]
 
-_KINDS = {"frequency": "moduli or a spectrum", "time": "a record", "before": "impacts"}
+_RESPONSES: dict[str, tuple[str, str]] = {
+    "m/N": ("x", "mass"), "mm/N": ("x", "mass"), "um/N": ("x", "mass"), "m/s/N": ("v", "mass"),
+    "mm/s/N": ("v", "mass"), "m/s2/N": ("a", "mass"), "g/N": ("a", "mass"), "s2": ("x", "ground"),
+    "s": ("v", "ground"), "1": ("a", "ground"), "g/g": ("a", "ground"),
+}  # fmt: skip
+"""What a response of this unit is of, and on."""
+
+_KINDS = {"frequency": "moduli, a spectrum or a frequency response", "time": "a record", "before": "impacts"}
 _SETTINGS = {
-    "relative_error": "moduli", "averages": "a spectrum", "sampling_rate_hz": "a spectrum", "window": "a spectrum",
-    "segment": "a spectrum", "noise": "a spectrum or a record", "error": "impacts",
+    "relative_error": "moduli or a frequency response", "averages": "a spectrum or a frequency response",
+    "sampling_rate_hz": "a spectrum", "window": "a spectrum",
+    "segment": "a spectrum",
+    "noise": "a spectrum or a record", "error": "impacts",
 }  # fmt: skip
 _MOST_BYTES = 500_000_000
 _HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(]\s*)([^\])]+?)\s*[\])]?")
@@ -55,7 +73,7 @@ class _Column:
     values: FloatArray
 
 
-def read_data(path: str | Path) -> Data | Statistics:
+def read_data(path: str | Path) -> Data:
     """Measured data from a CSV file.
 
     Parameters
@@ -66,6 +84,9 @@ def read_data(path: str | Path) -> Data | Statistics:
         - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them;
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
           or ``density_g2/Hz`` (of an acceleration);
+        - a frequency response: ``frequency_hz``, ``magnitude_m/N`` and ``phase_deg``, or ``real_m/N`` and
+          ``imaginary_m/N``, perhaps ``coherence_1``; of the velocity ``m/s/N``, of the acceleration ``m/s2/N`` or
+          ``g/N``; to the ground's acceleration ``s2``, ``s`` and ``1`` (or ``g/g``);
         - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path;
         - impacts: ``before_m/s`` and ``after_m/s``;
         - statistics: the header ``quantity,value,error``, then lines such as ``x_rms (mm),2.41,0.03`` or
@@ -78,7 +99,7 @@ def read_data(path: str | Path) -> Data | Statistics:
 
     Returns
     -------
-    Moduli, Spectrum, Record, Impacts or Statistics
+    Moduli, Spectrum, FrequencyResponse, Record, Impacts or Statistics
         In SI units.
 
     Raises
@@ -100,7 +121,7 @@ def read_data(path: str | Path) -> Data | Statistics:
     return data_of(read_text(path, title, _MOST_BYTES), title)
 
 
-def data_of(text: str, title: str) -> Data | Statistics:
+def data_of(text: str, title: str) -> Data:
     """Measured data from the text of such a file; `title` names it in what is said of its faults.
 
     Raises
@@ -212,8 +233,9 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     names = [column.name for column in columns]
     first = next((name for name in _KINDS if name in names), None)
     if first is None:
-        raise ValueError("it must have a column frequency_hz (moduli or a spectrum), time_s (a record) or before_m/s "
-                         "(impacts), or the header quantity,value,error (statistics).")  # fmt: skip
+        raise ValueError("it must have a column frequency_hz (moduli, a spectrum or a frequency response), time_s (a "
+                         "record) or before_m/s (impacts), or the header quantity,value,error "
+                         "(statistics).")  # fmt: skip
     for name in names:
         if names.count(name) > 1 and name not in ("x", "v", "a"):
             raise ValueError(f"{name} must be one column, not {names.count(name)}.")
@@ -228,10 +250,13 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     if "density" in own:
         _only(names, {"frequency", "density"}, "a spectrum")
         return _spectrum(own["frequency"], own["density"], settings)
+    if {"magnitude", "phase", "real", "imaginary", "coherence"} & {*own}:
+        return _response(own, settings)
     _only(names, {"frequency", "storage", "loss"}, "moduli")
     moduli: dict[str, Any] = {name: own[name].values for name in ("storage", "loss") if name in own}
     if not moduli:
-        raise ValueError("it must have a column storage_Pa, loss_Pa or density_m2/Hz beside that of the frequencies.")
+        raise ValueError("it must have a column storage_Pa, loss_Pa, density_m2/Hz or magnitude_m/N beside that of the "
+                         "frequencies.")  # fmt: skip
     areal = {"Pa" in own[name].unit for name in moduli}
     if len(areal) > 1:
         raise ValueError("storage and loss must both be moduli in Pa, or both stiffnesses in N/m.")
@@ -258,6 +283,27 @@ def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str])
     return Spectrum(frequency.values, density.values, of=of, **given)
 
 
+def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> FrequencyResponse:
+    kind = "a frequency response"
+    _only([*own], {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"}, kind)
+    given = _given(settings, kind, {"averages", "relative_error"})
+    pairs = [pair for pair in (("magnitude", "phase"), ("real", "imaginary")) if {*pair} & {*own}]
+    if len(pairs) != 1 or not {*pairs[0]} <= {*own}:
+        raise ValueError("a frequency response must have columns magnitude_m/N and phase_deg, or real_m/N and "
+                         "imaginary_m/N.")  # fmt: skip
+    first, second = (own[name] for name in pairs[0])
+    if pairs[0] == ("real", "imaginary") and first.unit != second.unit:
+        raise ValueError(f"real and imaginary must have the same unit, not {first.unit} and {second.unit}.")
+    if pairs[0] == ("magnitude", "phase"):
+        response = first.values * np.exp(1j * second.values)
+    else:
+        response = first.values + 1j * second.values
+    if "coherence" in own:
+        given["coherence"] = own["coherence"].values
+    of, on = _RESPONSES[first.unit]
+    return FrequencyResponse(own["frequency"].values, response, of=of, on=on, **given)  # type: ignore[arg-type]
+
+
 def _given(settings: Mapping[str, str], kind: str, known: set[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, text in settings.items():
@@ -281,7 +327,7 @@ def _only(names: list[str], known: set[str], kind: str) -> None:
 
 def _header_of(columns: list[_Column], name: str) -> str:
     """The header of the column that a fault of the data names."""
-    plain = {"frequency_hz": "frequency", "values": "x"}.get(name, name)
-    found = [column.header for column in columns if column.name == plain]
+    plain = {"frequency_hz": ("frequency",), "values": ("x",), "response": ("magnitude", "real")}.get(name, (name,))
+    found = [column.header for column in columns if column.name in plain]
     moved = [column.header for column in columns if column.name in ("x", "v", "a")]
     return (found or moved or [name])[0]

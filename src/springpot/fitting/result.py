@@ -332,7 +332,7 @@ class Fit:
         """
         kind = {
             "moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts",
-            "statistics": "statistics", "tuple": "statistics",
+            "frequencyresponse": "magnitudes and phases", "statistics": "statistics", "tuple": "statistics",
         }  # fmt: skip
         likelihood, _ = self._solved()
         count = len(self.values)

@@ -1,0 +1,137 @@
+"""A measured frequency response: frozen, checked when it is made, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from springpot.arguments import LARGEST, finite_number
+from springpot.faults import shown
+from springpot.fitting.data import FloatArray, Of, PointFault, check_of, column, frequencies
+from springpot.parts.checks import put
+
+__all__ = ["FrequencyResponse"]
+
+_MOST_ERROR = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """The complex response to a force on the mass or to an acceleration of the ground, against frequency.
+
+    Parameters
+    ----------
+    frequency_hz : array_like, shape (n,)
+        Positive, in ascending order, in Hz.
+    response : array_like of complex, shape (n,)
+        Output over input, for motions like exp(+i w t): of a force in m/N, (m/s)/N or (m/s^2)/N (receptance, mobility,
+        accelerance); of the ground in s^2, s or 1.  A spring alone has a positive real receptance.
+    averages : float, optional
+        Number of independent averages, at least 2, with ``coherence``.
+    coherence : array_like, shape (n,), optional
+        The ordinary coherence of output and input at each frequency, between 0 and 1, as the analyser shows it.
+    relative_error : float or array_like, shape (n,), optional
+        In place of averages and coherence: standard deviation of the magnitude relative to it, and of the phase in rad.
+        If none of these is given, it is estimated from the scatter about the fit, as one number for all points.
+    of : {"x", "v", "a"}
+        Displacement, velocity or acceleration.  Of the ground's motion x and v are relative to the ground, and the
+        acceleration is that of the mass itself, so that its response is the transmissibility.
+    on : {"mass", "ground"}
+        What the input is: a force on the mass, or the acceleration of the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the columns are no numbers, have different lengths or fewer than three points, a number is out of its range,
+        or averages and coherence are not given together.
+
+    Notes
+    -----
+    With n averages and a coherence g the random error of an estimate with the noise in the output is
+    sqrt((1 - g) / (2 n g)) (J. S. Bendat and A. G. Piersol, "Random data", 4th edition, 2010, chapter 9).  Leakage of
+    too short segments is not in the model: the resonance must be wider than some lines.
+
+    Examples
+    --------
+    >>> found = FrequencyResponse([1.0, 2.0, 4.0], [1 + 0j, -2j, -0.3 - 0.1j], averages=50, coherence=[0.9, 0.98, 0.8])
+    >>> found.size, found.errors.round(4).tolist()
+    (6, [0.0333, 0.0143, 0.05])
+    """
+
+    frequency_hz: Any
+    response: Any
+    averages: float | None = None
+    coherence: Any = None
+    relative_error: Any = None
+    of: Of = "x"
+    on: Literal["mass", "ground"] = "mass"
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self.frequency_hz)
+        put(self, frequency_hz=frequency, response=_complex(self.response, frequency.size))
+        check_of(self.of)
+        if self.on not in ("mass", "ground"):
+            raise ValueError(f"on must be 'mass' (a force on it) or 'ground' (its acceleration), not {shown(self.on)}.")
+        if (self.averages is None) != (self.coherence is None):
+            raise ValueError("averages and coherence must be given together: the error depends on both.")
+        if self.averages is not None:
+            if self.relative_error is not None:
+                raise ValueError("relative_error must be left out beside averages and coherence.")
+            put(self, averages=finite_number(self.averages, "averages", low=2.0, high=LARGEST))
+            coherence = _between(self.coherence, "coherence", frequency.size, 1.0, "below 1")
+            put(self, coherence=coherence)
+            self._check_errors("coherence")
+        elif self.relative_error is not None:
+            given = np.broadcast_to(self.relative_error, frequency.shape) if np.ndim(self.relative_error) == 0 else (
+                self.relative_error
+            )  # fmt: skip
+            error = _between(given, "relative_error", frequency.size, _MOST_ERROR, "at most 0.5: 2 % is 0.02")
+            put(self, relative_error=error)
+
+    def _check_errors(self, name: str) -> None:
+        errors = self.errors
+        if errors is not None and (errors > _MOST_ERROR).any():
+            place = int(np.argmax(errors > _MOST_ERROR))
+            raise PointFault(
+                name, place, f"is too small: with {self.averages:g} averages the error of this point is "
+                f"{100.0 * errors[place]:.0f} %. Leave out points with an error above 50 %.",
+            )  # fmt: skip
+
+    @property
+    def errors(self) -> FloatArray | None:
+        """Standard deviation of each magnitude relative to it, and of each phase in rad; None if it is not known."""
+        if self.coherence is not None and self.averages is not None:
+            return np.asarray(np.sqrt((1.0 - self.coherence) / (2.0 * self.averages * self.coherence)))
+        return None if self.relative_error is None else np.asarray(self.relative_error)
+
+    @property
+    def size(self) -> int:
+        """Of all numbers: a magnitude and a phase at each frequency."""
+        return 2 * int(self.response.size)
+
+
+def _complex(values: object, length: int) -> Any:
+    try:
+        found = np.array(values, dtype=complex)
+    except (TypeError, ValueError):
+        raise TypeError(f"response must be a list of complex numbers, not {shown(values)}.") from None
+    if found.shape != (length,):
+        raise ValueError(f"response must have a number for each of the {length} points, not the shape {found.shape}.")
+    for place, number in enumerate(found.tolist()):
+        if not 0.0 < abs(number) < LARGEST:
+            raise PointFault("response", place, f"must be a finite number other than 0, not {number:g}.")
+    found.flags.writeable = False
+    return found
+
+
+def _between(values: object, name: str, length: int, high: float, words: str) -> FloatArray:
+    found = column(values, name)
+    if found.size != length:
+        raise ValueError(f"{name} must have a number for each of the {length} points, not {found.size}.")
+    wrong = (found <= 0.0) | ((found >= high) if words.startswith("below") else (found > high))
+    if wrong.any():
+        place = int(np.argmax(wrong))
+        raise PointFault(name, place, f"must be above 0 and {words}, not {found[place]:g}.")
+    return found

@@ -1,0 +1,141 @@
+"""Measured frequency responses beside those of linear systems, in closed form with their derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.arguments import Free
+from springpot.faults import listed
+from springpot.fitting.frequency_response import FrequencyResponse
+from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
+from springpot.fitting.moduli import complex_modulus
+from springpot.free_numbers import free_numbers, restarted
+from springpot.oscillator import Oscillator
+from springpot.parts import Mass
+from springpot.system import System
+from springpot.theory.methods.systems.linear import companion_of
+
+__all__ = ["ResponseLikelihood", "response_of"]
+
+ComplexArray = NDArray[np.complex128]
+
+
+def response_of(
+    model: System | Oscillator, frequency_hz: FloatArray, of: str, on: str
+) -> tuple[ComplexArray, list[tuple[float, Any]]]:
+    """The response, and the derivative of its logarithm by each number that enters.
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        Linear, without walls.
+    frequency_hz : ndarray, shape (n,)
+    of : {"x", "v", "a"}
+    on : {"mass", "ground"}
+
+    Raises
+    ------
+    NotCovered
+        If there is a wall, or something nonlinear.
+
+    Examples
+    --------
+    >>> from springpot.parts import Dashpot, Spring
+    >>> device = System(Mass(2.0), Spring(8.0), Dashpot(0.4))
+    >>> found, _ = response_of(device, np.array([1.0 / np.pi]), "x", "mass")
+    >>> bool(abs(found[0] + 1.25j) < 1e-12)
+    True
+    """
+    companion_of(System.of_oscillator(model) if isinstance(model, Oscillator) else model)
+    mass: float = 1.0
+    if isinstance(model, System):
+        mass = next((part.value for part in model.of(Mass)), 1.0)
+    p = np.asarray(2j * np.pi * frequency_hz, complex)
+    modulus, slopes = complex_modulus(model, frequency_hz)
+    whole = modulus + mass * p**2
+    found = [(number, -slope / whole) for number, slope in slopes]
+    own = -(p**2) / whole
+    if on == "mass":
+        response = p ** {"x": 0, "v": 1, "a": 2}[of] / whole
+    elif of == "a":  # of the mass itself
+        response = modulus / whole
+        found = [(number, slope / modulus - slope / whole) for number, slope in slopes]
+    else:
+        response = -mass * p ** {"x": 0, "v": 1}[of] / whole
+        own = own + 1.0 / mass
+    return np.asarray(response), [*found, (mass, own)]
+
+
+class ResponseLikelihood(LeastSquares):
+    """Magnitudes and phases of a frequency response.
+
+    Parameters
+    ----------
+    model : System or Oscillator
+        Linear, without walls, with free numbers.
+    data : FrequencyResponse
+
+    Raises
+    ------
+    ValueError
+        If a free number has no influence.
+
+    Notes
+    -----
+    The error of a measured response H (1 + z) is complex, with parts of equal variance.  The residuals are the real and
+    the imaginary part of ln(1 + z).  Its mean is that of z, 0, whatever the size of z is, because the logarithm is
+    analytic (but for values beyond |z| = 1): the estimates are not biased by it.
+    """
+
+    def __init__(self, model: System | Oscillator, data: FrequencyResponse) -> None:
+        self.model, self.data = model, data
+        self.coordinates = Coordinates(tuple(free_numbers(model).values()))
+        self.size = data.size
+        self.known = data.errors is not None
+        self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
+        entering = {n.name for n, _ in self._at(model)[1] if isinstance(n, Free)}
+        if idle := [name for name in self.coordinates.names if name not in entering]:
+            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
+
+    def _at(self, model: System | Oscillator) -> tuple[ComplexArray, list[tuple[float, Any]]]:
+        return response_of(model, self.data.frequency_hz, self.data.of, self.data.on)
+
+    def _expected(self, theta: FloatArray) -> ComplexArray:
+        return self._at(restarted(self.model, self.coordinates.named(theta)))[0]
+
+    def residuals(self, theta: FloatArray) -> FloatArray:
+        """Logarithms of the ratios of the magnitudes, then differences of the phases."""
+        ratio = self.data.response / self._expected(theta)
+        return np.asarray(np.concatenate([np.log(np.abs(ratio)), np.angle(ratio)]) / self._unit)
+
+    def sensitivity(self, theta: FloatArray) -> FloatArray:
+        """Change of the logarithm of the response, in its standard deviations."""
+        _, slopes = self._at(restarted(self.model, self.coordinates.named(theta)))
+        by_name = {name: np.zeros(self.data.response.size, complex) for name in self.coordinates.names}
+        for number, slope in slopes:
+            if isinstance(number, Free):
+                by_name[number.name] = by_name[number.name] + slope
+        matrix = np.stack([*by_name.values()], axis=-1)
+        return np.asarray(np.concatenate([matrix.real, matrix.imag]) / self._unit[:, None])
+
+    def constant(self) -> float:
+        """Of the errors, where they are known."""
+        return float(2.0 * np.log(self._unit).sum() + self.size * np.log(2.0 * np.pi))
+
+    def extras(self, theta: FloatArray) -> dict[str, float]:
+        """The relative error, where it was estimated."""
+        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
+
+    def table(self, theta: FloatArray) -> Table:
+        """Magnitude and phase against frequency."""
+        data, found = self.data.response, self._expected(theta)
+        count = data.size
+        return Table(
+            "frequency_hz", "Hz", np.tile(self.data.frequency_hz, 2), np.repeat(["magnitude", "phase"], count),
+            np.concatenate([np.abs(data), np.angle(data)]),
+            np.concatenate([np.abs(found), np.angle(data) - np.angle(data / found)]),
+            self.residuals(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5,
+        )  # fmt: skip
