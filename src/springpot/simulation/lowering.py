@@ -377,8 +377,10 @@ def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: 
     states = 2 * max(1, len(filters) - single + -(-single // 2))
 
     def make(word: int, place: int, parts: int) -> Any:
+        from springpot.simulation.filters import filtered  # SciPy's linear algebra is slow to import
+
         slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
-        return sources.filtered(slower, word, place, step / parts, white / parts, parts=parts)
+        return filtered(slower, word, place, step / parts, white / parts, parts=parts)
 
     return Named(name, make, states, "feeds")
 

@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from springpot.oscillator import Oscillator
 from springpot.parts import (
@@ -153,6 +152,8 @@ def _around_the_wells(potential: Potential) -> FloatArray:
 
 def _lowest(potential: Potential, low: float, high: float) -> float:
     """The place between two others where the potential is least."""
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     depth = lambda x: float(potential.energy(x))  # noqa: E731
     nearly = 1e-9 * (high - low)
     return float(optimize.minimize_scalar(depth, bounds=(low, high), method="bounded", options={"xatol": nearly}).x)
@@ -182,6 +183,8 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
 
 def _between(potential: Potential, one: float, other: float, energy: float) -> float:
     """The place between two others where the potential has this energy."""
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     nearly = 1e-12 * abs(other - one) + 1e-300
     return float(optimize.brentq(lambda x: float(potential.energy(x)) - energy, one, other, xtol=nearly, rtol=1e-12))
 
@@ -300,6 +303,8 @@ def system_scales(system: System) -> SystemScales:
 
 def _temperature(unit: System, potential: Potential) -> float:
     """kT at which as much is fed in as is taken out; that of the thermal noise where there is one."""
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     if thermal := unit.of(ThermalNoise):
         return thermal[0].temperature
     size = _natural_energy(potential)

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-from scipy import optimize
-
 __all__ = ["COLLAPSE_BELOW", "slow_impact_power"]
 
 COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
@@ -34,4 +32,6 @@ def slow_impact_power(restitution: float) -> float:
         return 0.0
     if restitution == 1.0:
         return 2.0
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     return float(optimize.brentq(lambda m: restitution**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0))

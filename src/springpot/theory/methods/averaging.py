@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, special
+from scipy import special
 
 from springpot.arguments import finite_number
 from springpot.oscillator import Oscillator
@@ -362,6 +362,8 @@ def _check_covered(oscillator: Oscillator, form: str) -> None:
 
 def _shifted_frequency(oscillator: Oscillator) -> float:
     """w of a steady oscillation with the springpot's in-phase force: the root of w^2 = Omega^2 + stiffness w^alpha."""
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     alpha, omega = oscillator.springpot.order, oscillator.natural_frequency
     stiffness = oscillator.dimensionless_coefficient * math.sin((1.0 - alpha) * math.pi / 2.0)
     if oscillator.barrier is not None:

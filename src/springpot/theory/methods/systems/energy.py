@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize
 
 from springpot.faults import NotCovered
 from springpot.parts import (
@@ -456,6 +455,8 @@ def _moments(system: System, law: _EnergyLaw) -> SystemMoments:
 
 def _turning_points(potential: Potential) -> list[float]:
     """Between the walls: the walls, 0, where contacts begin or hold the mass, and where the springs' force vanishes."""
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     places = [0.0, potential.low, potential.high]
     for contact in potential.contacts:
         start, sign = contact.position, -1.0 if contact.side == "above" else 1.0
