@@ -151,8 +151,8 @@ def test_limits_of_random_designs_hold_in_fresh_runs() -> None:
 
 
 @pytest.mark.validation
-@pytest.mark.xfail(reason="the distance of 1 % to the limit costs 3 to 7 % where the rate hardly depends on the damper")
 def test_the_cost_of_random_designs_is_that_of_a_fine_grid() -> None:
+    """Of 16 that were measured all were within 2.3 %; a rate that hardly depends on its damper costs the most."""
     assert sum(judged(number)[1] <= 1.03 for number in range(20)) >= 19
 
 

@@ -98,11 +98,11 @@ export class FitCard {
       return places.map((one) => by.get(one) ?? null);
     }));
     const positive = columns.flat().every((value) => value === null || value > 0);
-    const series = groups.flatMap((_, i) => {
+    const series = groups.flatMap(({ at }, i) => {
       const stroke = () => palette[COLOURS[i % COLOURS.length]], hollow = i % 2 === 1;
       return [
         { paths: () => null, stroke, points: { show: true, size: 7, width: 1.5, stroke, fill: hollow ? () => palette.panel : stroke } },
-        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
+        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: at.length < 2, size: 12, width: 1.5, stroke, fill: "transparent" } }, // of a single point a ring
       ];
     });
     this.chart = new Chart(this.plot, {
