@@ -115,10 +115,11 @@ def _step(
     damped = damp(load, 0, n, x, v, forcing, lane, counts[0], False)
     noise, force = push(load, 0, n, x, damped, f64(g[at]), forcing, at, lane, counts[0])
     kicked, pull = kick(scheme, x, damped, f64(memory_force), noise + force)
-    for slot in range(slots(load)):
-        forcing.works[slot * LANES + lane] += (
-            counts[0] * (0.5 * (damped + kicked)) * forcing.impulses[slot * LANES + lane]
-        )
+    if watched:
+        for slot in range(slots(load)):
+            forcing.works[slot * LANES + lane] += (
+                counts[0] * (0.5 * (damped + kicked)) * forcing.impulses[slot * LANES + lane]
+            )
     leaving = damp(load, 0, n, x, kicked, forcing, lane, counts[0], True)
     if walled:
         x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, leaving, accumulators, lane, counts[0], counts[1])
