@@ -109,7 +109,7 @@ def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
     --------
     >>> from springpot.parts import Spring
     >>> list(methods_for(System(Spring(1.0))))[-3:]
-    ['envelope', 'linear', 'exact']
+    ['path_integration', 'linear', 'exact']
     """
     if not isinstance(oscillator, System):
         return METHODS

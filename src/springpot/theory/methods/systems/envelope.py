@@ -346,7 +346,7 @@ def envelope_of_system(system: System) -> SystemResult:
     ... )
     >>> result = envelope_of_system(device)
     >>> round(result.x_mean_square, 2), [round(rate, 2) for rate in result.barrier_impact_rate]
-    (0.23, [0.17, 0.24])
+    (0.23, [0.17, 0.25])
     """
     unit = checked_system(system).per_unit_mass
     _check_covered(unit)
