@@ -235,6 +235,8 @@ def restitution_of_missed(wall: Barrier, intensity: float, step: float) -> float
 
 
 def _check_law(law: RestitutionLaw) -> None:
+    if isinstance(law, type):
+        raise TypeError(f"restitution must be a number or a function of the speed, not the type {law.__name__}.")
     try:
         value = law(1.0)
     except Exception as fault:
