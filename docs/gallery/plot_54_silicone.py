@@ -29,8 +29,7 @@ print(best.report())
 # %%
 # The best model, and the residuals of a single springpot beside its spring.
 
-sp.figures.draw_fit(best)
-plt.show()
+best_fit = sp.figures.draw_fit(best)
 
 simple = sp.fit(models[0], data)
 print(simple.check().sentences)
