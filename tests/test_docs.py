@@ -121,6 +121,9 @@ def test_an_example_compiles_and_says_what_it_is(example: Path) -> None:
     assert set(line) == {"="}
     assert re.fullmatch(r"plot_\d\d_\w+", example.stem)
     assert "plt.show()" in text
+    # a figure that pyplot does not know is shown only if a variable of the page holds it
+    calls = (node.value.func for node in tree.body if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call))
+    assert not [call for call in calls if ast.unparse(call).startswith(("sp.figures.draw_", "sp.figures.design_curve"))]
 
 
 def test_the_gallery_is_a_gallery() -> None:

@@ -8,6 +8,8 @@ shaken at 0.02 g²/Hz. The stop is to be as close as possible, but must be struc
 limit holds. The curve shows what another limit would cost.
 """
 
+import matplotlib.pyplot as plt
+
 import springpot as sp
 
 gap = sp.free("gap", 1.5e-3, (2e-4, 8e-3))  # m
@@ -23,3 +25,4 @@ print(found.report())
 
 axes = sp.figures.design_curve(found.curve(limits=[0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 6.0]), found)
 figure = axes.figure
+plt.show()

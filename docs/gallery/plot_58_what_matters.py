@@ -10,6 +10,8 @@ A stronger spring gives more impacts, a higher restitution gives larger speeds; 
 springpot hardly change the impact rate. To measure them, look at speeds, not at the rate.
 """
 
+import matplotlib.pyplot as plt
+
 import springpot as sp
 
 oscillator = sp.Oscillator(2.0, sp.Springpot(0.5, 0.4), sp.Barrier(-0.3, 0.8), sp.WhiteNoise(3.0))
@@ -19,3 +21,4 @@ by_chance = sp.sensitivity(oscillator, results, method="monte_carlo", paths=1000
 print(by_chance.report())
 
 figure = sp.figures.draw_sensitivities(by_theory, by_chance)
+plt.show()
