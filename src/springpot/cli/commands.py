@@ -395,9 +395,7 @@ def fit(
     """
     if plot is not None:
         check_picture(plot, "plot")
-    if overwrite and out is None:
-        raise ValueError("--overwrite needs --out, the file to write to.")
-    place = None if out is None else place_for(Path(out), overwrite=overwrite)
+    place = place_of(out, overwrite)
     with leave_at_once():
         from springpot.fitting import fit as find
         from springpot.fitting import read_data
@@ -417,13 +415,7 @@ def fit(
         from springpot.figures.style import save
 
         save(draw_fit(found), Path(plot))
-    if json_:
-        print_json(found.to_dict())
-        return 0
-    print(found.report(warnings=False))
-    for written in filter(None, (place, plot)):
-        print(written)
-    return 0
+    return tell(found, json_, place, plot)
 
 
 # these modules are not imported here, so the list of commands needs the words of their help
@@ -563,6 +555,26 @@ def explore(
 def in_flags(sentence: str) -> str:
     """A sentence of the library, with flags where it names arguments."""
     return with_flags(sentence, signature(simulate).parameters.keys())
+
+
+def place_of(out: str | None, overwrite: bool) -> Path | None:
+    """Where --out writes to, checked before the work."""
+    if overwrite and out is None:
+        raise ValueError("--overwrite needs --out, the file to write to.")
+    return None if out is None else place_for(Path(out), overwrite=overwrite)
+
+
+def tell(found: Any, json_: bool, *written: Path | str | None, table: Sequence[Sequence[str]] = ()) -> int:
+    """Print a result, which has ``to_dict`` and ``report``, and the files that were written; the status of the end."""
+    if json_:
+        print_json(found.to_dict())
+        return 0
+    print(found.report(warnings=False))
+    if table:
+        print_table(table)
+    for file in filter(None, written):
+        print(file)
+    return 0
 
 
 def warn(sentence: str) -> None:

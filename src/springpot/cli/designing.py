@@ -10,12 +10,11 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from springpot.cli.commands import OUTPUT, warn
+from springpot.cli.commands import OUTPUT, place_of, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
 from springpot.cli.tables import with_error
 from springpot.interrupt import leave_at_once
-from springpot.places import place_for
-from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.terminal import Bar, Json, Whole, check_picture, say
 
 __all__ = ["design", "sensitivity"]
 
@@ -52,13 +51,7 @@ def sensitivity(
         from springpot.figures.style import save
 
         save(draw_sensitivities(found), Path(plot))
-    if json_:
-        print_json(found.to_dict())
-        return 0
-    print(found.report(warnings=False))
-    if plot is not None:
-        print(plot)
-    return 0
+    return tell(found, json_, plot)
 
 
 def design(
@@ -120,9 +113,7 @@ def design(
         check_picture(plot, "plot")
         if not below and not above:
             raise ValueError("--plot needs a limit, --below or --above.")
-    if overwrite and out is None:
-        raise ValueError("--overwrite needs --out, the file to write to.")
-    place = None if out is None else place_for(Path(out), overwrite=overwrite)
+    place = place_of(out, overwrite)
     limits: dict[str, tuple[float | None, float | None]] = {}
     for side, pairs in enumerate((above or [], below or [])):
         for name, limit in pairs:
@@ -153,23 +144,15 @@ def design(
         figure, (axes,) = new_figure(5.6, 3.8)
         design_curve(found.curve(), found, axes)
         save(figure, Path(plot))
-    if json_:
-        print_json(found.to_dict())
-        return 0
-    print(found.report(warnings=False))
     units = found.units
-    print_table(
-        [
-            ["by Monte Carlo", "value +- error"],
-            *(
-                [name, with_error(_known(value), _known(found.errors[name]), units[name])]
-                for name, value in found.quantities.items()
-            ),
-        ]
-    )
-    for written in filter(None, (place, plot)):
-        print(written)
-    return 0
+    table = [
+        ["by Monte Carlo", "value +- error"],
+        *(
+            [name, with_error(_known(value), _known(found.errors[name]), units[name])]
+            for name, value in found.quantities.items()
+        ),
+    ]
+    return tell(found, json_, place, plot, table=table)
 
 
 def _known(number: float) -> float | None:
