@@ -18,7 +18,17 @@ from numba.core.typed_passes import NativeLowering
 __all__ = ["OptimisedOnce", "WithoutMachineCode"]
 
 
+# LLVM takes half of an AVX-512 processor's vectors unless it is asked; on processors without them this says nothing.
+_WHOLE_VECTORS = '"prefer-vector-width"="512"'
+
+
 class _OptimisedOnce(JITCodeLibrary):  # type: ignore[misc]
+    def add_ir_module(self, ir_module: Any) -> None:
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                set.add(function.attributes, _WHOLE_VECTORS)  # its own `add` knows flags only, no pairs
+        super().add_ir_module(ir_module)
+
     def _optimize_final_module(self) -> None:
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
