@@ -20,12 +20,13 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum, direct, exponential_sum
 from springpot.oscillator import Oscillator
 from springpot.parts import ThermalNoise
-from springpot.simulation import parts
+from springpot.simulation import kernel, parts
 from springpot.simulation.forces import White
 from springpot.simulation.kernel import COLUMNS, Memory
 from springpot.simulation.lanes import GROUP, MOST_FORCES, MOST_MODES
 from springpot.simulation.lowering import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.parts import Start, answer_of_springpot
+from springpot.simulation.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.restitution import Fixed
 from springpot.simulation.scales import Scales
 from springpot.simulation.schemes import NumericalScheme
@@ -83,6 +84,13 @@ class Parts:
     taps: tuple[Arm, ...] = ()
     tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     law: BoltzmannLaw | None = None
+
+    def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
+        """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
+        single = self.memory.newest.dtype == np.float32 and sweeps_in_single(self.scheme, self.load)
+        load = with_arrays(self.load, np.float32 if single else np.float64)
+        exact = kernel.Parts(self.scheme, self.wall, load)
+        return exact, single_of(exact) if single else parts.Sweep(*exact, 0.0)
 
     @property
     def wall_position(self) -> float:

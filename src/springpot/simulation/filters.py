@@ -79,7 +79,7 @@ def filtered(
         shown = [seen[own] @ power for power in powers[:GROUP]]
         moved = [power @ gain[own] for power in powers[GROUP - 1 :: -1]]
         newest[1:] += [float(seen[own] @ power @ gain[own]) for power in powers[: GROUP - 1]]
-        rows.append([*powers[GROUP].ravel(), *np.ravel(shown), *np.ravel(moved)])
+        rows.append([*(powers[GROUP] - np.eye(2)).ravel(), *np.ravel(shown), *np.ravel(moved)])
     return Filtered(word, parts, place, np.array(rows), newest, _root(stationary - guess))
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from springpot.simulation.lanes import LANES
+from numba import njit
+
+from springpot.simulation.lanes import INLINE, LANES, typed
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 
 __all__ = [
@@ -59,10 +61,10 @@ def _push_sum(force, slot, n, x, v, g, forcing, at, lane, weight):
 def _damp_sum(force, slot, n, x, v, forcing, lane, weight, after):
     """The order is reversed after the kick, so that the whole step is symmetric."""
     if after:
-        v = damp(force.second, slot + slots(force.first), n, x, v, forcing, lane, weight, after)
-        return damp(force.first, slot, n, x, v, forcing, lane, weight, after)
-    v = damp(force.first, slot, n, x, v, forcing, lane, weight, after)
-    return damp(force.second, slot + slots(force.first), n, x, v, forcing, lane, weight, after)
+        change = damp(force.second, slot + slots(force.first), n, x, v, forcing, lane, weight, after)
+        return change + damp(force.first, slot, n, x, v + change, forcing, lane, weight, after)
+    change = damp(force.first, slot, n, x, v, forcing, lane, weight, after)
+    return change + damp(force.second, slot + slots(force.first), n, x, v + change, forcing, lane, weight, after)
 
 
 def _nothing_named(force):
@@ -82,7 +84,7 @@ def _supply_nothing(force, slot, group, first, stream, k0, k1, forcing):
 
 
 def _damp_nothing(force, slot, n, x, v, forcing, lane, weight, after):
-    return v
+    return typed(0.0, v)
 
 
 def only_pushes(kind: type, *, named: bool = False) -> None:
@@ -117,7 +119,7 @@ only_pushes(White)
 
 @answers(push, White)
 def _push_white(force, slot, n, x, v, g, forcing, at, lane, weight):
-    return force.strength * g, 0.0
+    return force.strength * g, typed(0.0, x)
 
 
 class Parametric(NamedTuple):
@@ -138,7 +140,7 @@ only_pushes(Parametric, named=True)
 def _push_parametric(force, slot, n, x, v, g, forcing, at, lane, weight):
     forcing.impulses[slot * LANES + lane] = 0.0
     forcing.works[slot * LANES + lane] += weight * force.feed * x * x
-    return math.sqrt(force.square + force.square_of_x * x * x) * g, 0.0
+    return math.sqrt(force.square + force.square_of_x * x * x) * g, typed(0.0, x)
 
 
 class Cubic(NamedTuple):
@@ -157,7 +159,7 @@ only_pushes(Cubic, named=True)
 def _push_cubic(force, slot, n, x, v, g, forcing, at, lane, weight):
     impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * force.k3)))
     forcing.impulses[slot * LANES + lane] = impulse
-    return 0.0, impulse
+    return typed(0.0, x), impulse
 
 
 class Nonic(NamedTuple):
@@ -183,7 +185,7 @@ def _push_nonic(force, slot, n, x, v, g, forcing, at, lane, weight):
     high = force.k5 + x * (force.k6 + x * (force.k7 + x * (force.k8 + x * force.k9)))
     impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * (force.k3 + x * (force.k4 + x * high)))))
     forcing.impulses[slot * LANES + lane] = impulse
-    return 0.0, impulse
+    return typed(0.0, x), impulse
 
 
 class PowerDamper(NamedTuple):
@@ -195,14 +197,28 @@ class PowerDamper(NamedTuple):
 
 @answers(damp, PowerDamper)
 def _damp_powers(force, slot, n, x, v, forcing, lane, weight, after):
-    left = v
+    change = typed(0.0, v)
     if after:
-        left = left / math.sqrt(1.0 + force.cubic * left * left)
-    left = left / (1.0 + force.quadratic * abs(left))
+        change = _cubically(force, v)
+    left = v + change
+    change -= left * (force.quadratic * abs(left)) / (typed(1.0, v) + force.quadratic * abs(left))
     if not after:
-        left = left / math.sqrt(1.0 + force.cubic * left * left)
-    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
-    return left
+        change += _cubically(force, v + change)
+    forcing.works[slot * LANES + lane] += _work(weight, v, change)
+    return change
+
+
+@njit(**INLINE)
+def _cubically(force, v):
+    one, square = typed(1.0, v), force.cubic * v * v
+    root = math.sqrt(one + square)
+    return -v * square / (root * (one + root))
+
+
+@njit(**INLINE)
+def _work(weight, v, change):
+    """Work of a force that changes the velocity by ``change``."""
+    return weight * change * (v + typed(0.5, v) * change)
 
 
 class VanDerPolDamper(NamedTuple):
@@ -215,10 +231,10 @@ class VanDerPolDamper(NamedTuple):
 @answers(damp, VanDerPolDamper)
 def _damp_van_der_pol(force, slot, n, x, v, forcing, lane, weight, after):
     a = force.rate * (x * x - force.square)
-    size = 1.0 + abs(a) * (1.0 + 0.5 * abs(a))
-    left = v / size if a > 0.0 else v * size
-    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
-    return left
+    growth = abs(a) + typed(0.5, a) * a * a
+    change = -v * growth / (typed(1.0, a) + growth) if a > typed(0.0, a) else v * growth
+    forcing.works[slot * LANES + lane] += _work(weight, v, change)
+    return change
 
 
 class CoulombDamper(NamedTuple):
@@ -229,14 +245,14 @@ class CoulombDamper(NamedTuple):
 
 @answers(damp, CoulombDamper)
 def _damp_coulomb(force, slot, n, x, v, forcing, lane, weight, after):
-    left = max(v - force.impulse, 0.0) + min(v + force.impulse, 0.0)
-    forcing.works[slot * LANES + lane] += weight * 0.5 * (left - v) * (left + v)
-    return left
+    change = -min(max(v, -force.impulse), force.impulse)
+    forcing.works[slot * LANES + lane] += _work(weight, v, change)
+    return change
 
 
 def _push_nothing(force, slot, n, x, v, g, forcing, at, lane, weight):
     forcing.impulses[slot * LANES + lane] = 0.0
-    return 0.0, 0.0
+    return typed(0.0, x), typed(0.0, x)
 
 
 def register_damper(kind: type) -> None:

@@ -1,8 +1,10 @@
 """The block kernel: it advances a block of paths.  The physics is in `springpot.simulation.parts`.
 
 Four steps make a group.  In each group every lane is first advanced as if there were no wall, which compiles to vector
-code.  The few lanes that may have reached the wall are then advanced again from the saved state, with impacts.  The
-memory modes are updated once per group; within the group the newest increments have their exact weights.
+code: the sweep, which finds the changes of the state in single precision where the parts allow it.  The few lanes that
+may have reached the wall are then advanced again in double precision, with impacts.  Then the changes are added to the
+state, which is in double precision.  The memory modes are updated once per group; within the group the newest
+increments have their exact weights.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from springpot.simulation.lanes import (
     f32,
     f64,
     stack_array,
+    typed,
 )
 from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import Accumulators, show_steps
@@ -45,7 +48,7 @@ from springpot.simulation.parts import (
 )
 from springpot.simulation.random import draw
 
-__all__ = ["COLUMNS", "Memory", "block"]
+__all__ = ["COLUMNS", "Memory", "Parts", "block"]
 
 # Output of a block for every path: sums over the steps of the window, then values at instants.  After them come the
 # works of the named forces and the sums that the wall keeps beside these.
@@ -105,99 +108,135 @@ def _remember(z, d, h, modes, powers, weights):
 
 
 @njit(**INLINE)
-def _step(
-    scheme, wall, load, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, lane, walled, watched
-):
-    """One step of one lane; the increment is written to ``d``, the observed state to index ``at`` of ``seen``.
+def _known_forces(m, p, h, d, lane):
+    """The memory force in four steps, without what the steps' own increments add to it."""
+    d1 = d[LANES + lane]
+    return (
+        h[lane] + m.newest * d1 + m.older * d[lane] + p[0],
+        h[LANES + lane] + m.recent1 * d1 + p[1],
+        h[2 * LANES + lane] + m.recent2 * d1 + p[2],
+        h[3 * LANES + lane] + m.recent3 * d1 + p[3],
+    )
 
-    Returns the state, the clearance and the terms to add to the sums (0 if ``counts[0]`` is 0).
-    """
-    damped = damp(load, 0, n, x, v, forcing, lane, counts[0], False)
-    noise, force = push(load, 0, n, x, damped, f64(g[at]), forcing, at, lane, counts[0])
-    kicked, pull = kick(scheme, x, damped, f64(memory_force), noise + force)
+
+@njit(**INLINE)
+def _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, watched):
+    """The kick of one step of one lane: change of the velocity, force of springpots and dashpots, mean velocity."""
+    before = damp(load, 0, n, x, v, forcing, lane, weight, False)
+    damped = v + before
+    noise, force = push(load, 0, n, x, damped, typed(g[at], x), forcing, at, lane, weight)
+    impulse, pull = kick(scheme, x, damped, typed(memory_force, x), noise + force)
+    middle = damped + typed(0.5, x) * impulse
     if watched:
         for slot in range(slots(load)):
-            forcing.works[slot * LANES + lane] += (
-                counts[0] * (0.5 * (damped + kicked)) * forcing.impulses[slot * LANES + lane]
-            )
-    leaving = damp(load, 0, n, x, kicked, forcing, lane, counts[0], True)
-    if walled:
-        x_seen, v_seen, x_next, v_next = bounce(scheme, wall, x, leaving, accumulators, lane, counts[0], counts[1])
-    else:
-        x_seen, v_seen, x_next, v_next = drift(scheme, x, leaving)
-    d[2 * LANES + at] = x_next - x
-    if watched:
-        seen.x[at] = x_seen
-        seen.v[at] = v_seen
-    x_counted, pulled = counts[0] * x_seen, counts[0] * pull
-    terms = (
-        x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen,
-        pulled, pulled * (0.5 * (damped + kicked)), pulled * x,
-    )  # fmt: skip
-    return x_next, v_next, clearance(scheme, wall, x, x_seen, x_next), terms
+            forcing.works[slot * LANES + lane] += weight * middle * forcing.impulses[slot * LANES + lane]
+    after = damp(load, 0, n, x, damped + impulse, forcing, lane, weight, True)
+    return before + impulse + after, pull, middle
 
 
 @njit(**INLINE)
-def _four_steps(scheme, wall, load, m, p, n, x, v, g, forcing, h, d, seen, c, accumulators, lane, walled, watched):
-    """Four steps of one lane.  Returns x, v, the least clearance and the terms to add to the sums.
+def _free_step(parts, n, x0, v0, moved, gained, memory_force, g, forcing, at, d, seen, lane, watched):
+    """One step of one lane as if there were no wall, from x0 + moved, v0 + gained.
 
-    The newest increments have their exact weights.  The memory force is summed in the precision of the memory.
+    The increment is written to ``d``, the observed state to index ``at`` of ``seen``.  Returns the changes since the
+    beginning of the group, the increment in the precision of the memory, the observed x and the terms of the sums.
+    """
+    x, v = x0 + moved, v0 + gained
+    change, pull, middle = _kick(
+        parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, typed(1.0, x), watched
+    )
+    leaving = v + change
+    xm, vm, dx, dv = drift(parts.scheme, x, leaving)
+    x_seen, v_seen = x + xm, leaving + vm
+    increment = typed(dx, memory_force)
+    d[2 * LANES + at] = increment
+    if watched:
+        seen.x[at], seen.v[at] = x_seen, v_seen
+    terms = x_seen, x_seen * x_seen, v_seen * v_seen, pull, pull * middle, pull * x
+    return moved + dx, gained + (change + dv), increment, x_seen, terms
+
+
+@njit(**INLINE)
+def _sweep(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, terms, watched):
+    """Four steps of every lane as if there were no wall: vector code.  The newest increments have their exact weights.
+
+    The memory force is summed in the precision of the memory.  If ``watched``, all steps are taken to be in the window.
+    """
+    for lane in range(LANES):
+        for slot in range(slots(parts.load)):
+            forcing.works[slot * LANES + lane] = parts.zero
+        x0, v0 = start.x[lane], start.v[lane]
+        f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
+        moved, gained, d0, seen0, s0 = _free_step(
+            parts, n, x0, v0, parts.zero, parts.zero, f0, g, forcing, lane, d, seen, lane, watched
+        )
+        x1 = x0 + moved
+        moved, gained, d1, seen1, s1 = _free_step(
+            parts, n + 1, x0, v0, moved, gained, f1 + m.newest * d0, g, forcing, LANES + lane, d, seen, lane, watched
+        )
+        x2 = x0 + moved
+        moved, gained, d2, seen2, s2 = _free_step(
+            parts, n + 2, x0, v0, moved, gained, f2 + m.recent1 * d0 + m.newest * d1,
+            g, forcing, 2 * LANES + lane, d, seen, lane, watched,
+        )  # fmt: skip
+        x3 = x0 + moved
+        moved, gained, _, seen3, s3 = _free_step(
+            parts, n + 3, x0, v0, moved, gained, f3 + m.recent2 * d0 + m.recent1 * d1 + m.newest * d2,
+            g, forcing, 3 * LANES + lane, d, seen, lane, watched,
+        )  # fmt: skip
+        change.x[lane], change.v[lane] = moved, gained
+        x4 = x0 + moved
+        least = min(min(min(x0, seen0), min(x1, seen1)), min(min(x2, seen2), min(x3, min(seen3, x4))))
+        greatest = max(max(max(x0, seen0), max(x1, seen1)), max(max(x2, seen2), max(x3, max(seen3, x4))))
+        clear[lane] = clearance(parts.scheme, parts.wall, least, greatest)
+        if watched:
+            _put(terms, lane, s0, s1, s2, s3)
+
+
+@njit(**INLINE)
+def _put(terms, lane, a, b, c, d):
+    """Write what four steps of a lane add to the sums."""
+    terms.x[lane], terms.xx[lane] = (a[0] + b[0]) + (c[0] + d[0]), (a[1] + b[1]) + (c[1] + d[1])
+    terms.vv[lane], terms.force[lane] = (a[2] + b[2]) + (c[2] + d[2]), (a[3] + b[3]) + (c[3] + d[3])
+    terms.power[lane], terms.virial[lane] = (a[4] + b[4]) + (c[4] + d[4]), (a[5] + b[5]) + (c[5] + d[5])
+
+
+@njit(**INLINE)
+def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, lane):
+    """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
+    change, pull, middle = _kick(
+        parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True
+    )
+    x_seen, v_seen, x_next, v_next = bounce(
+        parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
+    )
+    d[2 * LANES + at] = x_next - x
+    seen.x[at], seen.v[at] = x_seen, v_seen
+    x_counted, pulled = counts[0] * x_seen, counts[0] * pull
+    terms = x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen, pulled, pulled * middle, pulled * x
+    return x_next, v_next, terms
+
+
+@njit(**INLINE)
+def _again(parts, m, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane):
+    """Four steps of one lane with the walls, in double precision.
+
     ``c`` is 1 for each step in the window and 0 for the others; its last entry is for the half step after the group.
     """
-    for slot in range(slots(load)):
+    for slot in range(slots(parts.load)):
         forcing.works[slot * LANES + lane] = 0.0
-    at = lane
-    memory_force = h[at] + m.newest * d[LANES + lane] + m.older * d[lane] + p[0]
-    x, v, c0, s0 = _step(
-        scheme, wall, load, n, x, v, memory_force, g, forcing, at, d, seen, (c[0], c[1]),
-        accumulators, lane, walled, watched,
-    )  # fmt: skip
-    at = LANES + lane
-    memory_force = h[at] + m.newest * d[2 * LANES + lane] + m.recent1 * d[LANES + lane] + p[1]
-    x, v, c1, s1 = _step(
-        scheme, wall, load, n + 1, x, v, memory_force, g, forcing, at, d, seen, (c[1], c[2]),
-        accumulators, lane, walled, watched,
-    )  # fmt: skip
-    at = 2 * LANES + lane
-    memory_force = h[at] + m.newest * d[3 * LANES + lane] + m.recent1 * d[2 * LANES + lane]
-    memory_force += m.recent2 * d[LANES + lane] + p[2]
-    x, v, c2, s2 = _step(
-        scheme, wall, load, n + 2, x, v, memory_force, g, forcing, at, d, seen, (c[2], c[3]),
-        accumulators, lane, walled, watched,
-    )  # fmt: skip
-    at = 3 * LANES + lane
-    memory_force = h[at] + m.newest * d[4 * LANES + lane] + m.recent1 * d[3 * LANES + lane]
-    memory_force += m.recent2 * d[2 * LANES + lane] + m.recent3 * d[LANES + lane] + p[3]
-    x, v, c3, s3 = _step(
-        scheme, wall, load, n + 3, x, v, memory_force, g, forcing, at, d, seen, (c[3], c[4]),
-        accumulators, lane, walled, watched,
-    )  # fmt: skip
-    sums = (
-        s0[0] + s1[0] + s2[0] + s3[0], s0[1] + s1[1] + s2[1] + s3[1], s0[2] + s1[2] + s2[2] + s3[2],
-        s0[3] + s1[3] + s2[3] + s3[3], s0[4] + s1[4] + s2[4] + s3[4], s0[5] + s1[5] + s2[5] + s3[5],
-    )  # fmt: skip
-    return x, v, min(min(c0, c1), min(c2, c3)), sums
-
-
-@njit(**INLINE)
-def _sweep(
-    scheme, wall, load, memory, p, n, now, saved, clear, g, forcing, h, d, seen, c, accumulators, terms, watched
-):
-    """Four steps of every lane as if there were no wall: vector code."""
-    for lane in range(LANES):
-        saved.x[lane], saved.v[lane] = now.x[lane], now.v[lane]
-        now.x[lane], now.v[lane], clear[lane], sums = _four_steps(
-            scheme, wall, load, memory, p, n, now.x[lane], now.v[lane], g, forcing, h, d, seen, c, accumulators, lane,
-            False, watched,
-        )  # fmt: skip
-        if watched:
-            _put(terms, lane, sums)
-
-
-@njit(**INLINE)
-def _put(terms, lane, sums):
-    terms.x[lane], terms.xx[lane], terms.vv[lane] = sums[0], sums[1], sums[2]
-    terms.force[lane], terms.power[lane], terms.virial[lane] = sums[3], sums[4], sums[5]
+    f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
+    x, v, s0 = _step(
+        parts, n, now.x[lane], now.v[lane], f0, g, forcing, lane, d, seen, (c[0], c[1]), accumulators, lane
+    )
+    f1 += m.newest * d[2 * LANES + lane]
+    x, v, s1 = _step(parts, n + 1, x, v, f1, g, forcing, LANES + lane, d, seen, (c[1], c[2]), accumulators, lane)
+    f2 += m.recent1 * d[2 * LANES + lane] + m.newest * d[3 * LANES + lane]
+    x, v, s2 = _step(parts, n + 2, x, v, f2, g, forcing, 2 * LANES + lane, d, seen, (c[2], c[3]), accumulators, lane)
+    f3 += m.recent2 * d[2 * LANES + lane] + m.recent1 * d[3 * LANES + lane] + m.newest * d[4 * LANES + lane]
+    x, v, s3 = _step(parts, n + 3, x, v, f3, g, forcing, 3 * LANES + lane, d, seen, (c[3], c[4]), accumulators, lane)
+    now.x[lane], now.v[lane] = x, v
+    _put(terms, lane, s0, s1, s2, s3)
 
 
 @njit(**INLINE)
@@ -230,15 +269,16 @@ def _draw(group, first, stream, k0, k1, halved, g, fine):
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
+class Parts(NamedTuple):
+    """The parts in double precision."""
+
+    scheme: Any
+    wall: Any
+    load: Any
+
+
 class State(NamedTuple):
-    """Lane arrays of the state at a kick."""
-
-    x: Any
-    v: Any
-
-
-class Seen(NamedTuple):
-    """Lane arrays of the observed state at the end of each of four steps."""
+    """Lane arrays of a state, or of its changes."""
 
     x: Any
     v: Any
@@ -258,31 +298,38 @@ class Sums(NamedTuple):
 @cached
 @njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **FAST)
 def block(
-    scheme, wall, load, memory, drive, start, taps, stiffness,
+    parts, sweep, memory, drive, start, taps, stiffness,
     first, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
 
-    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``drive`` is the
-    deterministic force of each step (may be empty).  ``taps`` are modes of the memory whose squares are summed, once in
-    every group.  ``halved``: the noise is that of a run with half the step.  Written: ``record``, x and v of the first
-    paths after every ``every`` steps (may be empty), and ``out``, one row per lane: COLUMNS, works of the named forces,
-    sums of the wall, sums of the taps.  The block ends early when ``stop[0]`` is not 0.
+    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``sweep`` is the parts
+    in the precision of the sweep.  ``drive`` is the deterministic force of each step (may be empty).  ``taps`` are
+    modes of the memory whose squares are summed, once in every group.  ``halved``: the noise is that of a run with half
+    the step.  Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``,
+    one row per lane: COLUMNS, works of the named forces, sums of the wall, sums of the taps.  The block ends early when
+    ``stop[0]`` is not 0.
     """
+    scheme, wall, load = parts.scheme, parts.wall, parts.load
     zero = memory.newest * f32(0)  # in the precision of the memory
+    quick = sweep.zero  # in that of the sweep
     modes = memory.powers.size // 4
     z = _modes(zero)
     h = _four(zero)
     d = _six(zero)  # the two increments before the group, then the group's four
     p = (zero, zero, zero, zero)
     g, fine = _four(f32(0)), _four(f32(0))
-    now, saved = State(_state(0.0), _state(0.0)), State(_state(0.0), _state(0.0))
-    clear = _state(0.0)
-    seen = Seen(_four(0.0), _four(0.0))
-    terms = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
+    now = State(_state(0.0), _state(0.0))
+    begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
+    glimpsed = State(_four(quick), _four(quick))
+    clear = _state(quick)
+    seen = State(_four(0.0), _four(0.0))
+    terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _extras(0.0), observers)
-    forcing = Forcing(_by_force(0.0), _by_force(0.0), _by_force_and_step(0.0), _states(0.0), _four(f32(0)))
+    forcing = Forcing(
+        _by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0))
+    )
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):
@@ -301,6 +348,7 @@ def block(
         path = lane % start.states.shape[0]
         x, v, energy = start.states[path, 0], start.states[path, 1], start.states[path, 2]
         now.x[lane], now.v[lane] = begin(scheme, wall, x, v, start.early, accumulators, lane, _counts(0, low, high))
+        begun.x[lane], begun.v[lane] = now.x[lane], now.v[lane]
         d[lane], d[LANES + lane] = zero, now.x[lane] - x
         sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
         sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
@@ -314,32 +362,35 @@ def block(
         supply(load, 0, n // GROUP, first, stream, k0, k1, forcing)
         if drive.size > 0:
             p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
-        c = (
-            _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
-            _counts(n + 3, low, high), _counts(n + 4, low, high),
-        )  # fmt: skip
-        watched = (n + GROUP >= low and n < high) or n + GROUP >= steps or record.shape[0] > 0
-        if watched:
-            _sweep(
-                scheme, wall, load, memory, p, n, now, saved,
-                clear, g, forcing, h, d, seen, c, accumulators, terms, True,
-            )  # fmt: skip
+        within = low <= n and n + GROUP <= high
+        cut = not within and n < high and n + GROUP > low  # by an end of the window
+        marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
+        shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
+        if within or shown:
+            _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, True)
         else:
-            _sweep(
-                scheme, wall, load, memory, p, n, now, saved,
-                clear, g, forcing, h, d, seen, c, accumulators, terms, False,
-            )  # fmt: skip
+            _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, False)
+        if shown:
+            for i in range(GROUP * LANES):
+                seen.x[i], seen.v[i] = glimpsed.x[i], glimpsed.v[i]
         least = clear[0]
         for lane in range(LANES):
             least = min(least, clear[lane])
-        if least <= 0.0:
+        if cut or least <= quick:
+            c = (
+                _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
+                _counts(n + 3, low, high), _counts(n + 4, low, high),
+            )  # fmt: skip
             for lane in range(LANES):
-                if clear[lane] <= 0.0:
-                    now.x[lane], now.v[lane], _, again = _four_steps(
-                        scheme, wall, load, memory, p, n, saved.x[lane], saved.v[lane],
-                        g, forcing, h, d, seen, c, accumulators, lane, True, True,
-                    )  # fmt: skip
-                    _put(terms, lane, again)
+                if cut or clear[lane] <= quick:
+                    _again(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
+                    change.x[lane] = change.v[lane] = quick
+        for lane in range(LANES):
+            now.x[lane] += change.x[lane]
+            begun.x[lane] = now.x[lane]
+        for lane in range(LANES):
+            now.v[lane] += change.v[lane]
+            begun.v[lane] = now.v[lane]
         if modes > 0:
             _remember(z, d, h, modes, memory.powers, memory.weights)
         if low <= n + GROUP - 1 < high:
@@ -349,14 +400,14 @@ def block(
                     tapped[k * LANES + lane] += mode * mode
         for lane in range(LANES):
             d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
-        if watched:
+        if within or cut:
             for lane in range(LANES):
                 _add(sums, terms, lane)
                 for k in range(slots(load)):
                     works[k * LANES + lane] += forcing.works[k * LANES + lane]
-            if n + GROUP > low and n < high:
+            if shown:
                 show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
-        for j in range(GROUP):
+        for j in range(GROUP if marked else 0):
             if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                 for lane in range(LANES):
                     x_end[lane], v_end[lane] = seen.x[j * LANES + lane], seen.v[j * LANES + lane]

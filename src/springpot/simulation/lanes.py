@@ -1,4 +1,4 @@
-"""Shared by all compiled code of the simulation: compile flags, stack buffers, and two bit casts.
+"""Shared by all compiled code of the simulation: compile flags, stack buffers, and casts.
 
 A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that
 no two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
@@ -17,7 +17,7 @@ from springpot.simulation.linking import WithoutMachineCode
 
 __all__ = [
     "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "u32", "u64",
+    "MOST_STATES", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "typed", "u32", "u64",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -59,6 +59,16 @@ def stack_array(count: int) -> Any:
         return types.CPointer(like)(like), codegen
 
     return array
+
+
+@intrinsic
+def typed(typing_context, number, like):
+    """``number`` in the type of ``like``: one double in a sum would make doubles of all of it."""
+
+    def codegen(context, builder, signature, args):
+        return context.cast(builder, args[0], signature.args[0], like)
+
+    return like(number, like), codegen
 
 
 @intrinsic

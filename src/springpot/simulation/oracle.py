@@ -97,7 +97,8 @@ def _walk(scheme, wall, load, weights, drive, start, g, xs, vs, forcing, accumul
         for j in range(n + 1):
             memory_force += weights[j] * increments[n - j]
         noise, force = push(load, 0, n, x, v, f64(g[n]), forcing, 0, 0, 1.0)
-        v, _ = kick(scheme, x, v, memory_force, noise + force)
+        impulse, _ = kick(scheme, x, v, memory_force, noise + force)
+        v += impulse
         xs[n + 1], vs[n + 1], x_next, v = bounce(scheme, wall, x, v, accumulators, n, 1.0, 1.0)
         increments[n + 1] = x_next - x
         x = x_next

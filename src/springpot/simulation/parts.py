@@ -15,24 +15,29 @@ Of a force (``slot``: its number among the named forces of the sum; ``forcing``:
 ``push(force, slot, n, x, v, g, forcing, at, lane, weight)``
     The impulses of step ``n``, of the noise with independent increments and of everything else; ``g`` is a normal.
 ``damp(force, slot, n, x, v, forcing, lane, weight, after)``
-    The velocity after half a step of a nonlinear damper alone; called before and ``after`` each kick.
+    The change of the velocity in half a step of a nonlinear damper alone; called before and ``after`` each kick.
 
 Of a scheme and a wall:
 
 ``begin(scheme, wall, x, v, early, accumulators, lane, weight)``
     From the state at time 0 to the first kick.
 ``kick(scheme, x, v, memory_force, push)``
-    The velocity after the whole impulse of a step (memory, forces, and the spring if the scheme puts it here), and the
-    force of springpots and dashpots during it.
+    The whole impulse of a step (memory, forces, and the spring if the scheme puts it here), and the force of springpots
+    and dashpots during it.
 ``drift(scheme, x, v)``
-    From one kick to the next as if there were no wall: state at the observation, state at the end.
+    From one kick to the next as if there were no wall: changes of x and v until the observation, and until the end.
 ``extras(wall)``
     How many sums of its own the wall keeps, beside the impacts of all walls.
-``clearance(scheme, wall, x0, xm, x)``
-    Distance between such a drift and the wall; negative if it may have reached the wall.  Called for every lane.
+``clearance(scheme, wall, least, greatest)``
+    Distance between the wall and drifts whose ends and observations lie between these two; not above 0 if one of them
+    may have reached the wall.  Called for every lane.
 ``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
     The drift with the wall.  Called only for lanes that may have reached it.  Each impact is added to the accumulators
     if its half step lies in the window (weight 1, otherwise 0).
+
+All lanes are first advanced without walls in the precision of :class:`Sweep`; what it may ask, from ``push`` to
+``clearance``, is written so that no literal makes doubles of single numbers (`springpot.simulation.lanes.typed`).
+Lanes that may have struck are advanced again in double precision.
 
 Two schemes:
 
@@ -56,10 +61,10 @@ import numpy.typing as npt
 from numba.extending import overload
 from scipy import special
 
-from springpot.simulation.lanes import INLINE
+from springpot.simulation.lanes import INLINE, typed
 
 __all__ = [
-    "Euler", "Forcing", "Splitting", "Start", "answer_of_springpot",
+    "Euler", "Forcing", "Splitting", "Start", "Sweep", "answer_of_springpot",
     "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "kick", "push", "slots",
     "splitting", "supply", "wake",
 ]  # fmt: skip
@@ -70,13 +75,14 @@ class Splitting(NamedTuple):
 
     step: float
     frequency: float
-    cosine: float  # of the half-step rotation
-    sine_over_frequency: float
-    sine_times_frequency: float
-    whole_cosine: float  # of the whole step
-    whole_sine_over_frequency: float
-    whole_sine_times_frequency: float
+    half_loss: float  # cosine of the half-step rotation, less 1
+    half_sine: float  # sine over the frequency
+    half_back: float  # sine times the frequency
+    loss: float  # the same of the whole step
+    sine: float
+    back: float
     share: float  # 1 / (1 + answer h): part of an impulse that is left after the springpot's reaction
+    drag: float  # share times the step
     damping: float  # weight of the present velocity in the springpot's force
     answer: float  # the springpot's mean force within a step per unit of impulse in that step
 
@@ -94,6 +100,15 @@ class Euler(NamedTuple):
         return 1.0
 
 
+class Sweep(NamedTuple):
+    """The parts as the sweep over all lanes takes them, in its precision."""
+
+    scheme: Any
+    wall: Any
+    load: Any
+    zero: Any  # of that precision
+
+
 class Start(NamedTuple):
     """State of the paths at time 0."""
 
@@ -102,7 +117,7 @@ class Start(NamedTuple):
 
 
 class Forcing(NamedTuple):
-    """Lane arrays that the forces share; those of force ``slot`` begin at ``slot * LANES``."""
+    """Lane arrays that the forces share, in the precision of the sweep; those of ``slot`` begin at ``slot * LANES``."""
 
     impulses: Any  # of the present step, by force
     works: Any  # in the present group and window, by force
@@ -136,20 +151,22 @@ def splitting(frequency: float, answer: float, step: float) -> Splitting:
 
     Examples
     --------
-    >>> round(splitting(1.0, 0.0, 0.1).whole_cosine, 4)  # without a springpot it turns by Omega h
+    >>> round(1.0 + splitting(1.0, 0.0, 0.1).loss, 4)  # without a springpot it turns by Omega h
     0.995
     """
     phase = 0.5 * frequency * step
+    share = 1.0 / (1.0 + answer * step)
     return Splitting(
         step=step,
         frequency=frequency,
-        cosine=math.cos(phase),
-        sine_over_frequency=math.sin(phase) / frequency,
-        sine_times_frequency=math.sin(phase) * frequency,
-        whole_cosine=math.cos(2.0 * phase),
-        whole_sine_over_frequency=math.sin(2.0 * phase) / frequency,
-        whole_sine_times_frequency=math.sin(2.0 * phase) * frequency,
-        share=1.0 / (1.0 + answer * step),
+        half_loss=-2.0 * math.sin(0.5 * phase) ** 2,
+        half_sine=math.sin(phase) / frequency,
+        half_back=math.sin(phase) * frequency,
+        loss=-2.0 * math.sin(phase) ** 2,
+        sine=math.sin(2.0 * phase) / frequency,
+        back=math.sin(2.0 * phase) * frequency,
+        share=share,
+        drag=share * step,
         damping=2.0 * answer,
         answer=answer,
     )
@@ -244,7 +261,7 @@ def extras(wall: Any) -> Any:
     raise NotImplementedError
 
 
-def clearance(scheme: Any, wall: Any, x0: Any, xm: Any, x: Any) -> Any:
+def clearance(scheme: Any, wall: Any, least: Any, greatest: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -323,25 +340,25 @@ def _let_numba_ask(question: Callable[..., Any], known: Mapping[tuple[object, ..
 @answers(kick, Splitting)
 def _kick_splitting(scheme, x, v, memory_force, push):
     force = memory_force + scheme.damping * v
-    impulse = scheme.share * (push - scheme.step * force)
-    return v + impulse, force + scheme.answer * impulse
+    impulse = scheme.share * push - scheme.drag * force
+    return impulse, force + scheme.answer * impulse
 
 
 @answers(drift, Splitting)
 def _drift_splitting(scheme, x, v):
-    xm = scheme.cosine * x + scheme.sine_over_frequency * v
-    vm = scheme.cosine * v - scheme.sine_times_frequency * x
-    xn = scheme.whole_cosine * x + scheme.whole_sine_over_frequency * v
-    vn = scheme.whole_cosine * v - scheme.whole_sine_times_frequency * x
+    xm = scheme.half_loss * x + scheme.half_sine * v
+    vm = scheme.half_loss * v - scheme.half_back * x
+    xn = scheme.loss * x + scheme.sine * v
+    vn = scheme.loss * v - scheme.back * x
     return xm, vm, xn, vn
 
 
 @answers(kick, Euler)
 def _kick_euler(scheme, x, v, memory_force, push):
-    return v + (push - scheme.step * (scheme.stiffness * x + memory_force)), memory_force
+    return push - scheme.step * (scheme.stiffness * x + memory_force), memory_force
 
 
 @answers(drift, Euler)
 def _drift_euler(scheme, x, v):
-    xn = x + scheme.step * v
-    return xn, v, xn, v
+    moved, no_change = scheme.step * v, typed(0.0, v)
+    return moved, no_change, moved, no_change

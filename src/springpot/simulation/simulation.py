@@ -123,6 +123,7 @@ class Simulation:
         next_block = itertools.count()
         done = itertools.count(1)
         parts, units = self.parts, self.parts.units
+        exact, sweep = parts.of_kernel()
         header = [*units.state, units.time, parts.frequency, parts.wall_position, LANES]
         states = self._states(skipped, blocks * LANES, stream)
         observed = [_room(observer, blocks) for observer in observers]
@@ -137,7 +138,7 @@ class Simulation:
                     array[len(HEADER) :] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 block(
-                    parts.scheme, parts.wall, parts.load, parts.memory, parts.drive,
+                    exact, sweep, parts.memory, parts.drive,
                     _part_of(parts.start, states, first), parts.tapped, parts.frequency**2,
                     skipped + first, settings.steps, low, high, k0, k1, stream, halved, addresses,
                     record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.forces import _damp_nothing, _one_named, _wake_nothing
-from springpot.simulation.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES, f64, u32
+from springpot.simulation.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES, f64, typed, u32
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 from springpot.simulation.random import draw, philox
 
@@ -31,9 +31,9 @@ class Filtered(NamedTuple):
     word: int  # first counter word
     parts: int  # of a step: with 2 the impulses are sums of two of a run with half the step
     place: int  # of its state among the states of all forces, in lane arrays
-    pairs: npt.NDArray[np.float64]  # (pairs, 20) of two states each
-    newest: npt.NDArray[np.float64]  # (4,) effect of a normal on the impulses of its step and the next three
-    start: npt.NDArray[np.float64]  # lower triangle: the states at time 0 from normals
+    pairs: npt.NDArray[np.floating]  # (pairs, 20) of two states each; what they keep of themselves is less 1
+    newest: npt.NDArray[np.floating]  # (4,) effect of a normal on the impulses of its step and the next three
+    start: npt.NDArray[np.floating]  # lower triangle: the states at time 0 from normals
 
 
 class Harmonic(NamedTuple):
@@ -57,7 +57,7 @@ class Poisson(NamedTuple):
 class Table(NamedTuple):
     """Impulses that are the same for all paths."""
 
-    impulses: npt.NDArray[np.float64]  # of each step; 0 after the last
+    impulses: npt.NDArray[np.floating]  # of each step; 0 after the last
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
             draw(0, first, stream, force.word + WORDS // 2 + j // GROUP, k0, k1, forcing.normals)
         for i in range(j, size):
             for lane in range(LANES):
-                normal = f64(forcing.normals[(j % GROUP) * LANES + lane])
+                normal = forcing.normals[(j % GROUP) * LANES + lane]
                 forcing.state[(force.place + i) * LANES + lane] += force.start[i, j] * normal
 
 
@@ -142,7 +142,7 @@ def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
     w, g, place = force.newest, forcing.normals, slot * GROUP * LANES
     draw(group, first, stream, force.word, k0, k1, g)
     for lane in range(LANES):
-        g0, g1, g2, g3 = f64(g[lane]), f64(g[LANES + lane]), f64(g[2 * LANES + lane]), f64(g[3 * LANES + lane])
+        g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
         forcing.given[place + lane] = w[0] * g0
         forcing.given[place + LANES + lane] = w[0] * g1 + w[1] * g0
         forcing.given[place + 2 * LANES + lane] = w[0] * g2 + w[1] * g1 + w[2] * g0
@@ -151,20 +151,22 @@ def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
         p, at = force.pairs[k], (force.place + 2 * k) * LANES
         for lane in range(LANES):
             y, z = forcing.state[at + lane], forcing.state[at + LANES + lane]
-            g0, g1, g2, g3 = f64(g[lane]), f64(g[LANES + lane]), f64(g[2 * LANES + lane]), f64(g[3 * LANES + lane])
+            g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
             forcing.given[place + lane] += p[4] * y + p[5] * z
             forcing.given[place + LANES + lane] += p[6] * y + p[7] * z
             forcing.given[place + 2 * LANES + lane] += p[8] * y + p[9] * z
             forcing.given[place + 3 * LANES + lane] += p[10] * y + p[11] * z
-            forcing.state[at + lane] = p[0] * y + p[1] * z + p[12] * g0 + p[14] * g1 + p[16] * g2 + p[18] * g3
-            forcing.state[at + LANES + lane] = p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3
+            forcing.state[at + lane] = y + (p[0] * y + p[1] * z + p[12] * g0 + p[14] * g1 + p[16] * g2 + p[18] * g3)
+            forcing.state[at + LANES + lane] = z + (
+                p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3
+            )
 
 
 @answers(supply, Table)
 def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
     for j in range(GROUP):
         n = GROUP * group + j
-        impulse = force.impulses[n] if n < force.impulses.size else 0.0
+        impulse = f64(force.impulses[n]) if n < force.impulses.size else 0.0
         for lane in range(LANES):
             forcing.given[(slot * GROUP + j) * LANES + lane] = impulse
 
@@ -175,13 +177,13 @@ def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
 def _push_given(force, slot, n, x, v, g, forcing, at, lane, weight):
     impulse = forcing.given[slot * GROUP * LANES + at]
     forcing.impulses[slot * LANES + lane] = impulse
-    return 0.0, impulse
+    return typed(0.0, x), typed(impulse, x)
 
 
 @answers(push, Poisson)
 def _push_poisson(force, slot, n, x, v, g, forcing, at, lane, weight):
     forcing.impulses[slot * LANES + lane] = 0.0  # it has no memory: its mean work is known, as that of white noise
-    return forcing.given[slot * GROUP * LANES + at], 0.0
+    return typed(forcing.given[slot * GROUP * LANES + at], x), typed(0.0, x)
 
 
 @answers(wake, Harmonic)
@@ -197,7 +199,8 @@ def _wake_harmonic(force, slot, first, stream, k0, k1, forcing):
 def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
     for j in range(GROUP):
         angle = force.turn * (GROUP * group + j + 0.5)
-        cosine, sine = force.impulse * math.cos(angle), force.impulse * math.sin(angle)
+        like = forcing.state[0]
+        cosine, sine = typed(force.impulse * math.cos(angle), like), typed(force.impulse * math.sin(angle), like)
         for lane in range(LANES):
             forcing.given[(slot * GROUP + j) * LANES + lane] = (
                 cosine * forcing.state[force.place * LANES + lane]

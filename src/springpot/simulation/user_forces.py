@@ -51,7 +51,7 @@ def user_force(function: Callable[[float, float, float], float], name: str) -> A
         middle = v + 0.5 * force.half * inner(t, place, force.speed * v)
         later = v + force.half * inner(t, place, force.speed * middle)
         forcing.works[slot * LANES + lane] += weight * 0.5 * (later - v) * (later + v)
-        return later
+        return later - v
 
     register_damper(kind)
     return kind

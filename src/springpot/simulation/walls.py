@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array
+from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array, typed
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Euler, Splitting, answers, begin, bounce, clearance, drift, extras
 from springpot.simulation.restitution import Fixed, lossless, rebound, takings
@@ -103,20 +103,21 @@ def _extras_of_rigid(wall):
 
 @answers(clearance, Euler, NoWall)
 @answers(clearance, Splitting, NoWall)
-def _clear_of_nothing(scheme, wall, x0, xm, x):
-    return 1.0
+def _clear_of_nothing(scheme, wall, least, greatest):
+    return typed(1.0, least)
 
 
 @answers(bounce, Euler, NoWall)
 @answers(bounce, Splitting, NoWall)
 def _bounce_never(scheme, wall, x, v, accumulators, lane, before, after):
-    return drift(scheme, x, v)
+    xm, vm, xn, vn = drift(scheme, x, v)
+    return x + xm, v + vm, x + xn, v + vn
 
 
 @answers(begin, Splitting, NoWall)
 def _begin_free(scheme, wall, x, v, early, accumulators, lane, weight):
-    x, v, _, _ = drift(scheme, x, v)
-    return x + early, v
+    moved, change, _, _ = drift(scheme, x, v)
+    return x + moved + early, v + change
 
 
 @answers(begin, Splitting, Rigid)
@@ -133,8 +134,14 @@ def _begin_euler(scheme, wall, x, v, early, accumulators, lane, weight):
 
 
 @answers(clearance, Splitting, Rigid)
-def _clearance_splitting(scheme, wall, x0, xm, x):
-    return min(x0, min(xm, x)) - _reach(scheme, wall)
+def _clearance_splitting(scheme, wall, least, greatest):
+    return least - _reach(scheme, wall) - _margin(least, least, greatest)
+
+
+@njit(**INLINE)
+def _margin(near, least, greatest):
+    """More than the rounding of single numbers near a wall."""
+    return typed(1e-6, least) * (abs(near) + (greatest - least))
 
 
 @njit(**INLINE)
@@ -144,15 +151,20 @@ def _reach(scheme, wall):
     With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
     most (acceleration at the wall) (half step)^2 / 8.
     """
-    dip = max(0.0, -wall.position) * (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return wall.position + dip
+    return wall.position + max(typed(0.0, wall.position), -wall.position) * _dip(scheme)
+
+
+@njit(**INLINE)
+def _dip(scheme):
+    turn = scheme.frequency * scheme.step
+    return turn * turn * typed(1.01 / 32.0, turn)
 
 
 @njit(**INLINE)
 def _half_step(scheme, wall, x, v, accumulators, lane, weight):
     """Half a step with the wall; trigonometric functions are called only near the wall."""
-    xh = scheme.cosine * x + scheme.sine_over_frequency * v
-    vh = scheme.cosine * v - scheme.sine_times_frequency * x
+    moved, change, _, _ = drift(scheme, x, v)
+    xh, vh = x + moved, v + change
     if min(x, xh) > _reach(scheme, wall):
         return xh, vh
     phase = 0.5 * scheme.frequency * scheme.step
@@ -221,18 +233,18 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
 
 
 @answers(clearance, Euler, Rigid)
-def _clearance_euler(scheme, wall, x0, xm, x):
+def _clearance_euler(scheme, wall, least, greatest):
     # `bounce` is called also for a path behind the wall that moves away; it changes nothing then
-    return x - (wall.position + scheme.contact)
+    return least - (wall.position + scheme.contact)
 
 
 @answers(bounce, Euler, Rigid)
 def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
-    xm, _, xn, vn = drift(scheme, x, v)
-    if clearance(scheme, wall, x, xm, xn) <= 0.0 and vn < 0.0:
-        add_impacts(accumulators, lane, before, 1.0, -vn)
-        vn = rebound(wall.rule, -vn, 1.0, accumulators, 0, lane, before)
-    return xn, vn, xn, vn
+    xn = x + scheme.step * v
+    if clearance(scheme, wall, xn, xn) <= 0.0 and v < 0.0:
+        add_impacts(accumulators, lane, before, 1.0, -v)
+        v = rebound(wall.rule, -v, 1.0, accumulators, 0, lane, before)
+    return xn, v, xn, v
 
 
 @answers(extras, Pair)
@@ -242,16 +254,17 @@ def _extras_of_pair(wall):
 
 @answers(clearance, Splitting, Pair)
 @answers(clearance, Splitting, Soft)
-def _clearance_between(scheme, wall, x0, xm, x):
+def _clearance_between(scheme, wall, least, greatest):
     low, high = _reaches(scheme, wall.low, wall.high)
-    return min(min(x0, min(xm, x)) - low, high - max(x0, max(xm, x)))
+    below = least - low - _margin(least, least, greatest)
+    return min(below, high - greatest - _margin(greatest, least, greatest))
 
 
 @njit(**INLINE)
 def _reaches(scheme, low, high):
     """As `_reach`, of both walls."""
-    dip = (scheme.frequency * scheme.step) ** 2 * (1.01 / 32.0)
-    return low + max(0.0, -low) * dip, high - max(0.0, high) * dip
+    dip, nothing = _dip(scheme), typed(0.0, low)
+    return low + max(nothing, -low) * dip, high - max(nothing, high) * dip
 
 
 @answers(begin, Splitting, Pair)
@@ -270,8 +283,8 @@ def _bounce_between(scheme, wall, x, v, accumulators, lane, before, after):
 
 @njit(**INLINE)
 def _half_step_between(scheme, wall, x, v, accumulators, lane, weight):
-    xh = scheme.cosine * x + scheme.sine_over_frequency * v
-    vh = scheme.cosine * v - scheme.sine_times_frequency * x
+    moved, change, _, _ = drift(scheme, x, v)
+    xh, vh = x + moved, v + change
     low, high = _reaches(scheme, wall.low, wall.high)
     if min(x, xh) > low and max(x, xh) < high:
         return xh, vh
