@@ -52,8 +52,10 @@ def test_box_muller_against_double_precision() -> None:
     rng = np.random.default_rng(5)
     for radius, angle in rng.integers(0, 2**32, (2000, 2), dtype=np.uint32):
         r = math.sqrt(-2.0 * math.log(((int(radius) >> 1) + 0.5) / 2**31))
-        turn = 2.0 * math.pi * int(angle) / 2**32
-        assert _box_muller(radius, angle) == pytest.approx((r * math.sin(turn), r * math.cos(turn)), abs=1e-6)
+        from_axis = math.pi / 4.0 * ((int(angle) << 2) % 2**32 / 2**31 - 2.0 * (int(angle) >> 29 & 1))
+        on_axis = -math.cos(from_axis) if int(angle) >> 31 else math.cos(from_axis)
+        pair = (math.sin(from_axis), on_axis)[:: -1 if int(angle) >> 30 & 1 else 1]
+        assert _box_muller(radius, angle) == pytest.approx((r * pair[0], r * pair[1]), abs=1e-6)
 
 
 @pytest.mark.parametrize("count", [6_400_000, validation(100_000_000)])
