@@ -33,10 +33,11 @@ def watched() -> Run:
 
 
 def test_observables_equal_the_moments_of_the_same_run(watched: Run) -> None:
+    """The moments add up four steps in single precision, observables all of them in double."""
     values, errors = watched.values, watched.errors
-    assert values["kinetic"] == pytest.approx(0.5 * values["v_mean_square"], rel=1e-12)
-    assert errors["kinetic"] == pytest.approx(0.5 * errors["v_mean_square"], rel=1e-12)
-    assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)
+    assert values["kinetic"] == pytest.approx(0.5 * values["v_mean_square"], rel=1e-8)
+    assert errors["kinetic"] == pytest.approx(0.5 * errors["v_mean_square"], rel=1e-6)
+    assert values["place"] == pytest.approx(values["x_mean"], rel=1e-8)
     assert values["instant"] == pytest.approx(35.02, rel=1e-12)  # middle of the steps that end in (20, 50]
     assert values["dose"] == pytest.approx(values["impact_rate"] * values["impact_speed_mean_square"], rel=1e-12)
     assert abs(values["hard"] - math.exp(-1.0) / math.pi) < 4.0 * errors["hard"]
@@ -44,7 +45,10 @@ def test_observables_equal_the_moments_of_the_same_run(watched: Run) -> None:
 
 
 def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> None:
-    """Omega = 300, q = 1e6, wall above the motion at 2 mm: numbers far from 1, and negative places."""
+    """Omega = 300, q = 1e6, wall above the motion at 2 mm: numbers far from 1, and negative places.
+
+    With a memory in double precision everything is.
+    """
     problem = sp.Oscillator(300.0, sp.Springpot(1.0, 20.0), sp.Barrier(0.002, 0.9, "below"), sp.WhiteNoise(1e3))
     found = run(
         problem,
@@ -54,6 +58,7 @@ def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> Non
         impact_observables={"first": lambda speed: speed},
         distributions=True,
         start="rest",
+        memory_tolerance=1e-8,
     )
     values = found.values
     assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)

@@ -57,13 +57,20 @@ def test_amplitude_at_the_papers_setting(order: float, wanted: float) -> None:
     assert found.errors["amplitude_mean_square"] < 0.0035 * wanted
 
 
-@pytest.mark.parametrize(("order", "restitution", "position"), [(0.5, 1.0, 0.0), (1.0, 0.8, 0.2)])
-def test_the_two_schemes_agree_on_the_same_normals(order: float, restitution: float, position: float) -> None:
-    """What the paths have in common drops out of the difference, so few of them show a per cent."""
+@pytest.mark.parametrize(
+    ("order", "restitution", "position", "step", "paths"), [(0.5, 1.0, 0.0, 2e-3, 500), (1.0, 0.8, 0.2, 2.5e-4, 1500)]
+)
+def test_the_two_schemes_agree_on_the_same_normals(
+    order: float, restitution: float, position: float, step: float, paths: int
+) -> None:
+    """What the paths have in common drops out of the difference, so few of them show a per cent.
+
+    Behind a lossy wall that the spring presses on, the paper's scheme misses 1.3 % of the impacts at a step of 2e-3.
+    """
     found = [
         run(
             oscillator(order, 1.0, 1.0, 1.0, position, restitution),
-            paths=500, duration=60.0, step=2e-3, window=(20.0, 60.0), scheme=scheme, seed=3, start="rest",
+            paths=paths, duration=60.0, step=step, window=(20.0, 60.0), scheme=scheme, seed=3, start="rest",
         ).values
         for scheme in ("default", "grunwald")
     ]  # fmt: skip
@@ -317,8 +324,9 @@ def test_nothing_is_read_before_it_is_written(monkeypatch: pytest.MonkeyPatch) -
 
 def test_window_averages_are_the_averages_of_the_record() -> None:
     found = run(
-        oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5, start="rest"
-    )
+        oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5, start="rest",
+        memory_tolerance=1e-8,
+    )  # fmt: skip
     low, high = found.settings.window_steps
     x = found.record[:, low + 1 : high + 1, 0].mean(axis=1)
     square = (found.record[:, low + 1 : high + 1] ** 2).mean(axis=1)

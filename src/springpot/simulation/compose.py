@@ -87,10 +87,11 @@ class Parts:
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
-        single = self.memory.newest.dtype == np.float32 and sweeps_in_single(self.scheme, self.load)
-        load = with_arrays(self.load, np.float32 if single else np.float64)
-        exact = kernel.Parts(self.scheme, self.wall, load)
-        return exact, single_of(exact) if single else parts.Sweep(*exact, 0.0)
+        exact = kernel.Parts(self.scheme, self.wall, self.load)
+        if self.memory.newest.dtype == np.float64 or not sweeps_in_single(exact):
+            return exact, parts.Sweep(*exact, 0.0)
+        exact = exact._replace(load=with_arrays(self.load, np.float32))
+        return exact, single_of(exact)
 
     @property
     def wall_position(self) -> float:

@@ -204,9 +204,7 @@ def _put(terms, lane, a, b, c, d):
 @njit(**INLINE)
 def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, lane):
     """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
-    change, pull, middle = _kick(
-        parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True
-    )
+    change, pull, middle = _kick(parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True)
     x_seen, v_seen, x_next, v_next = bounce(
         parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
     )
@@ -327,9 +325,7 @@ def block(
     terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _extras(0.0), observers)
-    forcing = Forcing(
-        _by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0))
-    )
+    forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)))
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):

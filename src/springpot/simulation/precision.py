@@ -12,19 +12,27 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.simulation import forces, parts, restitution, sources, walls
+from springpot.simulation.forces import Parametric, Sum, White
 from springpot.simulation.kernel import Parts
 from springpot.simulation.parts import Splitting, Sweep
+from springpot.simulation.sources import Filtered, Poisson
 
 __all__ = ["single_of", "sweeps_in_single", "with_arrays"]
 
+_OURS = {module.__name__ for module in (forces, parts, restitution, sources, walls)}
 _f32 = np.float32
 _TRIED = 16  # neighbours of a number on either side, by about a unit in the last place
 _AXES = (-1, 1, 1), (1, -1, 1), (1, 1, -1)
 
 
-def sweeps_in_single(scheme: Any, load: Any) -> bool:
-    """Whether the sweep can be in single precision: not with the paper's scheme, nor with forces of a user's own."""
-    return isinstance(scheme, Splitting) and not _is_of_user(load)
+def sweeps_in_single(exact: Parts) -> bool:
+    """Whether the sweep is in single precision.
+
+    Not with the paper's scheme, nor with parts that are not of this package, which may need more; and not without
+    noise: one path is the answer then, and its last digits may be wanted.
+    """
+    return isinstance(exact.scheme, Splitting) and all(map(_is_ours, exact)) and _is_random(exact.load)
 
 
 def single_of(exact: Parts) -> Sweep:
@@ -53,8 +61,18 @@ def _each(part: Any, change: Any) -> Any:
     return part._make(map(change, part)) if hasattr(part, "_make") else part
 
 
-def _is_of_user(part: Any) -> bool:
-    return type(part).__module__ == "__user__" or (hasattr(part, "_make") and any(map(_is_of_user, part)))
+def _is_ours(part: Any) -> bool:
+    return not hasattr(part, "_make") or (type(part).__module__ in _OURS and all(map(_is_ours, part)))
+
+
+def _is_random(load: Any) -> bool:
+    match load:
+        case Sum():
+            return _is_random(load.first) or _is_random(load.second)
+        case White():
+            return load.strength > 0.0
+        case _:
+            return isinstance(load, (Filtered, Parametric, Poisson))
 
 
 def _turn(loss: float, sine: float, back: float, name: str) -> dict[str, np.float32]:
@@ -62,7 +80,9 @@ def _turn(loss: float, sine: float, back: float, name: str) -> dict[str, np.floa
 
     The energy of an undamped oscillator grows by the determinant in every step.
     """
-    losses, sines, backs = (_near(number).reshape(shape) for number, shape in zip((loss, sine, back), _AXES, strict=True))
+    losses, sines, backs = (
+        _near(number).reshape(shape) for number, shape in zip((loss, sine, back), _AXES, strict=True)
+    )
     lost = losses.astype(float)
     off = abs(lost * (2.0 + lost) + sines.astype(float) * backs)
     i, j, k = np.unravel_index(np.argmin(off), off.shape)
