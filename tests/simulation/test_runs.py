@@ -58,7 +58,8 @@ def test_amplitude_at_the_papers_setting(order: float, wanted: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("order", "restitution", "position", "step", "paths"), [(0.5, 1.0, 0.0, 2e-3, 500), (1.0, 0.8, 0.2, 2.5e-4, 1500)]
+    ("order", "restitution", "position", "step", "paths"),
+    [(0.5, 1.0, 0.0, 2e-3, 500), validation(1.0, 0.8, 0.2, 2.5e-4, 1500)],
 )
 def test_the_two_schemes_agree_on_the_same_normals(
     order: float, restitution: float, position: float, step: float, paths: int
