@@ -6,7 +6,7 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
 
-__all__ = ["FileFault", "NotCovered", "cause_of", "listed", "meant", "shown"]
+__all__ = ["FileFault", "NotCovered", "Stopped", "cause_of", "listed", "meant", "shown"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -17,6 +17,10 @@ _TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "canno
 
 class FileFault(ValueError):
     """A file cannot be used; the sentence names keys of the file, not flags or arguments."""
+
+
+class Stopped(Exception):
+    """Work was stopped, as was asked, before it had a result."""
 
 
 class NotCovered(ValueError):

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType
 
-__all__ = ["INTERRUPTED", "Terminated", "attended", "ignore_ctrl_c", "leave_at_once", "sigterm_as_ctrl_c"]
+__all__ = [
+    "INTERRUPTED", "Terminated", "asked_to_stop", "attended", "ignore_ctrl_c", "leave_at_once", "sigterm_as_ctrl_c",
+]  # fmt: skip
 
 INTERRUPTED = 130  # exit code
 PATIENCE = 2.0  # s that a command has to tidy up after a signal
@@ -47,6 +49,51 @@ class leave_at_once:  # a class, for contextlib takes longer to load than all th
     def __exit__(self, *_: object) -> None:
         if self._ours:
             signal.signal(signal.SIGINT, self._before)
+
+
+class asked_to_stop:
+    """Context in which the first Ctrl-C only asks to stop, and the next one ends the command as always.
+
+    Parameters
+    ----------
+    said : str
+        A line for stderr at the first Ctrl-C.
+
+    Examples
+    --------
+    >>> import os, signal
+    >>> with asked_to_stop("stopping.") as asked:
+    ...     before = asked()
+    ...     os.kill(os.getpid(), signal.SIGINT)
+    ...     print(before, asked())
+    False True
+    """
+
+    def __init__(self, said: str) -> None:
+        self._said, self._asked, self._ours = said, False, False
+
+    def __enter__(self) -> Callable[[], bool]:
+        in_main = threading.current_thread() is threading.main_thread()
+        self._before = signal.getsignal(signal.SIGINT)
+        self._ours = in_main and self._before is signal.default_int_handler
+        if self._ours:
+            signal.signal(signal.SIGINT, self._first)
+            self._told = signal.set_wakeup_fd(-1)  # who is told of a signal ends the process soon
+        return lambda: self._asked
+
+    def _first(self, _signal: int, _frame: FrameType | None) -> None:
+        self._asked = True
+        self._give_back()
+        os.write(2, f"{self._said}\n".encode())
+
+    def _give_back(self) -> None:
+        if self._ours:
+            self._ours = False
+            signal.signal(signal.SIGINT, self._before)
+            signal.set_wakeup_fd(self._told, warn_on_full_buffer=False)
+
+    def __exit__(self, *_: object) -> None:
+        self._give_back()
 
 
 class Terminated(KeyboardInterrupt):

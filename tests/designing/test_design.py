@@ -87,14 +87,12 @@ def test_surfaces_leave_out_what_was_not_seen() -> None:
     u = np.linspace(0.0, 1.0, 9)[:, None]
     rate = np.exp(-4.0 * u[:, 0])
     rate[-2:] = 0.0
-    surface = smooth(u, rate)
-    assert surface is not None
-    assert surface(np.array([0.55])) == pytest.approx(math.exp(-2.2), rel=1e-3)
-    assert surface(np.array([1.0])) > 0.0
-    mean = smooth(u, u[:, 0] - 0.5)
-    assert mean is not None
-    assert mean(np.array([0.25])) == pytest.approx(-0.25, abs=1e-6)
-    assert smooth(u, np.zeros(9)) is None
+    surfaces = smooth(u, {"rate": rate, "mean": u[:, 0] - 0.5, "none": np.zeros(9)})
+    middle, end, quarter = (surfaces(np.array([place])) for place in (0.55, 1.0, 0.25))
+    assert middle["rate"] == pytest.approx(math.exp(-2.2), rel=1e-3)
+    assert end["rate"] > 0.0
+    assert quarter["mean"] == pytest.approx(-0.25, abs=1e-6)
+    assert [*middle] == ["rate", "mean"]
 
 
 @pytest.mark.validation

@@ -9,6 +9,7 @@ import pytest
 from scipy import linalg
 
 import springpot as sp
+from springpot.faults import Stopped
 from springpot.fitting.kalman import deviance_of, innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
@@ -245,6 +246,20 @@ def test_a_record_gives_back_its_numbers_and_its_noise() -> None:
     assert found.residuals.std() == pytest.approx(1.0, abs=0.1)
     again = sp.fit(model, data)
     assert again.values == found.values
+
+
+def test_a_fit_to_a_record_that_is_stopped_keeps_the_best_so_far() -> None:
+    true = sp.System(sp.Spring(4.0), sp.Springpot(0.5, 0.8), sp.WhiteNoise(1.0))
+    model = sp.System(sp.Spring(4.0), sp.Springpot(ORDER, 0.8), sp.WhiteNoise(sp.free("q", 0.5, (0.01, 100.0))))
+    data = sp.Record(0.2 * np.arange(1000), paths_of(true, 0.2, 1000, 0.0, 1), noise=0.01)
+    asked: list[int] = []
+    found = sp.fit(model, data, stop=lambda: asked.append(1) or len(asked) > 3)  # type: ignore[func-returns-value]
+    assert len(asked) == 4
+    assert "The fit was stopped" in found.warnings[-1]
+    assert all(abs(found.values[name] - value) < 4.0 * found.errors[name] for name, value in (("order", 0.5), ("q", 1)))
+    assert len(found.profile("order", 5).values) > 4
+    with pytest.raises(Stopped):
+        sp.fit(model, data, stop=lambda: True)
 
 
 def test_a_wall_in_a_record_is_noticed() -> None:

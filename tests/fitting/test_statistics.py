@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +13,11 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.designing.samples import sampled_run
-from springpot.faults import FileFault
+from springpot.designing.surfaces import Form, Surface, places, surface_through
+from springpot.faults import FileFault, Stopped
+from springpot.fitting.exploring import Explorer
 from springpot.fitting.likelihood import slopes
 from springpot.fitting.moments import _statistic
-from springpot.fitting.surfaces import places, surface_through
 from springpot.simulation.settings import resolve
 from springpot.simulation.statistics import standard_error
 
@@ -31,7 +34,8 @@ def exactly(gap: float, names: tuple[str, ...], error: float = 0.02) -> sp.Stati
     return sp.Statistics(**{name: (getattr(exact, name), error * getattr(exact, name)) for name in names})
 
 
-def test_a_surface_is_that_of_its_polynomial_and_so_are_its_slopes_and_errors() -> None:
+@pytest.mark.parametrize("form", ["quadratic", "spline"])
+def test_a_surface_is_that_of_its_runs_and_so_are_its_slopes_and_errors(form: Form) -> None:
     rng = np.random.default_rng(1)
     z = places(3, quadratic=True, seed=1)
     centre, reach = np.array([1.0, 0.0, -2.0]), np.array([0.1, 0.2, 0.3])
@@ -42,15 +46,15 @@ def test_a_surface_is_that_of_its_polynomial_and_so_are_its_slopes_and_errors() 
         return np.stack([np.exp(1.0 + a * b - 0.3 * c**2 + 0.1 * b), 2.0 * a - b * c], axis=-1)
 
     groups = rng.standard_normal((len(u), 16, 2))
-    own = surface_through(u, truth(u), groups, centre, reach, quadratic=True, logarithmic=np.array([True, False]))
+    log = np.array([True, False])
+    own = surface_through(u, truth(u), centre, reach, form=form, logarithmic=log, samples=groups)
     there = centre + 0.4 * reach
-    assert own(there) == pytest.approx(truth(there[None])[0], rel=1e-9)
+    assert own(there) == pytest.approx(truth(there[None])[0], rel=1e-9 if form == "quadratic" else 0.02)
     free = tuple(sp.free(name, 0.0, (-9.0, 9.0)) for name in "abc")
     assert own.slope(there) == pytest.approx(slopes(own, there, free), rel=1e-6, abs=1e-8)
     apart = groups - groups.mean(axis=1, keepdims=True)
-    moved = surface_through(
-        u, truth(u) + apart[:, 3] * 1e-6, groups, centre, reach, quadratic=True, logarithmic=np.array([True, False])
-    )
+    other = truth(u) + apart[:, 3] * 1e-6
+    moved = surface_through(u, other, centre, reach, form=form, logarithmic=log, samples=groups)
     size = np.array([own(there)[0], 1.0])[:, None]
     size_moved = np.array([moved(there)[0], 1.0])[:, None]
     change = (moved.slope(there) / size_moved - own.slope(there) / size) / 1e-6
@@ -110,6 +114,46 @@ def test_numbers_that_statistics_do_not_tell_apart_are_named() -> None:
     found = sp.fit(linear, sp.Statistics(x_mean_square=(0.3125, 0.01), v_mean_square=(1.25, 0.03)), paths=1024)
     assert [{*own.names} for own in found.not_told_apart] == [{"C", "q"}]
     assert found.values["q"] / found.values["C"] == pytest.approx(2.5, rel=0.05)
+
+
+def test_a_fit_that_is_stopped_keeps_the_best_so_far() -> None:
+    told = [0.0]
+    names = ("x_mean_square", "v_mean_square")
+    found = sp.fit(
+        struck(W, Q), exactly(-0.5, names), seed=2, progress=told.append, stop=lambda: told[-1] > 0.015
+    )  # in the second round, and no later
+    assert found.warnings[-1] == "The fit was stopped: these are the best numbers so far."
+    assert told[-1] < 0.02
+    assert all(abs(found.values[name] - 1.0) < 0.25 for name in ("w", "q"))
+    assert found.profile("w").limits[0] < found.values["w"]
+    with pytest.raises(Stopped, match="before it had found anything"):
+        sp.fit(struck(W, Q), exactly(-0.5, names), seed=2, stop=lambda: True)
+
+
+def test_the_first_ctrl_c_lets_the_command_keep_the_best_so_far(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Explorer.surface
+
+    def struck_by_ctrl_c(self: Explorer, *args: Any, **words: Any) -> Surface:
+        found = first(self, *args, **words)
+        os.kill(os.getpid(), signal.SIGINT)
+        return found
+
+    (tmp_path / "a.csv").write_text(GOOD)
+    device = sp.System(sp.Spring(W), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q))
+    (tmp_path / "a.toml").write_text(sp.to_toml(device))
+    monkeypatch.setattr(Explorer, "surface", struck_by_ctrl_c)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert cli.main(["fit", str(tmp_path / "a.csv"), "--model", str(tmp_path / "a.toml")]) == 0
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    out, err = capfd.readouterr()
+    assert "fit of 2 numbers to 2 statistics" in out
+    assert "Ctrl-C again ends at once" in err
+    assert "these are the best numbers so far" in err
 
 
 BAD: list[tuple[Any, str]] = [

@@ -28,7 +28,8 @@ from springpot.cli.flags import (
     with_flags,
 )
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
-from springpot.interrupt import leave_at_once
+from springpot.faults import Stopped
+from springpot.interrupt import asked_to_stop, leave_at_once
 from springpot.oscillator import Oscillator
 from springpot.places import place_for
 from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
@@ -403,9 +404,13 @@ def fit(
 
     models = [read_system(name) for name in model]
     measured = read_data(data)
-    given = {} if paths is None else {"paths": paths}
-    with Bar("simulating", first="finding where to simulate", hint="") as bar:
-        found = find(models[0] if len(models) == 1 else models, measured, seed=seed, progress=bar, **given)
+    asked = models[0] if len(models) == 1 else models
+    ending = asked_to_stop("springpot: stopping with the best numbers so far; Ctrl-C again ends at once.")
+    with Bar("simulating", first="finding where to simulate", hint="") as bar, ending as stop:
+        try:
+            found = find(asked, measured, seed=seed, paths=paths, progress=bar, stop=stop)
+        except Stopped:  # before there were any
+            raise KeyboardInterrupt from None
     for sentence in found.warnings:
         warn(sentence)
     if place is not None:

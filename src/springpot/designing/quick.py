@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -12,6 +11,7 @@ from springpot.designing.numbers import as_simulated
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
+from springpot.designing.surfaces import surface_through
 from springpot.faults import NotCovered
 from springpot.free_numbers import with_values
 from springpot.oscillator import Oscillator
@@ -23,7 +23,6 @@ __all__ = ["places_of", "quick_quantities", "smooth"]
 Floats = NDArray[np.float64]
 
 PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
-SMOOTHING = 1e-4  # of the surfaces through such runs, whose values have errors of some per cent
 
 
 def quick_quantities(
@@ -67,55 +66,58 @@ def _by_chance(
             continue
         at.append(place)
         found.append({name: value for name, (value, _, _) in own.items()})
-    surfaces: dict[str, Callable[[Floats], float]] = {}
-    for name in found[0] if found else ():
-        surface = smooth(np.array(at), np.array([each[name] for each in found]))
-        if surface is not None:
-            surfaces[name] = surface
+    surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         try:
             with_values(problem, values)
         except (ValueError, TypeError):
             return {}
-        u = space.place(values)
-        return {name: surface(u) for name, surface in surfaces.items()}
+        return surfaces(space.place(values))
 
     return quantities
 
 
-def smooth(places: Floats, values: Floats) -> Callable[[Floats], float] | None:
-    """A thin plate spline near values at places, of their logarithm if none is negative; zeros are then left out.
-
-    None if there are too few.
+def smooth(places: Floats, values: Mapping[str, Floats]) -> Callable[[Floats], dict[str, float]]:
+    """Splines near values at places, of their logarithms if none is negative; zeros are then left out.
 
     Parameters
     ----------
     places : ndarray, shape (n, numbers)
-    values : ndarray, shape (n,)
-        NaN where there is none.
+        Between 0 and 1.
+    values : dict of ndarray, shape (n,)
+        By name, NaN where there is none; a name with too few has no surface.
 
     Examples
     --------
     >>> u = np.linspace(0.0, 1.0, 9)[:, None]
-    >>> surface = smooth(u, np.exp(3.0 * u[:, 0]))
-    >>> float(round(surface(np.array([0.3])) / np.exp(0.9), 3))
+    >>> surfaces = smooth(u, {"rate": np.exp(3.0 * u[:, 0])})
+    >>> round(surfaces(np.array([0.3]))["rate"] / float(np.exp(0.9)), 3)
     1.0
     """
-    from scipy.interpolate import RBFInterpolator
+    together: dict[bytes, list[str]] = {}  # those that are known at the same places
+    for name, own in values.items():
+        known = np.isfinite(own) & (_is_signed(own) | (own > 0.0))
+        if known.sum() >= places.shape[1] + 2:
+            together.setdefault(known.tobytes(), []).append(name)
+    surfaces = []
+    for key, names in together.items():
+        kept = np.frombuffer(key, np.bool_)
+        surfaces.append((names, surface_through(
+            places[kept], np.stack([values[name][kept] for name in names], axis=-1), np.zeros(places.shape[1]),
+            np.ones(places.shape[1]), form="spline",
+            logarithmic=np.array([not _is_signed(values[name]) for name in names]),
+        )))  # fmt: skip
 
-    signed = bool((values < 0.0).any())
-    known = np.isfinite(values) & (signed | (values > 0.0))
-    if known.sum() < places.shape[1] + 2:
-        return None
-    heights = values[known] if signed else np.log(values[known])
-    surface = RBFInterpolator(places[known], heights, kernel="thin_plate_spline", degree=1, smoothing=SMOOTHING)
-
-    def at(u: Floats) -> float:
-        height = float(surface(np.clip(u, 0.0, 1.0)[None, :])[0])
-        return height if signed else math.exp(height)
+    def at(u: Floats) -> dict[str, float]:
+        inside = np.clip(u, 0.0, 1.0)
+        return {name: value for names, own in surfaces for name, value in zip(names, own(inside).tolist(), strict=True)}
 
     return at
+
+
+def _is_signed(values: Floats) -> bool:
+    return bool((values < 0.0).any())
 
 
 def places_of(space: Space, seed: int) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from springpot.arguments import Free
@@ -20,17 +20,18 @@ if TYPE_CHECKING:
 __all__ = ["described", "fitted", "freed"]
 
 FARTHER = 1000.0  # beyond the ends of a logarithmic slider, on either side
+FARTHER_SIMULATED = 10.0  # the same, where every place between the bounds may be simulated
 INSIDE = 1e-3  # of a linear slider, from its ends
 MOST_POINTS = 2000  # that are drawn
 
 _AXES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
 
 
-def freed(system: System, names: Sequence[str]) -> System:
+def freed(system: System, names: Sequence[str], farther: float = FARTHER) -> System:
     """The system with some of its numbers free, by the names of their sliders.
 
     Those that are free in the file keep their bounds if they are ticked, and are held if not.  The bounds of the others
-    are the ends of linear sliders, and 1000 times beyond those of logarithmic ones.
+    are the ends of linear sliders, and ``farther`` times beyond those of logarithmic ones.
 
     Raises
     ------
@@ -52,16 +53,16 @@ def freed(system: System, names: Sequence[str]) -> System:
     size = sizes(system)
     own = {one.name: one for one in sliders(system, Size(size["frequency"], size["length"]))}
     held = with_values(system, {name: float(number) for name, number in free_numbers(system).items()})
-    return with_numbers(held, {ROOT + name.replace("-", "."): _free(own[name], known[name]) for name in names})
+    return with_numbers(held, {ROOT + name.replace("-", "."): _free(own[name], known[name], farther) for name in names})
 
 
-def _free(slider: Slider, value: float) -> float:
+def _free(slider: Slider, value: float, farther: float) -> float:
     """A free number that starts where the slider is."""
     low, high = slider.begin, slider.end
     if isinstance(value, Free):
         pass
     elif slider.log:
-        low, high = low / FARTHER, high * FARTHER
+        low, high = low / farther, high * farther
     else:
         low, high = low + INSIDE * (high - low), high - INSIDE * (high - low)
     return free(_word(slider.name), min(max(float(value), low), high), (low, high))
@@ -78,19 +79,26 @@ def described(data: Data) -> str:
     return f"{kind}, {count} points" if count else kind
 
 
-def fitted(system: System, names: Sequence[str], data: Data) -> dict[str, Any]:
+def fitted(
+    system: System,
+    names: Sequence[str],
+    data: Data,
+    progress: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> dict[str, Any]:
     """The fit of ticked numbers, for the page: values with errors, the points, and what there is to doubt.
 
     Raises
     ------
-    TypeError, ValueError
+    TypeError, ValueError, Stopped
         As `springpot.fit`.
     """
-    from springpot.fitting import fit
+    from springpot.fitting import Statistics, fit
 
     if not names:
         raise ValueError("free: tick the numbers that are to be found.")
-    found = fit(freed(system, names), data)
+    farther = FARTHER_SIMULATED if isinstance(data, Statistics) else FARTHER
+    found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
     table = found.table
     groups = []
     for group in dict.fromkeys(table.group.tolist()):

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from springpot.explorer.engine import Engine
 from springpot.explorer.protocol import FilePart
+from springpot.faults import Stopped
 from springpot.system import System
 
 __all__ = ["Measured", "sentence_of"]
+
+TOLD = 0.2  # s between two messages of how far a fit is
 
 
 class Measured:
@@ -28,6 +33,7 @@ class Measured:
         self._parts: list[str] = []
         self._data: Any = None
         self._work: asyncio.Future[None] | None = None
+        self._stopped = threading.Event()  # of the fit that is running
 
     def take(self, part: FilePart) -> None:
         """Keep a part of a file; the last one has it read.
@@ -57,10 +63,16 @@ class Measured:
         if self._data is None:
             raise ValueError("fit: there are no data yet.")
         self.close()
-        self._work = asyncio.ensure_future(self._fit(system, names))
+        self._stopped = threading.Event()
+        self._work = asyncio.ensure_future(self._fit(system, names, self._stopped))
+
+    def stop(self) -> None:
+        """End the fit that is running, with the best numbers so far."""
+        self._stopped.set()
 
     def close(self) -> None:
-        """Cancel what has not begun; what is running is not shown."""
+        """Cancel what has not begun; what is running ends soon, and is not shown."""
+        self._stopped.set()
         if self._work is not None:
             self._work.cancel()
 
@@ -71,13 +83,26 @@ class Measured:
         except Exception as error:
             self._post("data", name=name, said="", fault=sentence_of(error))
 
-    async def _fit(self, system: System, names: Sequence[str]) -> None:
-        self._post("fit", running=True, fault="")
+    async def _fit(self, system: System, names: Sequence[str], stopped: threading.Event) -> None:
+        loop, told = asyncio.get_running_loop(), 0.0
+
+        def progress(fraction: float) -> None:
+            nonlocal told
+            if not stopped.is_set() and (now := time.monotonic()) > told + TOLD:
+                told = now
+                estimate = getattr(fraction, "estimate", None)
+                loop.call_soon_threadsafe(self._tell, float(fraction), estimate.seconds if estimate else None)
+
+        self._tell(None, None)
         try:
-            found = await self._engine.fit(_fitted, system, names, self._data)
+            found = await self._engine.fit(_fitted, system, names, self._data, progress, stopped.is_set)
             self._post("fit", running=False, fault="", **found)
         except Exception as error:
             self._post("fit", running=False, fault=sentence_of(error))
+
+    def _tell(self, done: float | None, seconds: float | None) -> None:
+        """How far a fit is, and the seconds that are left, as far as they are known."""
+        self._post("fit", running=True, fault="", done=done, seconds=seconds)
 
 
 def _read(text: str, name: str) -> tuple[Any, str]:
@@ -88,10 +113,12 @@ def _read(text: str, name: str) -> tuple[Any, str]:
     return data, described(data)
 
 
-def _fitted(system: System, names: Sequence[str], data: Any) -> dict[str, Any]:
+def _fitted(
+    system: System, names: Sequence[str], data: Any, progress: Callable[[float], None], stop: Callable[[], bool]
+) -> dict[str, Any]:
     from springpot.explorer.fitting import fitted
 
-    return fitted(system, names, data)
+    return fitted(system, names, data, progress, stop)
 
 
 def sentence_of(error: Exception) -> str:
@@ -103,4 +130,4 @@ def sentence_of(error: Exception) -> str:
     ('order must be in [0, 1].', "KeyError: 'x'")
     """
     text = " ".join(str(error).split())[:400]
-    return text if isinstance(error, ValueError) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, ValueError | Stopped) else f"{type(error).__name__}: {text}"

@@ -11,7 +11,7 @@ from springpot.oscillator import Oscillator
 
 __all__ = [
     "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "Message", "NextPath", "Play", "Problem", "Step",
-    "SystemProblem", "parse",
+    "StopFit", "SystemProblem", "parse",
 ]  # fmt: skip
 
 LONGEST_MESSAGE = 16_384  # bytes; an oscillator's has some 400, a system's 50 for each number that was changed
@@ -121,6 +121,14 @@ class Fit(BaseModel):
     free: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_FREE)]
 
 
+class StopFit(BaseModel):
+    """End the fit that is running, with the best numbers so far."""
+
+    model_config = _STRICT
+
+    kind: Literal["stop-fit"]
+
+
 class Play(BaseModel):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
@@ -147,7 +155,7 @@ class NextPath(BaseModel):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | SystemProblem | File | FilePart | Fit | Play | Step | NextPath
+AnyMessage = Problem | SystemProblem | File | FilePart | Fit | StopFit | Play | Step | NextPath
 Message = Annotated[AnyMessage, Field(discriminator="kind")]
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Message)
 
@@ -197,7 +205,7 @@ def parse(text: object) -> AnyMessage:
     return message
 
 
-_KINDS = ("problem", "system", "file", "data", "fit", "play", "step", "next-path")
+_KINDS = ("problem", "system", "file", "data", "fit", "stop-fit", "play", "step", "next-path")
 
 
 def _sentence(error: ValidationError) -> str:

@@ -21,7 +21,18 @@ import numpy as np
 from springpot.explorer import frames
 from springpot.explorer.engine import Engine
 from springpot.explorer.measured import Measured, sentence_of
-from springpot.explorer.protocol import AnyMessage, File, FilePart, Fit, NextPath, Play, Problem, Step, SystemProblem
+from springpot.explorer.protocol import (
+    AnyMessage,
+    File,
+    FilePart,
+    Fit,
+    NextPath,
+    Play,
+    Problem,
+    Step,
+    StopFit,
+    SystemProblem,
+)
 from springpot.explorer.question import Question, question_of
 from springpot.oscillator import Oscillator, Springpot
 
@@ -87,6 +98,8 @@ class Session:
                 if self._question is None or self._question.system is None:
                     raise ValueError("fit: no system is open.")
                 self._measured.fit(self._question.system, message.free)
+            case StopFit():
+                self._measured.stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:

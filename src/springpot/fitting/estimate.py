@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.faults import Stopped
 from springpot.fitting.likelihood import FloatArray, Likelihood
 
 __all__ = ["STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "profile_along", "search"]
@@ -73,6 +74,8 @@ def search(likelihood: Likelihood, seed: int) -> Solution:
     ------
     ValueError
         If the model cannot be computed at its start.
+    Stopped
+        If it was stopped before that.
     """
     own = likelihood.coordinates
     every = np.ones(len(own.free), bool)
@@ -86,11 +89,18 @@ def search(likelihood: Likelihood, seed: int) -> Solution:
         except ValueError as error:  # a place between the bounds where the model cannot be
             fault = error
             continue
+        except Stopped:
+            if likelihood.least is None:
+                raise
+            return Solution(own.inner(likelihood.least[1]), likelihood.least[0], every)
         if np.isfinite(found) and (best is None or found < best[0]):
             best = found, u
     if best is None:
         raise fault or ValueError("model has no likelihood between its bounds.")
-    return _held(likelihood, *best)
+    try:
+        return _held(likelihood, *best)
+    except Stopped:
+        return Solution(best[1], best[0], every)
 
 
 def _starts(likelihood: Likelihood, seed: int) -> Iterator[FloatArray]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.faults import listed, shown
-from springpot.fitting.data import Impacts, Moduli, Record, Spectrum
+from springpot.faults import Stopped, listed, shown
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.likelihood import LeastSquares, Likelihood
+from springpot.fitting.motion_data import Record, Spectrum
+from springpot.fitting.part_data import Impacts, Moduli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.statistics import Statistics
@@ -37,6 +38,7 @@ def fit(
     paths: int | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
 ) -> Fit:
     """Find the free numbers of a model that agree best with data.
 
@@ -62,6 +64,9 @@ def fit(
         Of simulations.
     progress : callable, optional
         Called with the fraction of the simulations done.
+    stop : callable, optional
+        Asked again and again, from any thread: when it returns True, a fit to `Statistics` or to a `Record` ends with
+        the best numbers so far, and a warning.
 
     Returns
     -------
@@ -74,6 +79,8 @@ def fit(
         If the data are of another kind, nothing is free, or a free number has no influence on the data.
     NotCovered
         If the model has a part that such data cannot be computed for; the sentence names it.
+    springpot.faults.Stopped
+        If it was stopped before there were any numbers.
 
     Notes
     -----
@@ -101,7 +108,7 @@ def fit(
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
-    work = _Work(seed, _checked_paths(paths), threads, progress)
+    work = _Work(seed, _checked_paths(paths), threads, progress, stop)
     if data is None:
         return _fit(*_pairs(model), work)
     if not isinstance(data, Moduli | Spectrum | FrequencyResponse | Record | Impacts | Statistics):
@@ -121,6 +128,7 @@ class _Work:
     paths: int | None
     threads: int | None
     progress: Progress | None
+    stop: Callable[[], bool] | None
 
 
 def _checked_paths(paths: object) -> int | None:
@@ -144,7 +152,15 @@ def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[Statistics, ...]]:
 def _best_of(models: Sequence[Any], data: Data, work: _Work) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
-    found = sorted((_fit(model, data, work) for model in models), key=lambda fit: fit.bic)
+    found: list[Fit] = []
+    for model in models:
+        try:
+            found.append(_fit(model, data, work))
+        except Stopped:
+            if not found:
+                raise
+            break
+    found.sort(key=lambda fit: fit.bic)
     plain = [_label(own.model) for own in found]
     labels = [
         f"{label} ({', '.join(own.values)})" if plain.count(label) > 1 else label
@@ -157,13 +173,9 @@ def _best_of(models: Sequence[Any], data: Data, work: _Work) -> Fit:
 def _fit(model: Any, data: Any, work: _Work) -> Fit:
     likelihood = _likelihood(model, data, work)
     own = likelihood.coordinates
-    if not own.free:
-        raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
-    fewest = len(own.free) if isinstance(data, Statistics | tuple) else len(own.free) + 2
-    if likelihood.size < fewest:
-        raise ValueError(f"data must have more points than the model has free numbers: {likelihood.size} are too few "
-                         f"for {len(own.free)}.")  # fmt: skip
-    _check_influence(likelihood)
+    if not likelihood.simulated:  # those of statistics were checked before any work
+        _check_size(len(own.free), likelihood.size, 2)
+        _check_influence(likelihood)
     best = search(likelihood, work.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
@@ -174,6 +186,7 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
         slope = own.slope(theta)[best.moves]
         part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
         covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
+    likelihood.go_on()
     in_model = {name: value for name, value in named.items() if name in free_numbers_of(model)}
     moving = int(best.moves.sum())
     bic, aicc = _criteria(likelihood, best.deviance, theta)
@@ -199,10 +212,19 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
     )  # fmt: skip
 
 
+def _check_size(numbers: int, points: int, spare: int) -> None:
+    """There must be a free number, and as many points, with some to spare."""
+    if not numbers:
+        raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
+    if points < numbers + spare:
+        raise ValueError(f"data must have more points than the model has free numbers: {points} are too few "
+                         f"for {numbers}.")  # fmt: skip
+
+
 def _check_influence(likelihood: Likelihood) -> None:
     """No free number may leave the data as they are."""
     own = likelihood.coordinates
-    if isinstance(likelihood, LeastSquares) and not likelihood.simulated:
+    if isinstance(likelihood, LeastSquares):
         moves = np.abs(likelihood.sensitivity(own.outer(own.start))).max(axis=0)
         if idle := [name for name, move in zip(own.names, moves.tolist(), strict=True) if move == 0.0]:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
@@ -221,13 +243,14 @@ def free_numbers_of(model: Any) -> dict[str, Any]:
 
 def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
     if isinstance(data, Statistics | tuple):
-        from springpot.fitting.simulated import MomentsLikelihood
+        from springpot.fitting.settling import settled
 
         cases = [(model, data)] if isinstance(data, Statistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
             if not isinstance(each, System | Oscillator):
                 raise TypeError(f"model must be a System or an Oscillator for data of Statistics, not {shown(each)}.")
-        return MomentsLikelihood(cases, work.seed, work.paths, work.threads, work.progress)
+        _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
+        return settled(cases, work.seed, work.paths, work.threads, work.progress, work.stop)
     if isinstance(data, Impacts):
         from springpot.fitting.impacts import ImpactLikelihood, law_of
 
@@ -250,7 +273,7 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
         return SpectrumLikelihood(model, data, work.seed)
     from springpot.fitting.records import RecordLikelihood
 
-    return RecordLikelihood(model, data, work.seed)
+    return RecordLikelihood(model, data, work.seed, work.stop)
 
 
 def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[float, float]:

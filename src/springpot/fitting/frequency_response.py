@@ -9,7 +9,8 @@ import numpy as np
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.faults import shown
-from springpot.fitting.data import FloatArray, Of, PointFault, check_of, column, frequencies
+from springpot.fitting.columns import FloatArray, PointFault, column, frequencies
+from springpot.fitting.motion_data import Of, check_of
 from springpot.parts.checks import put
 
 __all__ = ["FrequencyResponse"]

@@ -10,7 +10,6 @@ import numpy as np
 
 from springpot.arguments import Free
 from springpot.faults import listed
-from springpot.fitting.data import Impacts
 from springpot.fitting.likelihood import (
     Coordinates,
     FloatArray,
@@ -20,6 +19,7 @@ from springpot.fitting.likelihood import (
     gamma_slope,
     slopes,
 )
+from springpot.fitting.part_data import Impacts
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier

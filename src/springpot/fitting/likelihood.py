@@ -135,12 +135,19 @@ class Likelihood(ABC):
         Number of data.
     known : bool
         Whether the scatter of the data is known; if not, it is estimated from the residuals.
+    stopped : bool
+        Whether the search was stopped, as was asked.
+    least : (float, ndarray) or None
+        The least deviance so far and its numbers, of a likelihood that can be stopped.
     """
 
     coordinates: Coordinates
     size: int
     known: bool = True
     smooth_start: bool = False  # whether one start is enough
+    stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
+    stopped: bool = False
+    least: tuple[float, FloatArray] | None = None
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
     @abstractmethod
@@ -178,6 +185,10 @@ class Likelihood(ABC):
     def doubts(self, theta: FloatArray) -> tuple[str, ...]:
         """One sentence for each reason to doubt the numbers that lies in how the fit was made."""
         return ()
+
+    def go_on(self) -> None:
+        """Nothing stops it from now on: the fit has ended, and what is asked of it later is answered."""
+        self.stop = None
 
 
 class LeastSquares(Likelihood):

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from springpot.arguments import Free
 from springpot.faults import NotCovered, listed
-from springpot.fitting.data import Moduli
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, gamma_residuals, gamma_slope
+from springpot.fitting.part_data import Moduli
 from springpot.free_numbers import free_numbers, restarted
 from springpot.oscillator import Oscillator
 from springpot.parts import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.observers import BATCHES
 from springpot.simulation.settings import Settings, check_stationary, resolve
+from springpot.simulation.simulation import Progress
 from springpot.simulation.slow_impacts import impact_step_biases
 from springpot.simulation.statistics import controlled
 from springpot.simulation.system_warnings import step_biases_of_system
@@ -63,12 +64,19 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
-    def begun_at(self, named: Mapping[str, float]) -> Case:
-        """The same with step, duration and start for these numbers."""
+    def steps_at(self, named: Mapping[str, float]) -> int:
+        """Of a path of a rough run that is made for these numbers."""
+        problem = as_simulated(with_values(self.model, named))
+        check_stationary(problem, "data of Statistics")
+        return _settings(problem, self.settings.seed, self.settings.threads)[1].steps
+
+    def begun_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
+        """The same with step, duration and start for these numbers; ``alive`` is called again and again."""
         problem = as_simulated(with_values(self.model, named))
         check_stationary(problem, "data of Statistics")
         settings, rough = _settings(problem, self.settings.seed, self.settings.threads)
-        return replace(self, settings=settings, rough=rough, start=adapt(problem, settings, paths=_PILOT_PATHS))
+        start = adapt(problem, settings, paths=_PILOT_PATHS, progress=alive)
+        return replace(self, settings=settings, rough=rough, start=start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +97,12 @@ class Moments:
 
 
 def case_of(
-    model: System | Oscillator, data: Statistics, named: Mapping[str, float], seed: int, threads: int | None
+    model: System | Oscillator,
+    data: Statistics,
+    named: Mapping[str, float],
+    seed: int,
+    threads: int | None,
+    alive: Progress | None,
 ) -> Case:
     """A case whose settings are those for these numbers.
 
@@ -99,7 +112,7 @@ def case_of(
         If there is no stationary state.
     """
     settings, rough = _settings(as_simulated(with_values(model, named)), seed, threads)
-    return Case(model, data, settings, rough).begun_at(named)
+    return Case(model, data, settings, rough).begun_at(named, alive)
 
 
 def _settings(problem: Oscillator | System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
@@ -119,7 +132,7 @@ def moments_of(
     mean: float | None,
     *,
     rough: bool,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> Moments:
     """Run a model.
 
@@ -147,7 +160,7 @@ def moments_of(
     check_stationary(problem, "data of Statistics")
     start = case.start
     if start is not None and start.pilots == 0:
-        start = adapt(problem, case.settings, paths=_PILOT_PATHS)
+        start = adapt(problem, case.settings, paths=_PILOT_PATHS, progress=progress)
     elif start is not None and mean is not None:
         start = replace(start, position=_between_walls(problem, mean))
     settings = replace(case.rough if rough else case.settings, paths=paths)

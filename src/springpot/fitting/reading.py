@@ -15,8 +15,10 @@ import numpy as np
 from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.files import read_text
-from springpot.fitting.data import FloatArray, Impacts, Moduli, PointFault, Record, Spectrum
+from springpot.fitting.columns import FloatArray, PointFault
 from springpot.fitting.frequency_response import FrequencyResponse
+from springpot.fitting.motion_data import Record, Spectrum
+from springpot.fitting.part_data import Impacts, Moduli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import Statistics
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from springpot.faults import FileFault, listed, meant, shown
-from springpot.fitting.data import PointFault
+from springpot.fitting.columns import PointFault
 from springpot.fitting.statistics import QUANTILE, Statistics
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.arguments import Free
-from springpot.fitting.data import Record
+from springpot.faults import Stopped
 from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
+from springpot.fitting.motion_data import Record
 from springpot.fitting.response import response
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
 from springpot.fitting.state_space import state_space
@@ -39,12 +40,16 @@ class RecordLikelihood(Likelihood):
     data : Record
     seed : int
         Of the search in the spectrum of the record, from which the search in the record starts.
+    stop : callable, optional
+        Tells whether to end with the best numbers so far.
     """
 
     smooth_start = True
 
-    def __init__(self, model: System | Oscillator, data: Record, seed: int = 1) -> None:
-        self.model, self.data = model, data
+    def __init__(
+        self, model: System | Oscillator, data: Record, seed: int = 1, stop: Callable[[], bool] | None = None
+    ) -> None:
+        self.model, self.data, self.stop = model, data, stop
         self.size = data.size
         self._duration = float(data.time[-1] - data.time[0])
         free = (*free_numbers(model).values(),)
@@ -78,7 +83,18 @@ class RecordLikelihood(Likelihood):
 
     def deviance(self, theta: FloatArray) -> float:
         """-2 ln L."""
-        return self._filtered(theta, self.coordinates.free)[0]
+        if self.stop is not None and self.stop():
+            self.stop, self.stopped = None, True
+            raise Stopped("the fit was stopped before it had found anything.")
+        found = self._filtered(theta, self.coordinates.free)[0]
+        if self.least is None or found < self.least[0]:
+            self.least = found, theta.copy()
+        return found
+
+    def doubts(self, theta: FloatArray) -> tuple[str, ...]:
+        """Whether it was stopped."""
+        said = "The fit was stopped: these are the best numbers so far, with errors as the spectrum has them."
+        return (said,) if self.stopped else ()
 
     def _information(self, theta: FloatArray) -> FloatArray:
         """Of the coordinates, as the spectrum has it: each periodogram of Welch's average counts once."""
@@ -142,14 +158,14 @@ class RecordLikelihood(Likelihood):
         return np.clip(again, low, high)
 
     def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
-        """From the second differences of the likelihood; from the spectrum where a number is at its bound."""
+        """From second differences of the likelihood; from the spectrum if stopped, or where a number is at a bound."""
         own = self.coordinates
         u = own.inner(theta)
         whole = self._information(theta)
         root = self._whitening(u, moves)
         reach = 2.0 * _HESSIAN_STEP * np.sqrt(np.diag(root @ root.T))
         at = u[moves]
-        if (at - reach < own.low[moves]).any() or (at + reach > own.high[moves]).any():
+        if self.stopped or (at - reach < own.low[moves]).any() or (at + reach > own.high[moves]).any():
             return inverse(whole[np.ix_(moves, moves)])
 
         def misfit(w: FloatArray) -> float:
@@ -157,7 +173,10 @@ class RecordLikelihood(Likelihood):
             moved[moves] = at + root @ w
             return 0.5 * self.deviance(own.outer(moved))
 
-        hessian = _hessian(misfit, at.size)
+        try:
+            hessian = _hessian(misfit, at.size)
+        except Stopped:
+            return inverse(whole[np.ix_(moves, moves)])
         if not np.isfinite(hessian).all() or not (np.linalg.eigvalsh(hessian) > 0.0).all():
             return inverse(whole[np.ix_(moves, moves)])
         return np.asarray(root @ inverse(hessian) @ root.T)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from springpot.faults import NotCovered
-from springpot.fitting.data import Of, window_samples
 from springpot.fitting.likelihood import FloatArray
+from springpot.fitting.motion_data import Of, window_samples
 from springpot.oscillator import Oscillator
 from springpot.parts import Constant, FilteredNoise, Harmonic, ParametricNoise, PoissonImpulses, Recorded, WhiteNoise
 from springpot.system import System

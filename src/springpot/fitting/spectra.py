@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from springpot.arguments import Free
-from springpot.fitting.data import Spectrum
 from springpot.fitting.estimate import search
 from springpot.fitting.likelihood import (
     Coordinates,
@@ -19,6 +18,7 @@ from springpot.fitting.likelihood import (
     moved,
     slopes,
 )
+from springpot.fitting.motion_data import Spectrum
 from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
 from springpot.free_numbers import free_numbers, restarted
 from springpot.oscillator import Oscillator

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.faults import NotCovered
-from springpot.fitting.data import Of
 from springpot.fitting.likelihood import FloatArray
+from springpot.fitting.motion_data import Of
 from springpot.oscillator import Oscillator
 from springpot.parts import (
     ColouredNoise,

@@ -11,7 +11,7 @@ import numpy as np
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.faults import shown
-from springpot.fitting.data import FloatArray, PointFault
+from springpot.fitting.columns import FloatArray, PointFault
 from springpot.parts.checks import put
 
 __all__ = ["QUANTILE", "Statistics"]

@@ -100,6 +100,8 @@ export class Connection extends EventTarget {
 
   fit(free) { this.send({ kind: "fit", free }); }
 
+  stopFit() { this.send({ kind: "stop-fit" }); }
+
   setPlay(play) {
     this.play = play;
     this.send({ kind: "play", ...play });

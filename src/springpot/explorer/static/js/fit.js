@@ -16,11 +16,15 @@ const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 export class FitCard {
   constructor(element, connection, controls) {
     Object.assign(this, { connection, controls });
-    for (const name of ["file", "run", "use", "note", "free", "plot", "legend", "table", "warnings"]) this[name] = element(`fit-${name}`);
+    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "note", "free", "plot", "legend", "table", "warnings"]) this[name] = element(`fit-${name}`);
     this.found = null;
     this.ready = false;
     this.file.addEventListener("change", () => this.send(this.file.files[0]));
     this.run.addEventListener("click", () => connection.fit(controls.ticked()));
+    this.stop.addEventListener("click", () => {
+      this.stop.disabled = true;
+      connection.stopFit();
+    });
     this.use.addEventListener("click", () => controls.set(Object.fromEntries(this.found.values.map(({ name, value }) => [name, value])), null));
     controls.onTick = () => this.showFree();
     connection.addEventListener("data", ({ detail }) => this.taken(detail));
@@ -68,8 +72,7 @@ export class FitCard {
   }
 
   fitted(found) {
-    this.run.disabled = found.running;
-    this.run.textContent = found.running ? "Fitting…" : "Fit";
+    this.work(found);
     if (found.running) return;
     this.showFree();
     if (found.fault) return this.say(found.fault, true);
@@ -86,6 +89,17 @@ export class FitCard {
     }
     this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
     this.draw(found);
+  }
+
+  // how far a fit is, while it runs
+  work({ running, done, seconds }) {
+    this.run.disabled = running;
+    this.run.textContent = running ? "Fitting…" : "Fit";
+    if (this.running.hidden === running) this.stop.disabled = !running;
+    this.running.hidden = this.stop.hidden = !running;
+    if (done > 0) this.progress.value = done; else this.progress.removeAttribute("value");
+    const left = seconds === null || seconds === undefined ? "looking for where to simulate" : `about ${seconds < 90 ? `${Math.max(Math.ceil(seconds), 1)} s` : `${Math.ceil(seconds / 60)} min`} left`;
+    this.said.textContent = !running || done === null ? "" : this.stop.disabled ? "stopping…" : left;
   }
 
   draw({ groups, axis, logarithmic }) {

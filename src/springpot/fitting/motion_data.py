@@ -1,104 +1,25 @@
-"""Measured data: frozen, checked when they are made, in SI units."""
+"""Measured motion: a record of samples, and its spectral density; frozen, checked when they are made, in SI units."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.faults import listed, shown
+from springpot.fitting.columns import FloatArray, PointFault, column, frequencies, positive, rows
 from springpot.parts.checks import put
 
-__all__ = ["Impacts", "Moduli", "Of", "PointFault", "Record", "Spectrum"]
+__all__ = ["Of", "Record", "Spectrum", "check_of", "window_samples"]
 
-FloatArray = NDArray[np.float64]
 Of = Literal["x", "v", "a"]
 
+_FEWEST_SAMPLES = 32
 _EVEN = 1e-3  # of a sampling step: how far a time may be from its place
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
-
-
-class PointFault(ValueError):
-    """One point of the data is not right.
-
-    Parameters
-    ----------
-    name : str
-        Of the column.
-    place : int
-        Of the point, from 0.
-    what : str
-        The rest of the sentence.
-
-    Examples
-    --------
-    >>> print(PointFault("loss", 3, "must be greater than 0, not -1."))
-    loss[3] must be greater than 0, not -1.
-    """
-
-    def __init__(self, name: str, place: int, what: str) -> None:
-        super().__init__(f"{name}[{place}] {what}")
-        self.name, self.place, self.what = name, place, what
-
-
-@dataclass(frozen=True, eq=False)
-class Moduli:
-    """Storage and loss modulus against frequency, from a rheometer, a DMA or a test of stiffness.
-
-    Parameters
-    ----------
-    frequency_hz : array_like, shape (n,)
-        Positive, in ascending order, in Hz.
-    storage, loss : array_like, shape (n,), optional
-        Positive; one of them at least.  In Pa they give the numbers of a material, in N/m those of a part.
-    relative_error : float, optional
-        Standard deviation of each number, relative to it: 0.02 for 2 %.  If it is not given, it is estimated from
-        the scatter about the fit, as one number for all points.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the columns are no numbers, have different lengths or fewer than three points, or a number is out of its
-        range.
-
-    Examples
-    --------
-    >>> Moduli([0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0], loss=[0.3, 0.6, 1.2]).size
-    6
-    """
-
-    frequency_hz: Any
-    storage: Any = None
-    loss: Any = None
-    relative_error: float | None = None
-
-    def __post_init__(self) -> None:
-        frequency = frequencies(self.frequency_hz)
-        put(self, frequency_hz=frequency)
-        if self.storage is None and self.loss is None:
-            raise ValueError("storage or loss must be given: there are no moduli without them.")
-        for name in ("storage", "loss"):
-            if getattr(self, name) is not None:
-                put(self, **{name: _positive(getattr(self, name), name, frequency.size)})
-        if self.relative_error is not None:
-            error = finite_number(
-                self.relative_error, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02."
-            )
-            put(self, relative_error=error)
-
-    @property
-    def size(self) -> int:
-        """Of all moduli."""
-        return sum(column.size for _, column in self.columns())
-
-    def columns(self) -> Iterator[tuple[str, FloatArray]]:
-        """Each modulus that was measured, with its name."""
-        return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +70,7 @@ class Spectrum:
 
     def __post_init__(self) -> None:
         frequency = frequencies(self.frequency_hz)
-        put(self, frequency_hz=frequency, density=_positive(self.density, "density", frequency.size))
+        put(self, frequency_hz=frequency, density=positive(self.density, "density", frequency.size))
         averages = finite_number(
             self.averages, "averages", low=1.0, hint="It is the number of independent periodograms."
         )
@@ -234,7 +155,7 @@ class Record:
         check_of(self.of)
         if time.size < _FEWEST_SAMPLES:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
-        values = _rows(self.values, time.size)
+        values = rows(self.values, time.size)
         gaps = np.diff(time)
         if (gaps <= 0.0).any():
             place = int(np.argmax(gaps <= 0.0)) + 1
@@ -316,119 +237,6 @@ class Record:
         )  # fmt: skip
 
 
-_FEWEST_SAMPLES = 32
-
-
-@dataclass(frozen=True, eq=False)
-class Impacts:
-    """Speeds before and after each impact on one wall.
-
-    Parameters
-    ----------
-    before, after : array_like, shape (n,)
-        Positive, in m/s; the wall is at rest.
-    error : float, optional
-        Standard deviation of each measured speed, in m/s: of both, before and after.  If it is not given, the ratio of
-        the speeds is taken to scatter by the same relative amount at every impact, which is estimated.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the columns are no numbers, have different lengths or fewer than three points, or a number is not positive.
-
-    Examples
-    --------
-    >>> Impacts([1.0, 0.8, 0.5], [0.7, 0.57, 0.34]).size
-    3
-    """
-
-    before: Any
-    after: Any
-    error: float | None = None
-
-    def __post_init__(self) -> None:
-        before = _positive(self.before, "before")
-        _enough(before, "before")
-        put(self, before=before, after=_positive(self.after, "after", before.size))
-        if self.error is not None:
-            error = finite_number(self.error, "error", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
-            put(self, error=error)
-
-    @classmethod
-    def from_times(cls, times: ArrayLike, gravity: float = 9.80665) -> Impacts:
-        """A ball that bounces on a floor, from the times of its impacts.
-
-        Parameters
-        ----------
-        times : array_like, shape (n,)
-            In s, ascending; at least five.  A flight of duration T begins and ends at the speed g T / 2.
-        gravity : float
-            In m/s^2.
-
-        Returns
-        -------
-        Impacts
-            One for each impact between two flights.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the times do not ascend or are too few.
-
-        Notes
-        -----
-        The errors of neighbouring impacts are not independent, because each time is used twice.
-
-        Examples
-        --------
-        >>> found = Impacts.from_times([0.0, 1.0, 1.7, 2.19, 2.533])
-        >>> (found.after / found.before).round(3).tolist()
-        [0.7, 0.7, 0.7]
-        """
-        at = column(times, "times")
-        g = finite_number(gravity, "gravity", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s^2.")
-        if at.size < 5:
-            raise ValueError(f"times must have at least 5 impacts, not {at.size}.")
-        flights = np.diff(at)
-        if (flights <= 0.0).any():
-            place = int(np.argmax(flights <= 0.0)) + 1
-            raise PointFault("times", place, f"must be later than the impact before, not {at[place]:g}.")
-        speeds = 0.5 * g * flights
-        return cls(speeds[:-1], speeds[1:])
-
-    @property
-    def size(self) -> int:
-        """Number of impacts."""
-        return int(self.before.size)
-
-
-def column(values: object, name: str) -> FloatArray:
-    """A column of finite numbers, which cannot be changed.
-
-    Raises
-    ------
-    TypeError, ValueError, PointFault
-        If it is none.
-
-    Examples
-    --------
-    >>> column((1, 2.5), "time").tolist()
-    [1.0, 2.5]
-    """
-    try:
-        found = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.") from None
-    if found.ndim != 1:
-        raise ValueError(f"{name} must be a list of numbers, not an array of {found.ndim} dimensions.")
-    wrong = ~np.isfinite(found) | (np.abs(found) > LARGEST)
-    if wrong.any():
-        place = int(np.argmax(wrong))
-        raise PointFault(name, place, f"must be a finite number, not {found[place]:g}.")
-    found.flags.writeable = False
-    return found
-
-
 def check_of(of: object) -> None:
     """What a measurement is of.
 
@@ -469,60 +277,6 @@ def _independent(shape: FloatArray, hop: int, samples: int) -> float:
     lags = range(1, min(count, -(-length // hop)))
     shared = [(float(shape[k * hop :] @ shape[: length - k * hop]) / power) ** 2 for k in lags]
     return count / (1.0 + 2.0 * sum((1.0 - k / count) * s for k, s in zip(lags, shared, strict=True)))
-
-
-def _positive(values: object, name: str, length: int | None = None) -> FloatArray:
-    found = column(values, name)
-    if length is not None and found.size != length:
-        raise ValueError(f"{name} must have a number for each of the {length} points, not {found.size}.")
-    if (found <= 0.0).any():
-        place = int(np.argmax(found <= 0.0))
-        raise PointFault(name, place, f"must be greater than 0, not {found[place]:g}.")
-    return found
-
-
-def frequencies(values: object) -> FloatArray:
-    """At least three frequencies in ascending order.
-
-    Raises
-    ------
-    TypeError, ValueError, PointFault
-        If they are none.
-
-    Examples
-    --------
-    >>> frequencies([1, 2, 4]).tolist()
-    [1.0, 2.0, 4.0]
-    """
-    found = _positive(values, "frequency_hz")
-    _enough(found, "frequency_hz")
-    if (np.diff(found) <= 0.0).any():
-        place = int(np.argmax(np.diff(found) <= 0.0)) + 1
-        raise PointFault("frequency_hz", place, f"must be above the frequency before it, not {found[place]:g}.")
-    return found
-
-
-def _enough(found: FloatArray, name: str) -> None:
-    if found.size < 3:
-        raise ValueError(f"{name} must have at least 3 points, not {found.size}.")
-
-
-def _rows(values: object, samples: int) -> FloatArray:
-    """The paths, each of so many samples."""
-    try:
-        found = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"values must be numbers, one for each time, not {shown(values)}.") from None
-    found = found[np.newaxis] if found.ndim == 1 else found
-    if found.ndim != 2 or found.shape[0] == 0 or found.shape[1] != samples:
-        raise ValueError(f"values must have one number for each of the {samples} times, or rows of them, not an array "
-                         f"of shape {found.shape}.")  # fmt: skip
-    wrong = ~np.isfinite(found) | (np.abs(found) > LARGEST)
-    if wrong.any():
-        place = int(np.argwhere(wrong)[0, 1])
-        raise PointFault("values", place, f"must be a finite number, not {found[wrong][0]:g}.")
-    found.flags.writeable = False
-    return found
 
 
 def _noise(noise: object) -> float | None:

@@ -1,52 +1,64 @@
 """Smooth surfaces through runs at several places: what simulated numbers are as functions of the model's numbers.
 
 Impacts separate paths that have the same random numbers, so a simulated number is rough as a function of the model's
-numbers, on scales far below its standard error.  A polynomial through runs all over a region is smooth, and its errors
-are smaller than those of one run.
+numbers, on scales far below its standard error.  A surface through runs all over a region is smooth, and its errors are
+smaller than those of one run: a polynomial in a small region, a spline in a large one.
 """
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Surface", "fewest", "places", "surface_through"]
+__all__ = ["Form", "Surface", "fewest", "places", "surface_through"]
 
 FloatArray = NDArray[np.float64]
+Form = Literal["plane", "quadratic", "spline"]
 
 _CORNER = 0.8  # of the way to a corner of the region
+_SMOOTHING = 1e-4  # of a spline, whose runs have errors of some per cent
+_DIFFERENCE = 1e-4  # of the region, for the slopes of a spline
+
+
+class _Weights(Protocol):
+    """What the runs count for at a place: every surface is linear in their numbers."""
+
+    def at(self, z: FloatArray) -> FloatArray:
+        """Shape (runs,)."""
+
+    def slopes(self, z: FloatArray) -> FloatArray:
+        """Derivatives by the coordinates, shape (numbers, runs)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Polynomials in coordinates relative to a region.
+    """A smooth function for each of several numbers, in coordinates relative to a region.
 
     Attributes
     ----------
     centre, reach : ndarray, shape (numbers,)
         Of the region, in the coordinates of the search.
-    quadratic : bool
-        Whether it has terms of the second degree.
     logarithmic : ndarray of bool, shape (n,)
         Which numbers are fitted by their logarithms.
-    terms : ndarray, shape (terms, n)
-    solver : ndarray, shape (terms, runs)
-        From the numbers of the runs to the terms.
+    heights : ndarray, shape (runs, n)
+        The numbers of the runs, or their logarithms.
+    weights
+        Of the runs at a place.
     samples : ndarray, shape (runs, groups, n)
         Means of groups of paths of each run, as they were fitted: their deviations from the mean of all.
     misfit : ndarray, shape (n,)
-        Root mean square of what the polynomial leaves of the runs, beyond what the error of simulation explains.
+        Root mean square of what the surface leaves of the runs, beyond what the error of simulation explains.
     """
 
     centre: FloatArray
     reach: FloatArray
-    quadratic: bool
     logarithmic: NDArray[np.bool_]
-    terms: FloatArray
-    solver: FloatArray
+    heights: FloatArray
+    weights: _Weights
     samples: FloatArray
     misfit: FloatArray
 
@@ -56,25 +68,25 @@ class Surface:
 
     def __call__(self, u: FloatArray) -> FloatArray:
         """The numbers at a place, shape (n,)."""
-        found = _row(self.local(u), self.quadratic) @ self.terms
+        found = self.weights.at(self.local(u)) @ self.heights
         return np.asarray(np.where(self.logarithmic, np.exp(np.where(self.logarithmic, found, 0.0)), found))
 
     def slope(self, u: FloatArray) -> FloatArray:
         """Derivatives by the coordinates, shape (n, numbers)."""
-        found = (_slopes(self.local(u), self.quadratic) @ self.terms).T / self.reach
+        found = (self.weights.slopes(self.local(u)) @ self.heights).T / self.reach
         return np.asarray(found * np.where(self.logarithmic, self(u), 1.0)[:, None])
 
     def slope_samples(self, u: FloatArray) -> FloatArray:
         """What each group of paths adds to the error of the slopes, shape (groups, n, numbers)."""
-        terms = np.tensordot(_slopes(self.local(u), self.quadratic) @ self.solver, self.samples, axes=1)
-        scaled = terms * np.where(self.logarithmic, self(u), 1.0) / self.reach[:, None, None]
+        own = np.tensordot(self.weights.slopes(self.local(u)), self.samples, axes=1)
+        scaled = own * np.where(self.logarithmic, self(u), 1.0) / self.reach[:, None, None]
         groups = scaled.shape[1]
         return np.asarray(np.moveaxis(scaled, 0, -1) / np.sqrt(groups * (groups - 1.0)))
 
     def covariance(self, u: FloatArray) -> FloatArray:
         """Of the error of simulation at a place, shape (n, n), group by group of paths."""
-        weights = _row(self.local(u), self.quadratic) @ self.solver
-        own = np.tensordot(weights, self.samples, axes=1) * np.where(self.logarithmic, self(u), 1.0)
+        own = np.tensordot(self.weights.at(self.local(u)), self.samples, axes=1)
+        own = own * np.where(self.logarithmic, self(u), 1.0)
         groups = len(own)
         return np.asarray(own.T @ own / (groups * (groups - 1.0)))
 
@@ -82,48 +94,85 @@ class Surface:
 def surface_through(
     u: FloatArray,
     values: FloatArray,
-    samples: FloatArray,
     centre: FloatArray,
     reach: FloatArray,
     *,
-    quadratic: bool,
+    form: Form,
     logarithmic: NDArray[np.bool_],
+    samples: FloatArray | None = None,
 ) -> Surface:
-    """The polynomial with the least squares of what it leaves of the runs.
+    """The surface with the least squares of what it leaves of the runs.
 
     Parameters
     ----------
     u : ndarray, shape (runs, numbers)
     values : ndarray, shape (runs, n)
-    samples : ndarray, shape (runs, groups, n)
-        Means of groups of paths.
     centre, reach : ndarray, shape (numbers,)
-    quadratic : bool
+    form : {"plane", "quadratic", "spline"}
+        Polynomials of the first and second degree; a thin plate spline, which is smoothed.
     logarithmic : ndarray of bool, shape (n,)
+    samples : ndarray, shape (runs, groups, n), optional
+        Means of groups of paths, for the errors; without them there are none.
 
     Examples
     --------
     >>> u = np.array([[-1.0], [0.0], [1.0], [2.0]])
-    >>> own = surface_through(u, np.exp(u), np.zeros((4, 2, 1)), np.zeros(1), np.ones(1), quadratic=False,
-    ...                       logarithmic=np.array([True]))
-    >>> own(np.array([0.5])).round(9).tolist() == [round(float(np.exp(0.5)), 9)]
+    >>> for form in ("plane", "spline"):
+    ...     own = surface_through(
+    ...         u, np.exp(u), np.zeros(1), np.ones(1), form=form, logarithmic=np.array([True])
+    ...     )
+    ...     print(own(np.array([0.5])).round(9).tolist() == [round(float(np.exp(0.5)), 9)])
+    True
     True
     """
-    rows = np.stack([_row(z, quadratic) for z in (u - centre) / reach])
-    solver = np.linalg.pinv(rows)
-    fitted = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
-    apart = samples - samples.mean(axis=1, keepdims=True)
+    z = np.asarray((u - centre) / reach)
+    weights: _Weights = _Spline(z) if form == "spline" else _polynomial(z, quadratic=form == "quadratic")
+    heights = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+    given = np.zeros((len(u), 2, values.shape[1])) if samples is None else samples
+    apart = given - given.mean(axis=1, keepdims=True)
     apart = apart / np.asarray(np.where(logarithmic, values, 1.0))[:, None, :]
-    terms = solver @ fitted
-    spare = max(len(rows) - rows.shape[1], 1)
-    left = np.asarray((fitted - rows @ terms) ** 2).sum(axis=0)
+    off = np.eye(len(z)) - np.stack([weights.at(each) for each in z])
+    spare = max(float(np.trace(off)), 1.0)
+    left = np.asarray((off @ heights) ** 2).sum(axis=0)
     groups = apart.shape[1]
-    own = np.tensordot(np.eye(len(rows)) - rows @ solver, apart, axes=1)
+    own = np.tensordot(off, apart, axes=1)
     left = left - (own**2).sum(axis=(0, 1)) / (groups * (groups - 1.0))
     misfit = np.sqrt(np.maximum(left, 0.0) / spare)
-    return Surface(
-        centre, reach, quadratic, logarithmic, np.asarray(terms), np.asarray(solver, float), apart, np.asarray(misfit)
-    )
+    return Surface(centre, reach, logarithmic, np.asarray(heights), weights, apart, np.asarray(misfit))
+
+
+@dataclass(frozen=True, eq=False)
+class _Polynomial:
+    """By least squares; ``solver``, shape (terms, runs), leads from the numbers of the runs to the terms."""
+
+    solver: FloatArray
+    quadratic: bool
+
+    def at(self, z: FloatArray) -> FloatArray:
+        return np.asarray(_row(z, self.quadratic) @ self.solver)
+
+    def slopes(self, z: FloatArray) -> FloatArray:
+        return np.asarray(_slopes(z, self.quadratic) @ self.solver)
+
+
+def _polynomial(z: FloatArray, *, quadratic: bool) -> _Polynomial:
+    return _Polynomial(np.asarray(np.linalg.pinv(np.stack([_row(each, quadratic) for each in z]))), quadratic)
+
+
+class _Spline:
+    """A thin plate spline: the surfaces through runs of which one is 1 and the others are 0."""
+
+    def __init__(self, z: FloatArray) -> None:
+        from scipy.interpolate import RBFInterpolator
+
+        self._of_each = RBFInterpolator(z, np.eye(len(z)), kernel="thin_plate_spline", degree=1, smoothing=_SMOOTHING)
+
+    def at(self, z: FloatArray) -> FloatArray:
+        return np.asarray(self._of_each(z[None, :])[0])
+
+    def slopes(self, z: FloatArray) -> FloatArray:
+        steps = _DIFFERENCE * np.eye(z.size)
+        return np.asarray((self._of_each(z + steps) - self._of_each(z - steps)) / (2.0 * _DIFFERENCE))
 
 
 def fewest(numbers: int, *, quadratic: bool) -> int:

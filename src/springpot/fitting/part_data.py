@@ -1,0 +1,154 @@
+"""Measured parts: moduli of a material and impacts on a wall; frozen, checked when they are made, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.arguments import LARGEST, finite_number
+from springpot.fitting.columns import FloatArray, PointFault, column, enough, frequencies, positive
+from springpot.parts.checks import put
+
+__all__ = ["Impacts", "Moduli"]
+
+
+@dataclass(frozen=True, eq=False)
+class Moduli:
+    """Storage and loss modulus against frequency, from a rheometer, a DMA or a test of stiffness.
+
+    Parameters
+    ----------
+    frequency_hz : array_like, shape (n,)
+        Positive, in ascending order, in Hz.
+    storage, loss : array_like, shape (n,), optional
+        Positive; one of them at least.  In Pa they give the numbers of a material, in N/m those of a part.
+    relative_error : float, optional
+        Standard deviation of each number, relative to it: 0.02 for 2 %.  If it is not given, it is estimated from
+        the scatter about the fit, as one number for all points.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the columns are no numbers, have different lengths or fewer than three points, or a number is out of its
+        range.
+
+    Examples
+    --------
+    >>> Moduli([0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0], loss=[0.3, 0.6, 1.2]).size
+    6
+    """
+
+    frequency_hz: Any
+    storage: Any = None
+    loss: Any = None
+    relative_error: float | None = None
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self.frequency_hz)
+        put(self, frequency_hz=frequency)
+        if self.storage is None and self.loss is None:
+            raise ValueError("storage or loss must be given: there are no moduli without them.")
+        for name in ("storage", "loss"):
+            if getattr(self, name) is not None:
+                put(self, **{name: positive(getattr(self, name), name, frequency.size)})
+        if self.relative_error is not None:
+            error = finite_number(
+                self.relative_error, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02."
+            )
+            put(self, relative_error=error)
+
+    @property
+    def size(self) -> int:
+        """Of all moduli."""
+        return sum(column.size for _, column in self.columns())
+
+    def columns(self) -> Iterator[tuple[str, FloatArray]]:
+        """Each modulus that was measured, with its name."""
+        return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Speeds before and after each impact on one wall.
+
+    Parameters
+    ----------
+    before, after : array_like, shape (n,)
+        Positive, in m/s; the wall is at rest.
+    error : float, optional
+        Standard deviation of each measured speed, in m/s: of both, before and after.  If it is not given, the ratio of
+        the speeds is taken to scatter by the same relative amount at every impact, which is estimated.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the columns are no numbers, have different lengths or fewer than three points, or a number is not positive.
+
+    Examples
+    --------
+    >>> Impacts([1.0, 0.8, 0.5], [0.7, 0.57, 0.34]).size
+    3
+    """
+
+    before: Any
+    after: Any
+    error: float | None = None
+
+    def __post_init__(self) -> None:
+        before = positive(self.before, "before")
+        enough(before, "before")
+        put(self, before=before, after=positive(self.after, "after", before.size))
+        if self.error is not None:
+            error = finite_number(self.error, "error", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
+            put(self, error=error)
+
+    @classmethod
+    def from_times(cls, times: ArrayLike, gravity: float = 9.80665) -> Impacts:
+        """A ball that bounces on a floor, from the times of its impacts.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            In s, ascending; at least five.  A flight of duration T begins and ends at the speed g T / 2.
+        gravity : float
+            In m/s^2.
+
+        Returns
+        -------
+        Impacts
+            One for each impact between two flights.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the times do not ascend or are too few.
+
+        Notes
+        -----
+        The errors of neighbouring impacts are not independent, because each time is used twice.
+
+        Examples
+        --------
+        >>> found = Impacts.from_times([0.0, 1.0, 1.7, 2.19, 2.533])
+        >>> (found.after / found.before).round(3).tolist()
+        [0.7, 0.7, 0.7]
+        """
+        at = column(times, "times")
+        g = finite_number(gravity, "gravity", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s^2.")
+        if at.size < 5:
+            raise ValueError(f"times must have at least 5 impacts, not {at.size}.")
+        flights = np.diff(at)
+        if (flights <= 0.0).any():
+            place = int(np.argmax(flights <= 0.0)) + 1
+            raise PointFault("times", place, f"must be later than the impact before, not {at[place]:g}.")
+        speeds = 0.5 * g * flights
+        return cls(speeds[:-1], speeds[1:])
+
+    @property
+    def size(self) -> int:
+        """Number of impacts."""
+        return int(self.before.size)

@@ -1,0 +1,108 @@
+"""Other places from which a search for simulated statistics may begin: the promising ones between the bounds."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from springpot.designing.numbers import as_simulated
+from springpot.designing.quantities import chosen_method, theory_values
+from springpot.faults import NotCovered
+from springpot.fitting.exploring import Explorer, misfit_of
+from springpot.fitting.likelihood import FloatArray
+from springpot.fitting.moments import Case
+from springpot.free_numbers import with_values
+from springpot.oscillator import Oscillator
+from springpot.system import System
+
+__all__ = ["screened"]
+
+_DRAWN = 24
+_TRIED = 6  # by a run
+_LONGEST = 8.0  # steps of its runs, over those where the search has been
+
+
+def screened(explorer: Explorer, best: FloatArray) -> list[FloatArray]:
+    """Places drawn between the bounds, the best first.
+
+    Theory says which are worth a run, where it has an answer; so do short runs then.  Places whose runs would take much
+    longer than those where the search has been are left out.
+
+    Parameters
+    ----------
+    explorer : Explorer
+    best : ndarray
+        Where the search has ended.
+
+    Returns
+    -------
+    list of ndarray
+    """
+    from scipy.stats import qmc
+
+    own = explorer.own
+    most = _LONGEST * explorer.steps(best)
+    drawn = qmc.LatinHypercube(own.start.size, rng=np.random.default_rng(explorer.seed)).random(_DRAWN)
+    places = [own.low + place * (own.high - own.low) for place in drawn]
+    places = [u for u in places if explorer.steps(u) <= most]
+    methods = [_method(case, own.named(own.outer(best))) for case in explorer.cases]
+    by_theory = []
+    for u in places:
+        explorer.telling.alive()
+        by_theory.append(_misfit_by_theory(explorer.cases, methods, own.named(own.outer(u))))
+    likely = [places[n] for n in np.argsort(by_theory, kind="stable")[:_TRIED]]
+    fits = [explorer.misfit(u) for u in likely]
+    return [likely[n] for n in np.argsort(fits) if math.isfinite(fits[n])]
+
+
+def _method(case: Case, named: Mapping[str, float]) -> str:
+    """The quickest method of theory that has an answer for a model; none is the empty string."""
+    problem = as_simulated(with_values(case.model, named))
+    if _asked(case, theory_values(problem, "envelope")[0])[0].size:
+        return "envelope"
+    try:
+        return chosen_method(problem, "theory")[0]
+    except ValueError:
+        return ""
+
+
+def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapping[str, float]) -> float:
+    """As `springpot.fitting.exploring.misfit_of`, of what theory knows; infinite where it knows nothing."""
+    total, known = 0.0, 0
+    for case, method in zip(cases, methods, strict=True):
+        values, kept = _asked(case, _by_theory(as_simulated(with_values(case.model, named)), method))
+        total += misfit_of(values, case.data.values[kept], case.data.errors[kept])
+        known += values.size
+    return total / known if known else math.inf
+
+
+def _by_theory(problem: System | Oscillator, method: str) -> dict[str, float]:
+    try:
+        return theory_values(problem, method)[0] if method else {}
+    except (ValueError, TypeError, NotCovered):
+        return {}
+
+
+def _asked(case: Case, known: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+    """What theory has of the measured statistics: values, and their places among these."""
+    found = [(place, value) for place, name in enumerate(case.data.names)
+             if math.isfinite(value := _statistic(name, known))]  # fmt: skip
+    return np.array([value for _, value in found]), np.array([place for place, _ in found], np.intp)
+
+
+def _statistic(name: str, known: Mapping[str, float]) -> float:
+    """A statistic from moments; NaN if it does not follow from them.
+
+    Examples
+    --------
+    >>> _statistic("x_rms", {"x_mean_square": 4.0}), _statistic("x_standard_deviation", {"x_mean_square": 4.0})
+    (2.0, nan)
+    """
+    if name == "x_standard_deviation":
+        return math.sqrt(max(known.get("x_mean_square", math.nan) - known.get("x_mean", math.nan) ** 2, 0.0))
+    if name.endswith("_rms") and name not in known:
+        return math.sqrt(known.get(re.sub("_rms$", "_mean_square", name), math.nan))
+    return known.get(name, math.nan)

@@ -1,0 +1,225 @@
+"""The search for the numbers at which simulated statistics agree with measured ones.
+
+Runs at places all over a region, on common random numbers, give each statistic as a smooth surface over the numbers;
+the best numbers on it are found by least squares, the region moves there, and so on until it stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.designing.surfaces import Surface
+from springpot.faults import NotCovered, Stopped, listed
+from springpot.fitting.exploring import MOST_PATHS, MOST_SHARE, Explorer, Region, Telling
+from springpot.fitting.likelihood import Coordinates, FloatArray, moved
+from springpot.fitting.moments import case_of
+from springpot.fitting.screening import screened
+from springpot.fitting.simulated import Measured, MomentsLikelihood
+from springpot.fitting.statistics import Statistics
+from springpot.free_numbers import free_numbers
+from springpot.oscillator import Oscillator
+from springpot.simulation.simulation import Progress
+from springpot.system import System
+
+__all__ = ["settled"]
+
+_ROUNDS = 15  # that follow the slope
+_LAST_ROUNDS = 8  # with surfaces of the second degree
+_FIRST_REACH, _MOST_REACH = 0.3, 0.3  # of a region to either side, in logarithms
+_LEAST_ROUGH, _LEAST_REACH = 0.1, 0.15  # where it is narrower, the error of simulation makes the slopes uncertain
+_ERRORS = 2.5  # standard errors from the centre of the last region to its ends
+_INSIDE = 0.6  # of the last region: where its minimum may be
+_BEYOND = 1.6  # of the last region: as far as the surface is used, four standard errors
+_MOST_MISFIT, _NARROWER = 0.5, 0.6  # of an error, that a surface may be wrong by; and what follows if it is more
+_LITTLE = 0.1  # of the sum of squares: a third of a standard error
+_POOR = 1e-4  # probability of the misfit at which other starts are tried
+_STARTS = 2
+
+
+def settled(
+    cases: Sequence[tuple[System | Oscillator, Statistics]],
+    seed: int = 1,
+    paths: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> MomentsLikelihood:
+    """The likelihood of statistics on the last surface, which starts at its minimum.
+
+    Parameters
+    ----------
+    cases : sequence of (model, Statistics)
+        With free numbers; those of one name are one number.
+    seed : int
+        Of all runs.
+    paths : int or None
+        Of each run of the last surface, a power of two; None: as many as the measured errors need.
+    threads : int or None
+    progress : callable or None
+    stop : callable or None
+        Tells whether to end with the best so far.
+
+    Raises
+    ------
+    ValueError
+        If a model has no stationary state, or not such results.
+    Stopped
+        If it was stopped before there was a surface.
+    """
+    free = tuple(free_numbers(tuple(model for model, _ in cases)).values())
+    own, telling = Coordinates(free), Telling(progress, stop)
+    start = own.named(np.array([float(number) for number in free]))
+    begun = [case_of(model, data, start, seed, threads, telling.alive) for model, data in cases]
+    search = _Search(Explorer(begun, own, seed, paths, telling), Measured.of([data for _, data in cases]))
+    try:
+        search.check_influence()
+        search.lead()
+        search.finish()
+    except Stopped:
+        if search.best is None:
+            raise
+        search.said = ("The fit was stopped: these are the best numbers so far.",)
+    best = search.best
+    assert best is not None
+    if not search.said:
+        telling.ended()
+    return MomentsLikelihood(
+        Coordinates(moved(free, own.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
+        search.explorer.cases, search.said,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where a search stands: the best numbers on a surface."""
+
+    likelihood: MomentsLikelihood
+    u: FloatArray
+    far: float
+
+    @property
+    def chi_square(self) -> float:
+        return self.likelihood.chi_square(self.u)
+
+    @property
+    def surface(self) -> Surface:
+        return self.likelihood.surface
+
+
+class _Search:
+    """Rounds of runs and of least squares; ``best`` is where it stands, and what a search that is stopped gives."""
+
+    def __init__(self, explorer: Explorer, measured: Measured) -> None:
+        self.explorer, self.measured, self.own = explorer, measured, explorer.own
+        self.best: _Place | None = None
+        self.said: tuple[str, ...] = ()
+
+    def check_influence(self) -> None:
+        """A number that changes nothing leaves every run as it is.
+
+        Raises
+        ------
+        ValueError
+            If there is one.
+        """
+        own, idle = self.own, []
+        base = self.explorer.few(own.start)
+        for n, name in enumerate(own.names):
+            u = own.start
+            u[n] += 0.1 * (own.high[n] - u[n]) if own.high[n] - u[n] > u[n] - own.low[n] else 0.1 * (own.low[n] - u[n])
+            if not self.explorer.changes(u, base):
+                idle.append(name)
+        if idle:
+            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
+
+    def lead(self) -> None:
+        """Rounds from the start; from other places too if the misfit stays large."""
+        from scipy import stats
+
+        explorer, own = self.explorer, self.own
+        first = self._rounds(own.start)
+        spare = max(self.measured.values.size - len(own.free), 1)
+        if stats.chi2.sf(first.chi_square, spare) > _POOR:
+            return
+        found = [first]
+        try:
+            for u in screened(explorer, first.u)[:_STARTS]:
+                try:
+                    explorer.restart(u)
+                    found.append(self._rounds(u))
+                except (ValueError, NotCovered):
+                    continue
+        finally:  # also if it is stopped
+            self.best = min([*found, self.best or first], key=lambda each: each.chi_square)
+
+    def _rounds(self, begin: FloatArray) -> _Place:
+        """Along the slope, until the minimum is inside a region as wide as the errors."""
+        explorer, own, u = self.explorer, self.own, begin
+        reach = self._reach(np.full(u.size, math.inf), _LEAST_ROUGH, _FIRST_REACH)
+        surface: Surface | None = None
+        for number in range(_ROUNDS):
+            surface = explorer.surface(Region(u, reach), surface, explorer.rough, rough=True)
+            before, place = u, self._stand(surface, 1.0, u)
+            u = place.u
+            ended = (np.abs(u - before) < 0.9 * reach) | (u == own.low) | (u == own.high)
+            if ended.all() or self._gain(place, before) < _LITTLE:
+                wanted = self._reach(place.likelihood.errors_at(u), _LEAST_ROUGH, _FIRST_REACH)
+                if (reach <= 1.3 * wanted).all():
+                    break
+                reach = np.minimum(reach, wanted)
+            if number % 4 == 3:  # the scales of the problem have changed
+                explorer.restart(u)
+                surface = None
+        return place
+
+    def finish(self) -> None:
+        """Surfaces of the second degree, as wide as the errors are."""
+        explorer, own, place = self.explorer, self.own, self.best
+        assert place is not None
+        u = place.u
+        paths = explorer.paths(place.surface, u, self.measured.covariance)
+        explorer.restart(u)
+        width = 1.0
+        for _ in range(_LAST_ROUNDS):
+            reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
+            surface = explorer.surface(Region(u, reach), place.surface, paths, rough=False)
+            before, place = u, self._stand(surface, _BEYOND, u)
+            u, likelihood = place.u, place.likelihood
+            free = (u > own.low) & (u < own.high)
+            inside = bool((np.abs(u - before)[free] < _INSIDE * reach[free]).all())
+            stays = inside or self._gain(place, before) < _LITTLE
+            right = likelihood.wrong(u) <= _MOST_MISFIT
+            sharp = likelihood.blur(u) <= 1.0 + MOST_SHARE
+            more = not sharp and explorer.wanted is None and paths < MOST_PATHS
+            if stays and right and not more:
+                break
+            width = width if right else _NARROWER * width
+            paths = 2 * paths if more else paths
+        if not stays:
+            self.said = ("The search did not settle: start it nearer, or narrow the bounds.",)
+        elif not right:
+            self.said = ("The surface through the runs is not right near the result: narrow the bounds.",)
+        elif not sharp:
+            self.said = ("The slopes of the simulated statistics are uncertain: give more paths.",)
+
+    def _stand(self, surface: Surface, far: float, u: FloatArray) -> _Place:
+        """The best numbers on a surface, with the weights there; the search stands there then."""
+        u = MomentsLikelihood(self.own, self.measured, surface, far).minimum(u)
+        self.best = _Place(MomentsLikelihood(self.own, self.measured, surface, far, u), u, far)
+        return self.best
+
+    def _gain(self, place: _Place, before: FloatArray) -> float:
+        """By how much the sum of squares is less: little where the data tell nothing about the way that was gone."""
+        own = self.own
+        return place.likelihood.deviance(own.outer(before)) - place.likelihood.deviance(own.outer(place.u))
+
+    def _reach(self, errors: FloatArray, least: float, most: float) -> FloatArray:
+        """How far a region goes to either side: some errors, neither too near nor too far."""
+        own = self.own
+        width = np.where(own.logarithmic, 1.0, own.high - own.low)
+        reach = np.clip(_ERRORS * errors, least * width, most * width)
+        return np.minimum(reach, 0.25 * (own.high - own.low))
