@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -124,6 +125,64 @@ def test_faults_of_a_file_are_one_sentence(rubber: Server) -> None:
         page.say(kind="fit", free=TICKED)
         found = page.until("fit", running=False, fault="")["values"]
         assert math.isclose(found[1]["value"], 0.5, abs_tol=4.0 * found[1]["error"])
+
+
+STRUCK = """quantity,value,error
+x_rms (mm),11.84,0.12
+v_rms (mm/s),242,2
+impact_rate (1/s),4.88,0.05
+"""
+"""Of 70 N/m and 1.3 N s^0.3/m."""
+
+
+def test_a_fit_of_statistics_tells_how_far_it_is_and_stops_with_the_best_so_far(rubber: Server) -> None:
+    with tab(rubber) as page:
+        page.say(kind="system", generation=1, paths=64)
+        page.until("accepted")
+        page.say(kind="stop-fit")  # nothing runs: nothing happens
+        page.say(kind="data", name="struck.csv", part=0, of=1, text=STRUCK)
+        assert page.until("data")["said"] == "statistics, 3 points"
+        page.say(kind="fit", free=["spring-stiffness", "springpot-coefficient"])
+        told = page.until("fit", running=True)
+        assert told["done"] is None
+        while not told["done"] or told["done"] < 0.02:
+            told = page.until("fit", running=True, seconds=200.0)
+        page.say(kind="stop-fit")
+        found = page.until("fit", running=False, seconds=200.0)
+        assert found["fault"] == ""
+        assert "The fit was stopped: these are the best numbers so far." in found["warnings"]
+        assert [one["name"] for one in found["values"]] == ["spring-stiffness", "springpot-coefficient"]
+
+
+@pytest.mark.validation
+def test_a_fit_of_statistics_comes_to_its_end_on_the_page(rubber: Server, browser: Browser) -> None:
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.set_default_timeout(300_000)
+    said: list[str] = []
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(f"{rubber.address}#paths=64")
+    page.set_input_files("#fit-file", {"name": "a.csv", "mimeType": "text/csv", "buffer": STRUCK.encode()})
+    page.locator("#fit-note").filter(has_text="a.csv: statistics, 3 points.").wait_for()
+    page.evaluate("controls.open = true")
+    page.locator("#free-springpot-order").uncheck()
+    for name in ("spring-stiffness", "springpot-coefficient"):
+        page.locator(f"#free-{name}").check()
+    assert page.locator("#fit-stop").is_hidden()
+    page.locator("#fit-run").click()
+    page.locator("#fit-progress[value]").wait_for()
+    assert page.locator("#fit-stop").is_visible()
+    page.locator("#fit-said").filter(has_text=re.compile(r"about \d+ s left")).wait_for()
+    page.locator("#fit-table tbody tr").nth(1).wait_for()
+    assert page.locator("#fit-stop").is_hidden()
+    assert page.locator("#fit-warnings").inner_text() == ""
+    order = page.locator("#fit-table tbody tr").first.inner_text()
+    page.locator("#fit-run").click()  # once more, and stopped
+    page.wait_for_function("document.getElementById('fit-progress').value > 0.03")  # the third round, or so
+    page.locator("#fit-stop").click()
+    page.locator("#fit-warnings").filter(has_text="The fit was stopped").wait_for()
+    assert order.startswith("spring, stiffness")
+    assert said == []
+    page.close()
 
 
 @pytest.mark.parametrize("width", [1440, 390])
