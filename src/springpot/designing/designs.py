@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.arguments import finite_number
-from springpot.designing.numbers import as_simulated, checked_model
+from springpot.designing.numbers import as_simulated, checked_model, units_of_free
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
 from springpot.designing.results import Curve, Design, Promise, Round, per_cent
@@ -176,6 +176,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
         lambda other, near: plan.least(found.factors, other, near),
         plan.limits,
         cost,
+        units_of_free(problem),
     )
 
 

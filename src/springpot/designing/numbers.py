@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from springpot.arguments import Free
 from springpot.faults import NotCovered, shown
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
 from springpot.system import System
 from springpot.system_numbers import label_of, numbers_of, with_numbers
+from springpot.system_numbers import unit_of as number_unit
 
-__all__ = ["Numbers", "as_simulated", "checked_model", "moved_numbers"]
+__all__ = ["Numbers", "as_simulated", "checked_model", "moved_numbers", "units_of_free"]
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,28 @@ def moved_numbers(model: Oscillator | System) -> Numbers:
     if model.barrier is not None:
         own |= {"position": model.barrier.position, "restitution": model.restitution}
     return Numbers({name: value for name, value in own.items() if value}, lambda v: _changed(model, v), False)
+
+
+def units_of_free(model: Oscillator | System) -> dict[str, str]:
+    """The unit of each free number; empty for one that stands for numbers of different units.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> units_of_free(sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), sp.WhiteNoise(1.0)))
+    {'k': 'N m-1'}
+    >>> units_of_free(sp.Oscillator(sp.free("w", 2.0, (1.0, 3.0)), barrier=sp.Barrier(sp.free("b", -1.0, (-2.0, 0.0)))))
+    {'w': 'rad s-1', 'b': 'm'}
+    """
+    found: dict[str, set[str]] = {}
+    if isinstance(model, Oscillator):
+        if isinstance(model.natural_frequency, Free):
+            found[model.natural_frequency.name] = {"rad s-1"}
+        model = System.of_oscillator(model)
+    for name, value in numbers_of(model).items():
+        if isinstance(value, Free):
+            found.setdefault(value.name, set()).add(number_unit(model, name))
+    return {name: units.pop() if len(units) == 1 else "" for name, units in found.items()}
 
 
 def as_simulated(model: Oscillator | System) -> Oscillator | System:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -154,10 +154,11 @@ class Design:
     _search: Callable[[tuple[Limit, ...], Found | None], Found] = field(repr=False)
     _limits: tuple[Limit, ...] = ()
     _cost: Cost = ""
+    _units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of every quantity, by name.
+        """The unit of every quantity and of every chosen number, by name.
 
         Examples
         --------
@@ -167,7 +168,7 @@ class Design:
         >>> sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1).units["impact_rate"]
         's-1'
         """
-        return {name: unit_of(self.model, name) for name in self.quantities}
+        return {name: unit_of(self.model, name) for name in self.quantities} | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
         """The least cost against one limit, the other limits as they are.

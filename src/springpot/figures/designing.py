@@ -147,8 +147,23 @@ def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], pla
 
 def _named(name: str, unit: str) -> str:
     """A quantity or a number with its unit."""
-    unit = re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"$^{\1}$", unit)
-    return name.replace("_", " ") + (f" ({unit})" if unit not in ("", "1") else "")
+    words = " ".join(map(_raised, unit.split()))
+    return name.replace("_", " ") + (f" ({words})" if unit not in ("", "1") else "")
+
+
+def _raised(word: str) -> str:
+    r"""A unit with its power as an exponent.
+
+    Examples
+    --------
+    >>> _raised("s-1"), _raised("s^alpha"), _raised("m^(1-exponent)"), _raised("kg")
+    ('s$^{-1}$', 's$^{\\alpha}$', 'm$^{1-exponent}$', 'kg')
+    """
+    found = re.fullmatch(r"([a-zA-Z]+)(?:\^\(?([^)]+)\)?|(-?[\d.]+))", word)
+    if found is None:
+        return word
+    power = (found[2] or found[3]).replace("alpha", r"\alpha")
+    return f"{found[1]}$^{{{power}}}$"
 
 
 def _plain_ticks(axes: Axes) -> None:
