@@ -177,7 +177,8 @@ def test_a_fit_of_statistics_comes_to_its_end_on_the_page(rubber: Server, browse
     assert page.locator("#fit-warnings").inner_text() == ""
     order = page.locator("#fit-table tbody tr").first.inner_text()
     page.locator("#fit-run").click()  # once more, and stopped
-    page.wait_for_function("document.getElementById('fit-progress').value > 0.03")  # the third round, or so
+    while page.evaluate("document.getElementById('fit-progress').value") < 0.03:  # the third round, or so
+        page.wait_for_timeout(50)
     page.locator("#fit-stop").click()
     page.locator("#fit-warnings").filter(has_text="The fit was stopped").wait_for()
     assert order.startswith("spring, stiffness")

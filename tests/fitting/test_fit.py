@@ -205,6 +205,17 @@ def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: floa
     assert deviance_of(sampled, spread, values) == pytest.approx(dense(noisy, values[0]), rel=1e-6)
 
 
+@pytest.mark.parametrize("damping", [0.4, 3.999, 4.0])
+def test_the_likelihood_holds_where_two_rates_are_nearly_one(damping: float) -> None:
+    """At critical damping the eigenvectors of the transition are parallel."""
+    system = sp.System(sp.Spring(4.0), sp.Dashpot(damping), sp.WhiteNoise(1.0))
+    sampled = state_space(system, "x", 0.2, 40.0).sampled(0.2)
+    values = paths_of(system, 0.2, 200, 0.02, 1)
+    noisy = sampled.correlation(200)
+    noisy[0] += 0.02**2
+    assert deviance_of(sampled, 0.02, values) == pytest.approx(dense(noisy, values[0]), rel=1e-9)
+
+
 def test_several_paths_velocities_and_every_kind_of_noise_agree_with_the_dense_likelihood() -> None:
     system = sp.System(
         sp.Spring(4.0), sp.Dashpot(0.1), sp.Series(sp.Springpot(0.5, 0.7), sp.Spring(2.0)), sp.Maxwell(1.0, 0.5),

@@ -3,7 +3,8 @@
 The covariance of the state's prediction changes by a matrix of rank one from sample to sample, because the start is
 stationary (M. Morf, G. S. Sidhu and T. Kailath, "Some new algorithms for recursive estimation in constant, linear,
 discrete-time systems", IEEE Transactions on Automatic Control 19, 1974).  So each sample costs two products with the
-transition matrix; one, when the gain no longer changes.
+transition matrix; one, when the gain no longer changes.  In the coordinates of the eigenvectors the time of a product
+is linear in the states.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from springpot.fitting.state_space import Sampled
 
 __all__ = ["deviance_of", "innovations_of"]
 
+_WORST = 1e4  # condition number of the eigenvectors, above which the transition matrix is taken as it is
 _SETTLED = 1e-13  # relative change of the variance, and of the gain, below which both stay as they are
 
 
@@ -69,6 +71,52 @@ def _filtered(columns, row, gain, variance, values, standard, spread):  # type: 
     return total
 
 
+@njit(error_model="numpy", fastmath={"reassoc", "contract"})
+def _filtered_by_modes(bands, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
+    """The same in coordinates in which the transition has three bands; first and last of each array are 0."""
+    low, middle, high = bands
+    paths, samples = values.shape
+    size = row.size
+    state, moved = np.zeros((paths, size)), np.zeros(size)
+    change, scale = gain.copy(), -1.0 / variance
+    settled, total = False, 0.0
+    for n in range(samples):
+        if not variance > 0.0:
+            return np.inf
+        root = np.sqrt(variance)
+        spread[n] = root
+        for k in range(paths):
+            own = state[k]
+            expected = 0.0
+            for i in range(size):
+                expected += row[i] * own[i]
+            error = values[k, n] - expected
+            standard[k, n] = error / root
+            total += standard[k, n] ** 2 + 2.0 * np.log(root)
+            share = error / variance
+            for i in range(1, size - 1):
+                moved[i] = low[i] * own[i - 1] + middle[i] * own[i] + high[i] * own[i + 1] + gain[i] * share
+            for i in range(1, size - 1):
+                own[i] = moved[i]
+        if not settled:
+            seen = 0.0
+            for i in range(size):
+                seen += row[i] * change[i]
+            before = variance
+            variance += scale * seen * seen
+            least = 0.0
+            for i in range(1, size - 1):
+                moved[i] = low[i] * change[i - 1] + middle[i] * change[i] + high[i] * change[i + 1]
+                step = scale * seen * moved[i]
+                gain[i] += step
+                least = max(least, abs(step) - _SETTLED * abs(gain[i]))
+            settled = least <= 0.0 and abs(scale * seen * seen) <= _SETTLED * abs(variance)
+            for i in range(1, size - 1):
+                change[i] = moved[i] - gain[i] * (seen / variance)
+            scale += scale * scale * seen * seen / before
+    return total
+
+
 def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """-2 ln L of sampled paths, their innovations in standard deviations, and these.
 
@@ -91,9 +139,32 @@ def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[
     gain = sampled.transition @ at
     centred = np.ascontiguousarray(values - sampled.mean)
     standard, spread = np.zeros_like(centred), np.zeros(centred.shape[1])
-    columns = np.ascontiguousarray(sampled.transition.T)
-    found = float(_filtered(columns, np.ascontiguousarray(sampled.row), gain, variance, centred, standard, spread))
+    bands, vectors = _modes_of(sampled.transition)
+    if np.linalg.cond(vectors) < _WORST:
+        row, gain = np.pad(sampled.row @ vectors, 1), np.pad(np.linalg.solve(vectors, gain), 1)
+        found = float(_filtered_by_modes(bands, row, gain, variance, centred, standard, spread))
+    else:  # two of its rates are nearly one
+        columns = np.ascontiguousarray(sampled.transition.T)
+        found = float(_filtered(columns, np.ascontiguousarray(sampled.row), gain, variance, centred, standard, spread))
     return found + values.size * float(np.log(2.0 * np.pi)), standard, spread
+
+
+def _modes_of(transition: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Real coordinates of the eigenvectors: the bands of the transition in them, and the matrix that leads back.
+
+    Examples
+    --------
+    >>> whole = np.array([[0.5, 0.2], [-0.2, 0.5]])
+    >>> (low, middle, high), back = _modes_of(whole)
+    >>> inner = np.diag(middle[1:-1]) + np.diag(high[1:-2], 1) + np.diag(low[2:-1], -1)
+    >>> bool(np.allclose(back @ inner @ np.linalg.inv(back), whole))
+    True
+    """
+    from scipy import linalg
+
+    blocks, vectors = linalg.cdf2rdf(*np.linalg.eig(transition))
+    low, middle, high = (np.diagonal(blocks, place) for place in (-1, 0, 1))
+    return (np.pad(low, (2, 1)), np.pad(middle, 1), np.pad(high, (1, 2))), np.asarray(vectors)
 
 
 def deviance_of(sampled: Sampled, noise: float, values: FloatArray) -> float:
