@@ -142,16 +142,21 @@ def test_bad_input_is_one_sentence(changes: dict[str, Any], sentence: str) -> No
         sp.design(**{**usual, **changes})
 
 
+PROBLEMS = range(20)
+"""Of a damper of some order and a gap: the least damper at a limited impact rate."""
+
+
 @pytest.mark.validation
 def test_limits_of_random_designs_hold_in_fresh_runs() -> None:
-    """20 problems of a damper of some order and a gap: the least damper at a limited impact rate."""
-    assert sum(judged(number)[0] for number in range(20)) >= 19
+    """In runs of ten times the paths, 95 of 100 times."""
+    assert sum(judged(number)[0] for number in PROBLEMS) >= 0.95 * len(PROBLEMS)
 
 
 @pytest.mark.validation
-def test_the_cost_of_random_designs_is_that_of_a_fine_grid() -> None:
-    """Of 16 that were measured all were within 2.3 %; a rate that hardly depends on its damper costs the most."""
-    assert sum(judged(number)[1] <= 1.03 for number in range(20)) >= 19
+@pytest.mark.parametrize("number", PROBLEMS)
+def test_the_cost_of_a_random_design_is_that_of_a_fine_grid(number: int) -> None:
+    """Of 17 that were measured all were within 2.3 %; a rate that hardly depends on its damper costs the most."""
+    assert judged(number)[1] <= 1.03
 
 
 @cache
