@@ -135,11 +135,11 @@ def _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, wat
 
 
 @njit(**INLINE)
-def _free_step(parts, n, x0, v0, moved, gained, memory_force, g, forcing, at, d, seen, lane, watched):
+def _free_step(parts, n, x0, v0, moved, gained, memory_force, g, forcing, at, d, seen, sums, lane, watched):
     """One step of one lane as if there were no wall, from x0 + moved, v0 + gained.
 
     The increment is written to ``d``, the observed state to index ``at`` of ``seen``.  Returns the changes since the
-    beginning of the group, the increment in the precision of the memory, the observed x and the terms of the sums.
+    beginning of the group, the increment in the precision of the memory, the observed x and the sums of the group.
     """
     x, v = x0 + moved, v0 + gained
     change, pull, middle = _kick(
@@ -152,8 +152,11 @@ def _free_step(parts, n, x0, v0, moved, gained, memory_force, g, forcing, at, d,
     d[2 * LANES + at] = increment
     if watched:
         seen.x[at], seen.v[at] = x_seen, v_seen
-    terms = x_seen, x_seen * x_seen, v_seen * v_seen, pull, pull * middle, pull * x
-    return moved + dx, gained + (change + dv), increment, x_seen, terms
+        sums = (
+            sums[0] + x_seen, sums[1] + x_seen * x_seen, sums[2] + v_seen * v_seen,
+            sums[3] + pull, sums[4] + pull * middle, sums[5] + pull * x,
+        )  # fmt: skip
+    return moved + dx, gained + (change + dv), increment, x_seen, sums
 
 
 @njit(**INLINE)
@@ -167,22 +170,25 @@ def _sweep(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, terms, 
             forcing.works[slot * LANES + lane] = parts.zero
         x0, v0 = start.x[lane], start.v[lane]
         f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
-        moved, gained, d0, seen0, s0 = _free_step(
-            parts, n, x0, v0, parts.zero, parts.zero, f0, g, forcing, lane, d, seen, lane, watched
+        nothing = parts.zero
+        sums = nothing, nothing, nothing, nothing, nothing, nothing
+        moved, gained, d0, seen0, sums = _free_step(
+            parts, n, x0, v0, nothing, nothing, f0, g, forcing, lane, d, seen, sums, lane, watched
         )
         x1 = x0 + moved
-        moved, gained, d1, seen1, s1 = _free_step(
-            parts, n + 1, x0, v0, moved, gained, f1 + m.newest * d0, g, forcing, LANES + lane, d, seen, lane, watched
-        )
+        moved, gained, d1, seen1, sums = _free_step(
+            parts, n + 1, x0, v0, moved, gained, f1 + m.newest * d0,
+            g, forcing, LANES + lane, d, seen, sums, lane, watched,
+        )  # fmt: skip
         x2 = x0 + moved
-        moved, gained, d2, seen2, s2 = _free_step(
+        moved, gained, d2, seen2, sums = _free_step(
             parts, n + 2, x0, v0, moved, gained, f2 + m.recent1 * d0 + m.newest * d1,
-            g, forcing, 2 * LANES + lane, d, seen, lane, watched,
+            g, forcing, 2 * LANES + lane, d, seen, sums, lane, watched,
         )  # fmt: skip
         x3 = x0 + moved
-        moved, gained, _, seen3, s3 = _free_step(
+        moved, gained, _, seen3, sums = _free_step(
             parts, n + 3, x0, v0, moved, gained, f3 + m.recent2 * d0 + m.recent1 * d1 + m.newest * d2,
-            g, forcing, 3 * LANES + lane, d, seen, lane, watched,
+            g, forcing, 3 * LANES + lane, d, seen, sums, lane, watched,
         )  # fmt: skip
         change.x[lane], change.v[lane] = moved, gained
         x4 = x0 + moved
@@ -190,19 +196,18 @@ def _sweep(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, terms, 
         greatest = max(max(max(x0, seen0), max(x1, seen1)), max(max(x2, seen2), max(x3, max(seen3, x4))))
         clear[lane] = clearance(parts.scheme, parts.wall, least, greatest)
         if watched:
-            _put(terms, lane, s0, s1, s2, s3)
+            _put(terms, lane, sums)
 
 
 @njit(**INLINE)
-def _put(terms, lane, a, b, c, d):
+def _put(terms, lane, sums):
     """Write what four steps of a lane add to the sums."""
-    terms.x[lane], terms.xx[lane] = (a[0] + b[0]) + (c[0] + d[0]), (a[1] + b[1]) + (c[1] + d[1])
-    terms.vv[lane], terms.force[lane] = (a[2] + b[2]) + (c[2] + d[2]), (a[3] + b[3]) + (c[3] + d[3])
-    terms.power[lane], terms.virial[lane] = (a[4] + b[4]) + (c[4] + d[4]), (a[5] + b[5]) + (c[5] + d[5])
+    terms.x[lane], terms.xx[lane], terms.vv[lane] = sums[0], sums[1], sums[2]
+    terms.force[lane], terms.power[lane], terms.virial[lane] = sums[3], sums[4], sums[5]
 
 
 @njit(**INLINE)
-def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, lane):
+def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, sums, lane):
     """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
     change, pull, middle = _kick(parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True)
     x_seen, v_seen, x_next, v_next = bounce(
@@ -211,8 +216,11 @@ def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumul
     d[2 * LANES + at] = x_next - x
     seen.x[at], seen.v[at] = x_seen, v_seen
     x_counted, pulled = counts[0] * x_seen, counts[0] * pull
-    terms = x_counted, x_counted * x_seen, counts[0] * v_seen * v_seen, pulled, pulled * middle, pulled * x
-    return x_next, v_next, terms
+    sums = (
+        sums[0] + x_counted, sums[1] + x_counted * x_seen, sums[2] + counts[0] * v_seen * v_seen,
+        sums[3] + pulled, sums[4] + pulled * middle, sums[5] + pulled * x,
+    )  # fmt: skip
+    return x_next, v_next, sums
 
 
 @njit(**INLINE)
@@ -224,17 +232,24 @@ def _again(parts, m, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, 
     for slot in range(slots(parts.load)):
         forcing.works[slot * LANES + lane] = 0.0
     f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
-    x, v, s0 = _step(
-        parts, n, now.x[lane], now.v[lane], f0, g, forcing, lane, d, seen, (c[0], c[1]), accumulators, lane
+    sums = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, v, sums = _step(
+        parts, n, now.x[lane], now.v[lane], f0, g, forcing, lane, d, seen, (c[0], c[1]), accumulators, sums, lane
     )
     f1 += m.newest * d[2 * LANES + lane]
-    x, v, s1 = _step(parts, n + 1, x, v, f1, g, forcing, LANES + lane, d, seen, (c[1], c[2]), accumulators, lane)
+    x, v, sums = _step(
+        parts, n + 1, x, v, f1, g, forcing, LANES + lane, d, seen, (c[1], c[2]), accumulators, sums, lane
+    )
     f2 += m.recent1 * d[2 * LANES + lane] + m.newest * d[3 * LANES + lane]
-    x, v, s2 = _step(parts, n + 2, x, v, f2, g, forcing, 2 * LANES + lane, d, seen, (c[2], c[3]), accumulators, lane)
+    x, v, sums = _step(
+        parts, n + 2, x, v, f2, g, forcing, 2 * LANES + lane, d, seen, (c[2], c[3]), accumulators, sums, lane
+    )
     f3 += m.recent2 * d[2 * LANES + lane] + m.recent1 * d[3 * LANES + lane] + m.newest * d[4 * LANES + lane]
-    x, v, s3 = _step(parts, n + 3, x, v, f3, g, forcing, 3 * LANES + lane, d, seen, (c[3], c[4]), accumulators, lane)
+    x, v, sums = _step(
+        parts, n + 3, x, v, f3, g, forcing, 3 * LANES + lane, d, seen, (c[3], c[4]), accumulators, sums, lane
+    )
     now.x[lane], now.v[lane] = x, v
-    _put(terms, lane, s0, s1, s2, s3)
+    _put(terms, lane, sums)
 
 
 @njit(**INLINE)
