@@ -111,6 +111,18 @@ def test_power_fed_by_coloured_noise() -> None:
     assert found.values["input_power"] == pytest.approx(found.values["coloured_noise_power"], rel=1e-6)
 
 
+def test_coloured_and_white_noise_share_their_normals() -> None:
+    """Moments of the sum, power of the coloured noise alone, and the balance of energy."""
+
+    def density(w: float) -> float:
+        return 0.8 / (2.0 * math.pi) + 0.5 / (math.pi * (1.0 + (0.5 * w) ** 2))
+
+    exact = filtered(lambda p: 1.0 + 0.6 * p**0.5, density) | {"coloured_noise_power": 0.341966}
+    parts = sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5), WhiteNoise(0.8)
+    found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), exact, sharp=0.02)
+    assert abs(found.values["damping_power"] - 0.341966 - 0.4) < 4 * found.errors["damping_power"]
+
+
 @pytest.mark.parametrize("order", [0.05, 0.9])
 def test_springpot_in_series_with_a_spring(order: float) -> None:
     series, pot = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0)), sp.Springpot(0.9, 0.3)

@@ -6,6 +6,7 @@ Two kernels serve the everyday tests: parts that a test does not need are there 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,11 +61,16 @@ def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
 
 @pytest.mark.parametrize(
     "excitation",
-    [sp.ColouredNoise(1.0, 0.3), validation(sp.FilteredNoise(3.0, 0.4, 1.0)), validation(sp.PoissonImpulses(2.0, 0.5))],
+    [
+        (sp.ColouredNoise(1.0, 0.3),),
+        (sp.ColouredNoise(1.0, 0.3), sp.WhiteNoise(0.3)),
+        validation((sp.FilteredNoise(3.0, 0.4, 1.0), sp.ColouredNoise(1.0, 0.3))),
+        validation((sp.PoissonImpulses(2.0, 0.5),)),
+    ],
 )
-def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitation: object) -> None:
+def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitation: tuple[Any, ...]) -> None:
     """Impulses of half steps are summed in pairs: at a short step the two paths are nearly the same."""
-    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), excitation)
+    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), *excitation)
     settings = resolve(system, paths=64, duration=4.0, step=0.02, window=(0.0, 4.0), start="rest")
     fine = simulation_of(system, replace(settings, step=0.01)).advance(stream=3).rows[:, 0] / 400
     coarse = simulation_of(system, settings, halved=True).advance(stream=3, halved=True).rows[:, 0] / 200

@@ -340,7 +340,7 @@ def block(
     terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _extras(0.0), observers)
-    forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)))
+    forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)), g)
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for i in range(modes * LANES):

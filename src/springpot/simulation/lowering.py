@@ -97,12 +97,15 @@ class Named:
     does : {"springs", "feeds", "dissipates", "works", "expected", "nothing"}
         How its work is reported: as what is fed in, what is taken out, what a force of unknown kind does, what is
         expected of noise that multiplies x, or not at all.
+    join : callable, optional
+        As ``make``, with the variance of the impulses of white noise last: a part that is both.
     """
 
     name: str
     make: Callable[[int, int, int], Any]
     states: int
     does: str
+    join: Callable[[int, int, int, float], Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -376,13 +379,17 @@ def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: 
     single = sum(filter.output.size == 1 for filter in filters)
     states = 2 * max(1, len(filters) - single + -(-single // 2))
 
-    def make(word: int, place: int, parts: int) -> Any:
+    def make(word: int, place: int, parts: int, more: float = 0.0) -> sources.Filtered:
         from springpot.simulation.filters import filtered  # SciPy's linear algebra is slow to import
 
         slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
-        return filtered(slower, word, place, step / parts, white / parts, parts=parts)
+        return filtered(slower, word, place, step / parts, (white + more) / parts, parts=parts)
 
-    return Named(name, make, states, "feeds")
+    def join(word: int, place: int, parts: int, more: float) -> sources.Joined:
+        law = make(word, place, parts, more)
+        return sources.Joined(law, more / math.sqrt(parts) / max(float(law.newest[0]), 1e-300))
+
+    return Named(name, make, states, "feeds", join)
 
 
 def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int) -> Named:
@@ -432,8 +439,12 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
         named.append(Named("springs", lambda word, place, parts: spring, 0, "springs"))
     word, place = 1, 0
     for force in total.forces:
-        parts.append(force.make(word, place, parts_of_step))
-        named.append(force)
+        if isinstance(parts[0], forces.White) and force.join is not None:
+            parts[0] = force.join(word, place, parts_of_step, total.white * step)
+            named.insert(0, force)
+        else:
+            parts.append(force.make(word, place, parts_of_step))
+            named.append(force)
         word, place = word + sources.WORDS, place + force.states
     if len(named) > MOST_FORCES or place > MOST_STATES:
         raise ValueError(

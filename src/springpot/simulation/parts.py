@@ -124,6 +124,7 @@ class Forcing(NamedTuple):
     given: Any  # (slot, step of the group, lane): impulses that do not depend on the motion
     state: Any  # of the forces that have one
     normals: Any  # four steps of normals, for the moment
+    white: Any  # those of white noise
 
 
 def answer_of_springpot(order: float, coefficient: float, step: float) -> float:

@@ -16,7 +16,7 @@ from springpot.simulation import forces, parts, restitution, sources, walls
 from springpot.simulation.forces import Parametric, Sum, White
 from springpot.simulation.kernel import Parts
 from springpot.simulation.parts import Splitting, Sweep
-from springpot.simulation.sources import Filtered, Poisson
+from springpot.simulation.sources import Filtered, Joined, Poisson
 
 __all__ = ["single_of", "sweeps_in_single", "with_arrays"]
 
@@ -72,7 +72,7 @@ def _is_random(load: Any) -> bool:
         case White():
             return load.strength > 0.0
         case _:
-            return isinstance(load, (Filtered, Parametric, Poisson))
+            return isinstance(load, (Filtered, Joined, Parametric, Poisson))
 
 
 def _turn(loss: float, sine: float, back: float, name: str) -> dict[str, np.float32]:

@@ -18,7 +18,7 @@ from springpot.simulation.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 from springpot.simulation.random import draw, philox
 
-__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Poisson", "Table"]
+__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Joined", "Poisson", "Table"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,6 +34,16 @@ class Filtered(NamedTuple):
     pairs: npt.NDArray[np.floating]  # (pairs, 20) of two states each; what they keep of themselves is less 1
     newest: npt.NDArray[np.floating]  # (4,) effect of a normal on the impulses of its step and the next three
     start: npt.NDArray[np.floating]  # lower triangle: the states at time 0 from normals
+
+
+class Joined(NamedTuple):
+    """Gaussian noise through linear filters and white noise: one normal for both, since only their sum moves the mass.
+
+    The power of the filtered noise is that of its best guess from the sum so far, whose mean is the same.
+    """
+
+    filtered: Filtered  # of the sum
+    white: float  # best guess of the impulse of white noise in a step, per unit of the step's normal
 
 
 class Harmonic(NamedTuple):
@@ -79,6 +89,11 @@ class Filter:
     output: Floats
 
 
+@answers(wake, Joined)
+def _wake_joined(force, slot, first, stream, k0, k1, forcing):
+    wake(force.filtered, slot, first, stream, k0, k1, forcing)
+
+
 @answers(wake, Filtered)
 def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
     size = force.start.shape[0]
@@ -91,6 +106,18 @@ def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
             for lane in range(LANES):
                 normal = forcing.normals[(j % GROUP) * LANES + lane]
                 forcing.state[(force.place + i) * LANES + lane] += force.start[i, j] * normal
+
+
+@answers(supply, Joined)
+def _supply_joined(force, slot, group, first, stream, k0, k1, forcing):
+    """From the normals of white noise; with parts of a step from those that they were made of."""
+    if force.filtered.parts == 1:
+        _next_impulses(force.filtered, slot, forcing.white, forcing)
+    else:
+        for half in range(2):
+            draw(2 * group + half, first, stream, 0, k0, k1, forcing.normals)
+            _next_impulses(force.filtered, slot, forcing.normals, forcing)
+            _sum_pairs(forcing.given, slot, 2 * half)
 
 
 @answers(supply, Filtered)
@@ -112,7 +139,8 @@ def four_impulses(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0
 
 @answers(four_impulses, Filtered)
 def _four_of_filtered(force, slot, group, first, stream, k0, k1, forcing):
-    _next_impulses(force, slot, group, first, stream, k0, k1, forcing)
+    draw(group, first, stream, force.word, k0, k1, forcing.normals)
+    _next_impulses(force, slot, forcing.normals, forcing)
 
 
 @answers(four_impulses, Poisson)
@@ -138,9 +166,8 @@ def _sum_pairs(given, slot, to):
 
 
 @njit(**LINKED)
-def _next_impulses(force, slot, group, first, stream, k0, k1, forcing):
-    w, g, place = force.newest, forcing.normals, slot * GROUP * LANES
-    draw(group, first, stream, force.word, k0, k1, g)
+def _next_impulses(force, slot, g, forcing):
+    w, place = force.newest, slot * GROUP * LANES
     for lane in range(LANES):
         g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
         forcing.given[place + lane] = w[0] * g0
@@ -177,6 +204,13 @@ def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
 def _push_given(force, slot, n, x, v, g, forcing, at, lane, weight):
     impulse = forcing.given[slot * GROUP * LANES + at]
     forcing.impulses[slot * LANES + lane] = impulse
+    return typed(0.0, x), typed(impulse, x)
+
+
+@answers(push, Joined)
+def _push_joined(force, slot, n, x, v, g, forcing, at, lane, weight):
+    impulse = forcing.given[slot * GROUP * LANES + at]
+    forcing.impulses[slot * LANES + lane] = impulse - force.white * g
     return typed(0.0, x), typed(impulse, x)
 
 
@@ -228,7 +262,7 @@ def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
         forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
 
 
-for _source in (Filtered, Harmonic, Poisson, Table):
+for _source in (Filtered, Harmonic, Joined, Poisson, Table):
     answers(damp, _source)(_damp_nothing)
     answers(slots, _source)(_one_named)
 answers(wake, Poisson)(_wake_nothing)
