@@ -14,9 +14,10 @@ from benchmarks.measure import Row, best_cpu
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
 from springpot.simulation import compose
-from springpot.simulation.kernel import COLUMNS, Memory, Seen, State, Sums, _remember, _sweep, block
+from springpot.simulation.kernel import COLUMNS, Memory, State, Sums, _remember, _sweep, block
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
-from springpot.simulation.observers import NO_OBSERVERS, Accumulators
+from springpot.simulation.linking import OptimisedOnce
+from springpot.simulation.observers import NO_OBSERVERS
 from springpot.simulation.parts import Forcing
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
@@ -26,6 +27,7 @@ __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
 MODES = 32
 STEP = 1e-3  # the paper's
+_COMPILED: dict[str, Any] = {"nogil": True, "pipeline_class": OptimisedOnce, **FAST}  # all kernels alike
 # one mode of one path in a group of four steps: 4 multiply-adds and an addition to take the increments in, and
 # 4 multiply-adds to exert the force on the next four steps
 FLOPS_PER_MODE_STEP = (2 * (4 + 4) + 1) / GROUP
@@ -50,7 +52,7 @@ class Parts(NamedTuple):
 # --- the peak -----------------------------------------------------------------------------------------------------
 
 
-@njit(fastmath={"contract"}, error_model="numpy")
+@njit(fastmath={"contract"}, error_model="numpy", pipeline_class=OptimisedOnce)
 def _multiply_add(a, b, repeats):
     """``repeats`` * LANES * _CHAINS * _ROUNDS multiply-adds."""
     z = _chains(a)
@@ -85,7 +87,7 @@ def peak(precision: str, repeats: int) -> float:
 # --- a path-step of ours, and its parts ---------------------------------------------------------------------------
 
 
-@njit(nogil=True, **FAST)
+@njit(**_COMPILED)
 def _normals_only(groups, k0, k1):
     g = _four(f32(0))
     kept = _four(f32(0))
@@ -101,37 +103,36 @@ def _normals_only(groups, k0, k1):
     return total
 
 
-@njit(nogil=True, **FAST)
-def _sweep_only(scheme, wall, load, memory, start, observers, groups):
-    zero = memory.newest * f32(0)
+@njit(**_COMPILED)
+def _sweep_only(sweep, memory, x, v, groups):
+    zero, quick = memory.newest * f32(0), sweep.zero
     p = (zero, zero, zero, zero)
-    h, d, g, clear = _four(zero), _increments(zero), _four(f32(0)), _state(0.0)
-    now, saved = State(_state(0.0), _state(0.0)), State(_state(0.0), _state(0.0))
-    seen = Seen(_four(0.0), _four(0.0))
-    found = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
-    none = _state(0.0)  # white noise and a rigid wall keep nothing beside the sums
-    forcing = Forcing(none, none, none, none, none)
-    accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), none, observers)
-    counts = (1.0, 1.0, 1.0, 1.0, 1.0)
+    h, d, g, clear = _four(zero), _increments(zero), _four(f32(0)), _state(quick)
+    begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
+    seen = State(_four(quick), _four(quick))
+    terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
+    none = _state(quick)  # white noise and a rigid wall keep nothing beside the sums
+    forcing = Forcing(none, none, none, none, g, g)
     for i in range(2 * GROUP * LANES):
         d[i] = zero
     for i in range(GROUP * LANES):
         h[i] = zero
         g[i] = f32(i % 7) - f32(3)
     for lane in range(LANES):
-        now.x[lane], now.v[lane] = start.states[0, 0], start.states[0, 1]
-    least = 1.0
+        begun.x[lane], begun.v[lane] = x, v
+    least = quick
     for n in range(groups):
-        _sweep(scheme, wall, load, memory, p, n, now, saved, clear, g, forcing, h, d, seen, counts,
-               accumulators, found, True)  # fmt: skip
+        _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, seen, terms, True)
         for lane in range(LANES):
-            least = min(least, clear[lane] + found.x[lane] + found.power[lane] + found.virial[lane])
+            begun.x[lane] += change.x[lane]
+            begun.v[lane] += change.v[lane]
+            least = min(least, clear[lane] + terms.x[lane] + terms.power[lane] + terms.virial[lane])
         for i in range(GROUP * LANES):
             d[i] = d[GROUP * LANES + i]
     return least
 
 
-@njit(nogil=True, **FAST)
+@njit(**_COMPILED)
 def _memory_only(memory, groups):
     zero = memory.newest * f32(0)
     modes = memory.powers.size // 4
@@ -176,9 +177,11 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
     k0, k1 = key_words(1)
     rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, steps + 1, 2)), np.zeros(1, np.uint8)
 
+    exact, sweep = kernel.of_kernel()
+
     def run(count: int = steps) -> None:
         block(
-            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
+            exact, sweep, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
             parts.stiffness, 0, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
         )  # fmt: skip
 
@@ -189,12 +192,11 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
 def _division(parts: Parts) -> dict[str, float]:
     """Processor time in s of the parts of a block, each alone."""
     kernel, groups = parts.kernel, parts.steps // GROUP
+    (_, sweep), (x, v) = kernel.of_kernel(), kernel.start.states[0, :2]
     k0, k1 = key_words(1)
     drivers: dict[str, Callable[[int], Any]] = {
         "normals": lambda count: _normals_only(count, k0, k1),
-        "sweep": lambda count: _sweep_only(
-            kernel.scheme, kernel.wall, kernel.load, kernel.memory, kernel.start, NO_OBSERVERS, count
-        ),
+        "sweep": lambda count: _sweep_only(sweep, kernel.memory, x, v, count),
         "memory": lambda count: _memory_only(kernel.memory, count),
     }
     for driver in drivers.values():
@@ -223,7 +225,7 @@ def _plain_memory(z, d, h, modes, decay, weights):
             h[lane] += (w0 * y0 + w1 * y1) + (w2 * y2 + w3 * y3)
 
 
-@njit(nogil=True, **FAST)
+@njit(**_COMPILED)
 def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0, k1, out):
     """Lanes of paths, modes in a flat stack array, one step at a time; a path behind the wall is mirrored."""
     zero = decay[0] * f32(0)

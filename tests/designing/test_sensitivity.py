@@ -60,7 +60,7 @@ def test_monte_carlo_has_the_exponents_within_three_standard_errors() -> None:
     )
     assert worst < 3.5
     assert found.gains["x_mean_square"]["coefficient"] > 2.0
-    assert found.gains["x_mean_square"]["intensity"] == math.inf  # paths are the same but for their scale
+    assert found.gains["x_mean_square"]["intensity"] > 1e10  # paths are the same but for their scale and rounding
     assert found.errors["x_mean_square"]["coefficient"] < 0.1
     assert "less variance" in found.report()
     assert found.to_xarray()["gain"].sel(quantity="x_mean_square", number="coefficient") > 2.0

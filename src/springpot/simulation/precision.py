@@ -23,6 +23,7 @@ __all__ = ["single_of", "sweeps_in_single", "with_arrays"]
 _OURS = {module.__name__ for module in (forces, parts, restitution, sources, walls)}
 _f32 = np.float32
 _TRIED = 16  # neighbours of a number on either side, by about a unit in the last place
+_STEPS = 1e6
 _AXES = (-1, 1, 1), (1, -1, 1), (1, 1, -1)
 
 
@@ -76,16 +77,16 @@ def _is_random(load: Any) -> bool:
 
 
 def _turn(loss: float, sine: float, back: float, name: str) -> dict[str, np.float32]:
-    """The numbers of a rotation in single precision, whose determinant is 1 as nearly as their neighbours allow.
+    """The numbers of a rotation in single precision: those neighbours that change an energy least in many steps.
 
-    The energy of an undamped oscillator grows by the determinant in every step.
+    The energy grows by the determinant in every step, and the ratio of the two sines shares it among x and v.
     """
     losses, sines, backs = (
         _near(number).reshape(shape) for number, shape in zip((loss, sine, back), _AXES, strict=True)
     )
-    lost = losses.astype(float)
-    off = abs(lost * (2.0 + lost) + sines.astype(float) * backs)
-    i, j, k = np.unravel_index(np.argmin(off), off.shape)
+    lost, one, two = losses.astype(float), sines.astype(float), backs.astype(float)
+    change = _STEPS * abs(lost * (2.0 + lost) + one * two) + abs(one / sine - two / back)
+    i, j, k = np.unravel_index(np.argmin(change), change.shape)
     return {name + "loss": losses[i, 0, 0], name + "sine": sines[0, j, 0], name + "back": backs[0, 0, k]}
 
 
