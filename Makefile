@@ -34,11 +34,10 @@ style: setup
 types: setup
 	$(RUN)/mypy
 
-# two at a time: mypy has one thread, and so has the compilation of kernels, which each of the processes that test would
-# compile for itself; the page's tests often wait for the browser
-test: style  ## style, types, spelling and the everyday tests
-	@$(MAKE) --no-print-directory --jobs=2 types kernels
-	@$(MAKE) --no-print-directory --jobs=2 test-page test-rest
+# kernels first, for each of the processes that test would compile them for itself; then all beside each other, since
+# the page's tests often wait for the browser, others for a signal or a worker, and mypy has one thread
+test: style kernels  ## style, types, spelling and the everyday tests
+	@$(MAKE) --no-print-directory --jobs=3 types test-page test-rest
 
 kernels: setup
 	@$(RUN)/python -m tests.kernels

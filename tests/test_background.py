@@ -30,7 +30,7 @@ def test_the_page() -> None:
 
 
 def test_a_study(tmp_path: Path) -> None:
-    long = {**RUNS, "monte_carlo": {"paths": 2048, "duration": 4000.0, "step": 0.02}}
+    long = {**RUNS, "monte_carlo": {"paths": 512, "duration": 4000.0, "step": 0.02}}
     file, store = write_toml(tmp_path / "long.toml", long), tmp_path / "study.zarr"
     with in_the_background():
         process = subprocess.Popen(

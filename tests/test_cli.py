@@ -592,7 +592,7 @@ def test_the_callers_own_handling_of_signals_stays() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_an_interrupted_run_ends_with_130() -> None:
     """A run of hours, interrupted while it computes."""
-    words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--json"]
+    words = ["simulate", "--paths", "1000000", "--duration", "1000", "--step", "1e-3", "--threads", "1", "--json"]
     with in_a_terminal():
         process = subprocess.Popen(
             [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True

@@ -102,7 +102,7 @@ def test_the_command_compares_and_draws(
     points = panels[0].containers[0].lines[0]
     wanted = np.interp(points.get_xdata(), line.get_xdata(), line.get_ydata())
     assert np.max(np.abs(points.get_ydata() - wanted)) < 0.05 * wanted.max()
-    assert cli.main([*flags, "--json"]) == 0
+    assert cli.main([*flags[:-1], "0.3", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["recommended"] == "exact"
     for name in ("nowhere/a.png", "a.pdf"):
         assert cli.main([*flags, "--plot", str(tmp_path / name)]) == 2

@@ -33,7 +33,7 @@ def test_the_axis_of_a_free_number_has_its_unit() -> None:
 
 
 def test_bars_are_sensitivities_with_their_intervals() -> None:
-    linear = sp.Oscillator(2.0, sp.Springpot(1.0, 0.4), sp.Barrier(0.0), sp.WhiteNoise(3.0))
+    linear = sp.Oscillator(2.0, sp.Springpot(1.0, 0.4), None, sp.WhiteNoise(3.0))
     names = ["x_mean_square", "v_mean_square"]
     by_theory = sp.sensitivity(linear, names, method="theory")
     by_chance = sp.sensitivity(linear, names, method="monte_carlo", paths=64, duration=10.0)

@@ -18,6 +18,7 @@ from springpot.simulation.simulation import simulation_of
 from springpot.simulation.slow_impacts import slow_impact_order
 from springpot.simulation.statistics import standard_error
 
+from ..sizes import validation
 from .problems import oscillator
 
 ENERGIES = ("x_mean", "x_mean_square", "v_mean_square", "amplitude_mean_square")
@@ -42,8 +43,11 @@ def halved(
 
 @pytest.mark.parametrize(
     ("order", "coefficient", "restitution", "position", "start"),
-    [(0.5, 1.0, 1.0, 0.0, 0.785), (0.3, 1.0, 0.8, -0.5, 0.54), (0.7, 0.5, 1.0, 0.3, 1.0), (0.5, 1.0, 0.5, 0.0, 0.577)],
-)
+    [
+        validation(0.5, 1.0, 1.0, 0.0, 0.785), (0.3, 1.0, 0.8, -0.5, 0.54),
+        validation(0.7, 0.5, 1.0, 0.3, 1.0), (0.5, 1.0, 0.5, 0.0, 0.577),
+    ],
+)  # fmt: skip
 def test_halving_a_step_of_0_04_changes_little(
     order: float, coefficient: float, restitution: float, position: float, start: float
 ) -> None:

@@ -94,7 +94,7 @@ def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency
         for name, moment in (("x_mean_square", 0), ("v_mean_square", 2))
     }
     problem = oscillator(order, coefficient, frequency, 1.0, None)
-    found = run(problem, paths=20_000, duration=150.0, step=0.02, start="stationary")
+    found = run(problem, paths=10_000, duration=150.0, step=0.02, start="stationary")
     assert_agrees(found, exact)
     assert found.values["impact_rate"] == 0.0
     assert math.isnan(found.values["impact_speed_mean"])
@@ -400,7 +400,7 @@ def test_at_order_zero_the_element_is_a_spring(scheme, step, within, derivative)
     assert np.abs(found.record[0, :, 0] - np.cos(math.sqrt(2.0) * found.time)).max() < within
 
 
-@pytest.mark.parametrize("paths", [5000, validation(20_000)])
+@pytest.mark.parametrize("paths", [4000, validation(20_000)])
 def test_a_stationary_start_at_order_zero_remembers_nothing(paths):
     """Equal to the same oscillator with its springs put together."""
     element = run(oscillator(0.0, 1.0, restitution=0.8), paths=paths, start="stationary")

@@ -90,23 +90,14 @@ def test_rare_passages_of_x_come_at_rices_rate() -> None:
     problem = sp.Oscillator(1.0, sp.Springpot(1.0, damping), None, sp.WhiteNoise(1.0))
     deviation = math.sqrt(0.5 / damping)
     rate = math.exp(-6.125) / (2.0 * math.pi)
-    found = run(
-        problem, paths=12_000, duration=420.0, window=(20.0, 420.0), step=0.1, first_passage={"x": 3.5 * deviation}
-    )
-    passage = found.first_passages["x"]
+    levels = {"x": 3.5 * deviation, "distance": 3.5 * deviation}
+    found = run(problem, paths=12_000, duration=420.0, window=(20.0, 420.0), step=0.1, first_passage=levels)
+    passage, distance = (found.first_passages[kind] for kind in levels)
     mean, error, assumed = passage.mean
     assert passage.share_censored > 0.8
     assert "have not passed" in assumed
     assert error < 0.06 / rate
     assert 1.0 / rate - 3.0 * error < mean < 1.1 / rate + 3.0 * error
-    distance = run(
-        problem,
-        paths=12_000,
-        duration=420.0,
-        window=(20.0, 420.0),
-        step=0.1,
-        first_passage={"distance": 3.5 * deviation},
-    ).first_passages["distance"]
     assert abs(distance.mean[0] / mean - 0.5) < 0.1
 
 

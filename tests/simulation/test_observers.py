@@ -176,18 +176,16 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     data = found.to_dataset()
     assert data["x_spectrum"].attrs["units"] == "m2 s rad-1"
     assert data["x_spectrum"].sizes == {"frequency": 32}
-    again = run(
-        problem,
-        paths=4000,
-        duration=320.0,
-        step=0.02,
-        window=(20.0, 320.0),
-        spectrum=frequency,
-        threads=1,
-        start="rest",
+
+
+def test_the_spectrum_has_the_same_bits_for_any_number_of_threads() -> None:
+    one, other = (
+        run(oscillator(), paths=200, duration=60.0, step=0.05, spectrum=[0.5, 1.0, 2.0], threads=threads)
+        for threads in (1, 3)
     )
-    assert again.spectrum is not None
-    assert again.spectrum.density.tobytes() == found.spectrum.density.tobytes()
+    assert one.spectrum is not None
+    assert other.spectrum is not None
+    assert one.spectrum.density.tobytes() == other.spectrum.density.tobytes()
 
 
 def test_a_short_window_blurs_a_peak_as_it_is_said_to() -> None:
@@ -230,7 +228,7 @@ def test_only_paths_of_the_run_are_counted() -> None:
 
 @pytest.mark.parametrize(
     ("position", "intensity", "paths"),
-    [validation(1.0, 1e-4, 20_000), (1.0, 3e-3, 12_000), validation(3.0, 1.0, 20_000), (-2.0, 0.5, 20_000)],
+    [validation(1.0, 1e-4, 20_000), (1.0, 3e-3, 3000), validation(3.0, 1.0, 20_000), (-2.0, 0.5, 4000)],
 )
 def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float, paths: int) -> None:
     """A preload presses the mass to the wall: bins are counted from there."""

@@ -155,7 +155,7 @@ def test_energy_with_lossy_walls_and_memory() -> None:
 
 
 def test_van_der_pol_and_rayleigh_with_a_wall() -> None:
-    parts = sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), WhiteNoise(0.5), sp.Barrier(-0.5)
+    parts = sp.Dashpot(0.0), sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), WhiteNoise(0.5), sp.Barrier(-0.5)
     exact = {
         "x_mean": 0.46633, "x_mean_square": 0.56726, "v_mean_square": 0.80043, "impact_rate": 0.21474,
         "impact_speed_mean": 1.08581,

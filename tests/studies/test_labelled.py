@@ -20,6 +20,7 @@ from springpot.studies.estimate import status
 from springpot.studies.export import export
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
+from tests.sizes import validation
 from tests.studies.samples import RUNS, chunks, content, given, orphans
 
 BASE: dict[str, Any] = {
@@ -161,13 +162,13 @@ def _folder_to_file(place: Path) -> None:
     "damage",
     [
         lambda path: _flip(path / "labelled/simulation/x_mean/c/0/0/0"),
-        lambda path: _flip(path / "labelled/theory/said/zarr.json"),
+        validation(lambda path: _flip(path / "labelled/theory/said/zarr.json")),
         lambda path: _flip(path / "labelled/zarr.json"),
         lambda path: (path / "labelled/theory/x_mean/c/0/0/0/0").unlink(),
-        lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000),
+        validation(lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000)),
         lambda path: os.mkfifo(path / "labelled/theory/pipe"),
         lambda path: _folder_to_file(path / "labelled"),
-        lambda path: shutil.rmtree(path / "labelled"),
+        validation(lambda path: shutil.rmtree(path / "labelled")),
         lambda path: (path / "zarr.json").write_bytes(
             (path / "zarr.json").read_bytes().replace(b'"labelled/simulation/x_mean"', b'"labelled/simulation/y_mean"')
         ),
@@ -185,10 +186,9 @@ def test_damage_is_found_and_mended(damage: Any, copy: Path, whole: Path) -> Non
 def test_a_kill_while_it_is_written_leaves_none(copy: Path, whole: Path) -> None:
     shutil.rmtree(copy / "labelled")
     code = (
-        "import os, sys\nfrom springpot.studies import labelled\nfrom springpot.studies.running import run_study\n"
-        "from tests.studies.test_labelled import STUDY\n"
+        "import os, sys\nfrom springpot.studies import labelled\nfrom springpot.studies.store import open_store\n"
         "labelled.take_away_labelled = lambda path: os.kill(os.getpid(), 9)\n"
-        "run_study(STUDY, sys.argv[1])"
+        "labelled.finish(open_store(sys.argv[1]))"
     )
     done = subprocess.run([sys.executable, "-c", code, str(copy)], timeout=300, check=False)
     assert done.returncode == -9
