@@ -1,6 +1,7 @@
 """The error budget: what was asked for is reached, the parts are there, and the truth lies inside."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from springpot.simulation.accuracy import reach
 from springpot.simulation.budget import combine
 from springpot.simulation.cost import Clock, Estimate
 from springpot.simulation.forgetting import missing_variance, shares_missing
-from springpot.simulation.levels import levels_of
+from springpot.simulation.levels import COARSEST_STEP, levels_of
 from springpot.simulation.scaled import stationary
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
@@ -136,7 +137,9 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert short.shortfall.startswith("amplitude_mean_square is known to ")
     value, budget = short.values["amplitude_mean_square"], short.budgets["amplitude_mean_square"]
     assert 1e-3 * value < budget.total < 0.1 * value
-    again = levels_of(oscillator(0.7), short.simulation.settings, short.simulation.adapted)
+    finer = round(math.log2(COARSEST_STEP / short.settings.step)) - 1
+    settings = replace(short.simulation.settings, step=COARSEST_STEP)
+    again = levels_of(oscillator(0.7), settings, short.simulation.adapted).with_step(finer)
     again = again.extended(short.settings.paths - 2 * short.pairs, short.pairs, None)
     estimates = combine(again)
     assert estimates.values == short.values

@@ -1,17 +1,18 @@
 """Runs to a tolerance (``rtol``): total errors are estimated and reduced until they are small enough.
 
-The start is stationary.  Two levels estimate each quantity: many paths at a coarse step h, and fewer pairs of paths at
-h and h/2 with the same noise, whose mean difference D is added (Giles, "Multilevel Monte Carlo methods", Acta Numerica
-24, 2015).  D also gives the step bias: with a method of order p, D/(2^p - 1) remains at h/2.  Impacts soon separate two
-paths with the same noise, so the difference has 20 to 50 % of the variance and more levels would not pay.
+The start is stationary.  Pairs of paths at a step 2 h and at h with the same noise measure what the step does: with a
+scheme of order p their mean difference D leaves the bias D 2^(-n p) / (2^p - 1) at the step h / 2^n.  The values come
+from paths at such a finer step, which costs little: behind a wall most of the time of a path goes into its impacts.  So
+the noise of D counts for a small part only.  The order is known within a range; the middle of the range of the bias is
+added to the value, and its half is the bound.
 
-The energy balance is a control variate: dissipated power plus gain of energy less expected input power has mean zero
-exactly, at every step of the default scheme.  A path with a larger input has a larger amplitude, so regression on the
-balance removes 90 % of the variance of energies, and half or more of that of the mean.
+Multilevel Monte Carlo (Giles, Acta Numerica 24, 2015) would sum differences over the levels instead.  That does not pay
+here: impacts soon separate two paths with the same noise, so that a difference has a third of the variance or more.
 
-Paths are added until the total errors are below the tolerance, and the step is halved where its bias is too large;
-`springpot.simulation.decision` chooses.  With a lossy wall the impact rate is that of
-`springpot.simulation.completed_rate`, which adds the slow impacts that a step cannot resolve.
+The balances of energy, momentum and virial are control variates (`springpot.simulation.controls`).  Paths and pairs are
+added until the total errors are below the tolerance; `springpot.simulation.decision` chooses their numbers and the
+step.  With a lossy wall the impact rate is that of `springpot.simulation.completed_rate`, which adds the slow impacts
+that a step cannot resolve.
 """
 
 from __future__ import annotations
@@ -31,17 +32,10 @@ from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine, 
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
 from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words, per_cent
-from springpot.simulation.decision import Known, Move, Standing, decide
+from springpot.simulation.decision import MOST_FINER, Known, Move, Standing, decide
+from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import LANES
-from springpot.simulation.levels import (
-    FEWEST_PATHS,
-    Level,
-    Levels,
-    first_step,
-    first_targets,
-    level_settings,
-    levels_of,
-)
+from springpot.simulation.levels import FEWEST_PAIRS, Level, Levels, first_pairs, first_step, level_settings, levels_of
 from springpot.simulation.settings import Settings, check_stationary, checked_seed, checked_threads, resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import impacts_are_countable
@@ -52,7 +46,7 @@ from springpot.system import System
 __all__ = ["Reached", "checked_quantities", "reach"]
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
-PILOT_PATHS = (2048, 262_144)
+PILOT_PATHS = (1024, 131_072)
 PILOTS_DO = 2e-3  # smallest rtol for which the fewest pilot paths are enough
 MOST_PATH_STEPS = 3e11
 
@@ -64,13 +58,12 @@ class Reached:
     Attributes
     ----------
     settings : Settings
-        Of the coarse level; ``paths`` counts the coarse level and both members of the pairs.
+        Of the paths that give the values; ``paths`` counts these and both members of the pairs.
     values, errors, budgets : dict
         As in `springpot.simulation.budget.Estimates`.
     simulation : Simulation
-        The coarse level's.
     rows : ndarray
-        Of the coarse level.
+        Of the paths that give the values.
     pairs : int
         Number of pairs of paths.
     shortfall : str
@@ -106,7 +99,7 @@ class _Request:
     most_path_steps: float
 
     def settings(self, step: float) -> Settings:
-        """Settings of the coarse level at this step."""
+        """Settings of the coarser members of the pairs at this step."""
         return level_settings(self.problem, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
 
 
@@ -121,7 +114,7 @@ class _Outcome:
 
     @property
     def simulation(self) -> Simulation:
-        return self.levels.coarse.simulation
+        return self.levels.best.simulation
 
     @property
     def off(self) -> float:
@@ -213,15 +206,18 @@ def reach(
         settings = request.settings(step)
         adapted = adapt(problem, settings, paths=_pilots(problem, rtol), progress=report.block)
         levels = levels_of(problem, settings, adapted)
-        _measure_speed(levels.coarse, report)
-        targets = _affordable(levels, first_targets(levels.coarse.simulation, rtol), report.clock)
-        reason = _length_reason(levels.coarse.simulation) or "the first round is small"
-        report.say(0.0, _estimate(request, report.clock, 0.0, levels.work(*targets), reason, rtol, wanted[0]))
+        _measure_speed(levels.pair_coarse, report)
+        pairs = first_pairs(levels.pair_coarse.simulation, rtol)
+        if report.clock.seconds(levels.work(0, pairs)) > 0.25 * report.clock.left:
+            pairs = FEWEST_PAIRS
+        paths = 0
+        reason = _length_reason(levels.pair_coarse.simulation) or "the first round is small"
+        report.say(0.0, _estimate(request, report.clock, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0]))
         while True:
             before = levels.path_steps
-            levels = _round(levels, targets, report, patience=3.0 if best is None else 1.0)
+            levels = _round(levels, paths, pairs, report, patience=3.0 if best is None else 1.0)
             spent += levels.path_steps - before
-            outcome = _outcome(request, levels, spent, step > shortest)
+            outcome = _outcome(request, levels, spent, shortest)
             move = outcome.move
             same_step = best is not None and best.simulation is outcome.simulation
             if best is None or same_step or move.kind == "done" or outcome.off <= best.off:
@@ -232,11 +228,11 @@ def reach(
             if move.kind in ("done", "stop"):
                 break
             if move.kind == "more":
-                targets = move.paths, move.pairs
+                levels, paths, pairs = levels.with_step(move.finer), move.paths, move.pairs
                 continue
             finer = levels_of(problem, request.settings(0.5 * step), adapted)
-            targets = first_targets(finer.coarse.simulation, rtol)
-            if spent + finer.work(*targets) > most_path_steps:
+            paths, pairs = 0, first_pairs(finer.pair_coarse.simulation, rtol)
+            if spent + finer.work(paths, pairs) > most_path_steps:
                 outcome = replace(outcome, move=replace(move, kind="stop"))
                 break
             step, levels, halved = 0.5 * step, finer, True
@@ -245,14 +241,14 @@ def reach(
         if best is None:
             raise TimeoutError(_too_short(report)) from None
         why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
-    paths, pairs = best.levels.coarse.paths, best.levels.pair_coarse.paths
+    paths, pairs = best.levels.many.paths, best.levels.pair_coarse.paths
     return Reached(
         settings=replace(best.simulation.settings, paths=paths + 2 * pairs),
         values=best.estimates.values,
         errors=best.estimates.errors,
         budgets=best.estimates.budgets,
         simulation=best.simulation,
-        rows=best.levels.coarse.rows,
+        rows=best.levels.best.rows,
         pairs=pairs,
         shortfall=_shortfall(best, rtol, why),
         reason=reason,
@@ -306,42 +302,47 @@ def _measure_speed(level: Level, report: _Report) -> None:
     few = level.simulation.but(paths=LANES * settings.threads, duration=length, window=(0.0, length))
     for _ in range(2):  # the first may have to load or compile the kernel
         begun = time.perf_counter()
-        few.advance(stream=level.stream, progress=report.block)
+        few.advance(stream=level.stream, halved=level.halved, progress=report.block)
     report.clock.measure(float(few.settings.paths * steps), time.perf_counter() - begun)
 
 
-def _affordable(levels: Levels, targets: tuple[int, int], clock: Clock) -> tuple[int, int]:
-    """Paths and pairs of the first round, or the fewest if there is little time."""
-    if clock.seconds(levels.work(*targets)) > 0.25 * clock.left:
-        return FEWEST_PATHS, FEWEST_PATHS // 2
-    return targets
-
-
-def _round(levels: Levels, targets: tuple[int, int], report: _Report, patience: float) -> Levels:
+def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:
     """Levels with so many paths and pairs; `OutOfTime` if they would take over ``patience`` times the time left."""
     clock, begun = report.clock, time.perf_counter()
-    if clock.seconds(levels.work(*targets)) > patience * clock.left:
+    if clock.seconds(levels.work(paths, pairs)) > patience * clock.left:
         raise OutOfTime
-    more = levels.extended(*targets, report.block)
+    more = levels.extended(paths, pairs, report.block)
     clock.measure(more.path_steps - levels.path_steps, time.perf_counter() - begun)
     return more
 
 
-def _outcome(request: _Request, levels: Levels, spent: float, step_can_be_halved: bool) -> _Outcome:
+def _outcome(request: _Request, levels: Levels, spent: float, shortest: float) -> _Outcome:
     """Estimates from the levels, and the next move."""
     estimates = combine(levels)
     known = tuple(estimates.known[name] for name in request.wanted)
+    coarse, fine = levels.pair_coarse.simulation.settings, levels.pair_fine.simulation.settings
+    halvings = math.floor(math.log2(fine.step / shortest)) if fine.step > shortest else 0
     standing = Standing(
         rtol=request.rtol,
         known=known,
-        paths=levels.coarse.paths,
+        paths=levels.many.paths,
         pairs=levels.pair_coarse.paths,
-        steps=levels.coarse.simulation.settings.steps,
+        finer=levels.finer,
+        steps=coarse.steps,
+        impacts=_impacts_of_a_path(levels.pair_fine),
         spent=spent,
         most_path_steps=request.most_path_steps,
-        step_can_be_halved=step_can_be_halved,
+        most_finer=min(halvings, MOST_FINER),
+        step_can_be_halved=coarse.step > shortest,
     )
     return _Outcome(levels, estimates, known, decide(standing))
+
+
+def _impacts_of_a_path(level: Level) -> float:
+    """Mean number of impacts of a whole path."""
+    settings = level.simulation.settings
+    low, high = settings.window_steps
+    return float(level.rows[:, COLUMNS.index("impacts")].mean()) * settings.steps / (high - low)
 
 
 def _estimate(

@@ -11,9 +11,9 @@ import numpy as np
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact, ThermalNoise, WhiteNoise
 from springpot.parts.walls import restitution_of_missed, slow_restitution
-from springpot.simulation.completed_rate import are_crowded
+from springpot.simulation.completed_rate import are_crowded, at_walls
 from springpot.simulation.compose import Floats
-from springpot.simulation.decision import NORMAL, Known
+from springpot.simulation.decision import NORMAL, Known, bias_range
 from springpot.simulation.forgetting import SLOW, shares_missing, system_shares_missing
 from springpot.simulation.levels import Levels, forgetting_time_of
 from springpot.simulation.simulation import Simulation
@@ -23,12 +23,14 @@ from springpot.system import System
 from springpot.system_quantities import UNCONTROLLED
 from springpot.theory.result import MOMENTS
 
-__all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names"]
+__all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names", "orders_of_step"]
 
 CONTROLLED = MOMENTS
 """Quantities that have a budget."""
 
-WITH_MEMORY = 1.5  # bound on the fine step's bias over the difference, with a wall and an order below 1
+BALANCE = "energy_residual"
+WITH_MEMORY = 0.737  # least order of the step's bias with a wall and an order of the springpot below 1
+HIGHEST_ORDER = 2.0
 RESTORED = 0.03  # bound on the relative error of the number of slow impacts that is added
 UNCERTAIN_ORDER = 0.4  # the rate with slow impacts added has at least this much higher order than the plain rate
 LEAST_ORDER = 0.02  # a law of restitution can be below 0.163 at the speeds that a step resolves
@@ -65,8 +67,8 @@ class Estimates:
     Attributes
     ----------
     values, errors : dict
-        Every estimate, extrapolated to half the coarse step, with the energy balance as its control, and its standard
-        error.
+        Every estimate, with control variates, and its standard error.  To those that have a budget the middle of the
+        range of the step's bias is added.
     budgets : dict
         A `Budget` for each of CONTROLLED.
     known : dict
@@ -81,35 +83,64 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Samples of one estimate: of the paths of the coarse level, and of the differences fine less coarse."""
+    """Samples of one estimate, after the controls: of the paths, and of the differences of pairs, fine less coarse.
+
+    Attributes
+    ----------
+    many, difference : ndarray
+    paired : bool
+        Whether ``many`` are the finer members of the pairs.
+    controls : int
+        Numbers of control variates of a path; a pair has twice as many.
+    """
 
     many: Floats
     difference: Floats
+    paired: bool
+    controls: int
+
+    def value(self, share: float) -> float:
+        """The mean, with this share of the mean difference."""
+        return float(self.many.mean() + share * self.difference.mean())
+
+    def error(self, share: float) -> float:
+        """Its standard error."""
+        if self.paired:
+            return standard_error(self.many + share * self.difference, 2 * self.controls)
+        return math.hypot(standard_error(self.many, self.controls), share * self.difference_error)
+
+    @property
+    def difference_error(self) -> float:
+        """Standard error of the mean difference."""
+        return standard_error(self.difference, 2 * self.controls)
 
 
 def combine(levels: Levels) -> Estimates:
     """Values, standard errors and budgets of all quantities."""
-    simulation, samples = levels.coarse.simulation, _samples(levels)
+    simulation, samples = levels.best.simulation, _samples(levels)
     problem, settings = simulation.problem, simulation.settings
-    values, errors, budgets, known = {}, {}, {}, {}
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
-    for name, sample in samples.items():
-        values[name] = float(sample.many.mean() + sample.difference.mean())
-        errors[name] = math.hypot(standard_error(sample.many), standard_error(sample.difference))
-    plain = values.pop("plain_rate", math.nan)
-    errors.pop("plain_rate", None)
-    restored = 1.0 - plain / values["impact_rate"] if math.isfinite(plain) and values["impact_rate"] > 0.0 else 0.0
+    plain = samples.pop("plain_rate", None)
+    values, errors = ({name: get(sample) for name, sample in samples.items()} for get in (_value, _error))
+    shares = {}
+    for name in controlled_names(problem, samples):
+        orders = orders_of_step(problem, name, settings.step)
+        middle, half = bias_range(orders, levels.finer)
+        values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
+        shares[name] = orders, half
+    rate = values.get("impact_rate", math.nan)
+    restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
     slow = _slow_shares(problem, settings.window[0], values)
     start = simulation.errors_of_the_start(values)
-    for name in controlled_names(problem, values):
-        many, difference = samples[name].many, samples[name].difference
-        size, its_error = abs(float(difference.mean())), standard_error(difference)
-        weight = _bias_weight(problem, name, settings.step)
+    budgets, known = {}, {}
+    for name, (orders, half) in shares.items():
+        sample = samples[name]
+        size, its_error = abs(float(sample.difference.mean())), sample.difference_error
         other = RESTORED * abs(restored * values[name]) if "impact" in name else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
-            step_bias=weight * size + max(weight, 1.0) * its_error + other,
+            step_bias=half * (size + its_error) + other,
             memory_bias=memory * abs(values[name]),
             transient=(energy + slow[name]) * abs(values[name]) + NORMAL * start[name],
         )
@@ -117,29 +148,42 @@ def combine(levels: Levels) -> Estimates:
             name=name,
             value=values[name],
             total=budgets[name].total,
-            variance=float(many.var()),
-            difference_variance=float(difference.var()),
+            variance=float(sample.many.var()),
+            difference_variance=float(sample.difference.var()),
             difference=size,
             difference_error=its_error,
-            bias_weight=weight,
+            orders=orders,
             other_bias=other,
+            other_order=_order_of_restored(problem),
             fixed=budgets[name].memory_bias + budgets[name].transient,
         )
     return Estimates(values, errors, budgets, known)
 
 
+def _value(sample: _Samples) -> float:
+    return sample.value(0.0)
+
+
+def _error(sample: _Samples) -> float:
+    return sample.error(0.0)
+
+
 def _samples(levels: Levels) -> dict[str, _Samples]:
-    """The samples of every estimate, with the energy balance as control variate."""
-    many, coarse, fine = (level.samples() for level in (levels.coarse, levels.pair_coarse, levels.pair_fine))
-    control = "energy_residual"
-    if control not in many:
-        return {name: _Samples(many[name], fine[name] - coarse[name]) for name in many}
-    controls = np.stack([coarse[control], fine[control]], axis=1)
+    """The samples of every estimate, after regression on the control variates; the balance itself has none."""
+    coarse, fine = (level.samples() for level in (levels.pair_coarse, levels.pair_fine))
+    of_pairs = np.concatenate([levels.pair_coarse.controls(coarse), levels.pair_fine.controls(fine)], axis=1)
+    paired = levels.best is levels.pair_fine
+    many = fine if paired else levels.many.samples()
+    of_many = of_pairs if paired else levels.many.controls(many)
+    number = of_pairs.shape[1] // 2
     samples = {
-        name: _Samples(controlled(many[name], many[control][:, None]), controlled(fine[name] - coarse[name], controls))
+        name: _Samples(controlled(many[name], of_many), controlled(fine[name] - coarse[name], of_pairs), paired, number)
         for name in many
+        if name != BALANCE
     }
-    return samples | {control: _Samples(many[control], fine[control] - coarse[control])}
+    if BALANCE in many:
+        samples[BALANCE] = _Samples(many[BALANCE], fine[BALANCE] - coarse[BALANCE], paired, 0)
+    return samples
 
 
 def controlled_names(problem: Oscillator | System, names: Iterable[str]) -> tuple[str, ...]:
@@ -165,28 +209,23 @@ def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, fl
             for name in values}  # fmt: skip
 
 
-def _bias_weight(problem: Oscillator | System, name: str, step: float) -> float:
-    """Bound on the bias of the fine step over the difference of the two steps: 1 / (2^order - 1).
+def orders_of_step(problem: Oscillator | System, name: str, step: float) -> tuple[float, float]:
+    """Between which the order of a quantity's bias in the step lies.
 
-    The order is 1 at alpha = 1 and without a wall.  With a wall and memory the observed bias is somewhat larger.  If
-    slow impacts have been added, the order is that of the next term: about 0.5 more than that of the plain rate.
+    The scheme has order 2, but order 1 behind a wall at alpha = 1, and less has been seen behind a wall with memory.
+    If slow impacts have been added, the least order is that of the next term: about 0.5 more than that of the plain
+    rate.  Where they are not added, it is that of the impact rate of a system's lossiest wall; a law of restitution
+    counts with its value at the slowest impacts that the step resolves, or at slower ones.
     """
     if isinstance(problem, System):
-        return _system_bias_weight(problem, name, step)
-    oscillator = problem
-    if name.startswith("impact") and are_crowded(oscillator):
-        order = min(1.0, slow_impact_order(oscillator.restitution) + UNCERTAIN_ORDER)
-        return float(1.0 / (2.0**order - 1.0))
-    if oscillator.barrier is not None and oscillator.springpot.order < 1.0:
-        return WITH_MEMORY
-    return 1.0
+        return _least_order_of_system(problem, name, step), HIGHEST_ORDER
+    if name.startswith("impact") and are_crowded(problem):
+        return min(1.0, slow_impact_order(problem.restitution) + UNCERTAIN_ORDER), HIGHEST_ORDER
+    remembered = problem.barrier is not None and problem.springpot.order < 1.0
+    return WITH_MEMORY if remembered else 1.0, HIGHEST_ORDER
 
 
-def _system_bias_weight(system: System, name: str, step: float) -> float:
-    """As for an oscillator; where slow impacts are not added, the order is that of the lossiest wall's impact rate.
-
-    A law of restitution counts with its value at the slowest impacts that the step resolves, or at slower ones.
-    """
+def _least_order_of_system(system: System, name: str, step: float) -> float:
     walls = system.of(Barrier)
     intensity = sum(noise.intensity for noise in system.per_unit_mass.of(WhiteNoise))
     lossy = [
@@ -197,8 +236,14 @@ def _system_bias_weight(system: System, name: str, step: float) -> float:
     if lossy and "impact" in name:
         added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
         order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
-        return float(1.0 / (2.0 ** min(1.0, order) - 1.0))
+        return min(1.0, order)
     return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
+
+
+def _order_of_restored(problem: Oscillator | System) -> float:
+    """Order in the step of the number of slow impacts that are added."""
+    walls = at_walls(problem)
+    return slow_impact_order(walls.restitution) if walls is not None and are_crowded(problem) else 0.0
 
 
 def _energy_transient(simulation: Simulation) -> float:

@@ -13,7 +13,7 @@ from springpot.simulation.accuracy import checked_quantities
 from springpot.simulation.budget import Budget, combine
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.cost import Estimate, FractionDone, per_cent
-from springpot.simulation.decision import NORMAL, Known
+from springpot.simulation.decision import NORMAL, Known, bias_range
 from springpot.simulation.lanes import LANES
 from springpot.simulation.levels import Level, Levels, levels_of
 from springpot.simulation.more_paths import with_paths
@@ -85,7 +85,7 @@ def _check(run: Run, wanted: Sequence[str]) -> None:
 
 
 def _pairs_of(run: Run) -> Levels:
-    """Levels in the run's own step; the coarse one has no rows, those of the run are used."""
+    """Levels whose pairs have the run's step and half of it; the paths are those of the run."""
     levels = levels_of(run.oscillator, run.settings, run.adapted) if run.adapted is not None else None
     if levels is None:
         raise ValueError(
@@ -113,8 +113,9 @@ def _longer(level: Level, paths: int) -> Level:
 
 def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> list[_Standing]:
     """The budgets of the run's own values."""
-    levels = replace(levels, coarse=replace(levels.coarse, rows=run.path_sums))
-    estimates, samples = combine(levels), levels.coarse.samples()
+    simulation = levels.pair_coarse.simulation
+    estimates = combine(levels)
+    samples = {name: per_path for name, (_, per_path) in simulation.samples(run.path_sums).items()}
     found = []
     for name in wanted:
         known, value = estimates.known[name], run.values[name]
@@ -128,12 +129,18 @@ def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> 
 
 def _step_bias(known: Known) -> float:
     """Of the coarse step, whose values are not extrapolated: the difference to half of it, and what remains there."""
-    return (1.0 + known.bias_weight) * (known.difference + known.difference_error) + known.other_bias
+    return _weight(known) * (known.difference + known.difference_error) + known.other_bias
+
+
+def _weight(known: Known) -> float:
+    """Bound on the bias of the run's step over the difference of the pairs."""
+    middle, half = bias_range(known.orders, 0)
+    return 1.0 + middle + half
 
 
 def _standing(run: Run, known: Known, value: float, budget: Budget, pairs: int, rtol: float) -> _Standing:
     """Paths and pairs that are enough."""
-    allowed, weight = rtol * abs(value), 1.0 + known.bias_weight
+    allowed, weight = rtol * abs(value), _weight(known)
     of_step = weight * max(known.difference - 2.0 * known.difference_error, 0.0) + known.other_bias
     sure = of_step + known.fixed
     if sure > HOPELESS * allowed:

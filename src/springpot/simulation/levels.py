@@ -1,4 +1,4 @@
-"""The levels of a run with ``rtol``: many paths at a step h, and fewer pairs at h and h/2 with the same noise."""
+"""The levels of a run with ``rtol``: pairs of paths at a step and at half of it, and many paths at a finer step."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from springpot.parts import ThermalNoise
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.completed_rate import are_crowded, at_walls, counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.compose import Floats
+from springpot.simulation.controls import controls_of
+from springpot.simulation.decision import FEWEST_PATHS
 from springpot.simulation.forgetting import oscillators_alike, shares_missing
 from springpot.simulation.lanes import LANES
 from springpot.simulation.settings import Settings, derivative_at
@@ -24,7 +26,7 @@ from springpot.system import System
 from springpot.theory import exact
 
 __all__ = [
-    "Level", "Levels", "first_step", "first_targets", "forgetting_time_of", "level_settings", "levels_of",
+    "FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "forgetting_time_of", "level_settings", "levels_of",
 ]  # fmt: skip
 
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
@@ -32,9 +34,10 @@ LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if 
 GUESSED = 1.5  # factor on the forgetting time of a system
 FORGET = 20.0  # least decay of the transient before the window begins
 SLOWLY = 0.2  # share of the tolerance that may be missing from slow displacements when the window begins
-RELAXATIONS = 10.0  # in the window, at least
-FIRST_RELAXATIONS = 2.0  # rtol^2 of the relaxations in the first round's windows
-FIRST_PATHS, FEWEST_PATHS = (512, 2048), 128  # in the first round; the fewest if each is long
+RELAXATIONS = (10.0, 20.0)  # in the window, at least; the more, the less is the share of the time before it
+MANY_RELAXATIONS = 0.2  # over rtol
+FIRST_RELAXATIONS = 1.0  # rtol^2 of the relaxations in the first round's windows
+FIRST_PAIRS, FEWEST_PAIRS = (256, 1024), 128  # in the first round; the fewest if each is long
 FIRST_PATH_STEPS = 1e9
 PRECISE = 1e-3  # rtol below which the memory is kept in double precision
 
@@ -86,60 +89,92 @@ class Level:
         per_path = {name: samples for name, (_, samples) in self.simulation.samples(self.rows).items()}
         return with_completed_rate(self.simulation, per_path, self.counted) if self.counted.size else per_path
 
+    def controls(self, samples: dict[str, Floats]) -> Floats:
+        """The control variates of each path, from its samples, shape (paths, controls)."""
+        return controls_of(self.simulation, self.rows, samples.get("energy_residual"))
+
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """Paths at the coarse step, and pairs of paths at the coarse and the fine step with the same noise."""
+    """Pairs of paths at a step and at half of it with the same noise, and many paths at that half or a finer step.
 
-    coarse: Level
+    Attributes
+    ----------
+    many : Level
+        Without paths at first; the finer members of the pairs then stand for them.
+    pair_coarse, pair_fine : Level
+    finer : int
+        Halvings from the finer step of the pairs to that of ``many``.
+    """
+
+    many: Level
     pair_coarse: Level
     pair_fine: Level
+    finer: int = 0
+
+    @property
+    def best(self) -> Level:
+        """The paths whose means are the values: ``many`` if there are any, else the finer members of the pairs."""
+        return self.many if self.many.paths else self.pair_fine
 
     @property
     def path_steps(self) -> float:
         """Steps of all paths together."""
-        levels = (self.coarse, self.pair_coarse, self.pair_fine)
+        levels = (self.many, self.pair_coarse, self.pair_fine)
         return sum(float(level.paths) * level.simulation.settings.steps for level in levels)
 
     def work(self, paths: int, pairs: int) -> float:
         """Path-steps still needed for so many paths and pairs."""
-        paths, pairs = paths - self.coarse.paths, pairs - self.pair_coarse.paths
-        return float(self.coarse.simulation.settings.steps * (paths + 3.0 * pairs))
+        paths, pairs = paths - self.many.paths, pairs - self.pair_coarse.paths
+        many, coarse = self.many.simulation.settings.steps, self.pair_coarse.simulation.settings.steps
+        return float(many * paths + 3.0 * coarse * pairs)
+
+    def with_step(self, finer: int) -> Levels:
+        """The same with paths so much finer, which begin anew if they were not."""
+        if finer == self.finer:
+            return self
+        simulation = self.pair_fine.simulation
+        settings = replace(simulation.settings, step=simulation.settings.step * 0.5**finer)
+        many = _without_paths(simulation_of(simulation.problem, settings, simulation.adapted), 0)
+        return replace(self, many=many, finer=finer)
 
     def extended(self, paths: int, pairs: int, progress: Progress | None) -> Levels:
         """The same with so many paths and pairs."""
-        return Levels(
-            self.coarse.extended(paths, progress),
-            self.pair_coarse.extended(pairs, progress),
-            self.pair_fine.extended(pairs, progress),
+        return replace(
+            self,
+            many=self.many.extended(paths, progress),
+            pair_coarse=self.pair_coarse.extended(pairs, progress),
+            pair_fine=self.pair_fine.extended(pairs, progress),
         )
 
 
 def levels_of(problem: Oscillator | System, settings: Settings, adapted: Adapted) -> Levels:
-    """Levels without paths; ``settings`` are those of the coarse one."""
-    coarse = simulation_of(problem, settings, adapted)
+    """Levels without paths; ``settings`` are those of the coarser members of the pairs."""
+    coarse = simulation_of(problem, settings, adapted, halved=isinstance(problem, System))
     fine = simulation_of(problem, replace(settings, step=0.5 * settings.step), adapted)
-    paired = coarse if isinstance(problem, Oscillator) else simulation_of(problem, settings, adapted, halved=True)
-    no_rows, no_counts = np.empty((0, len(coarse.parts.columns))), np.empty((0, 3))
     return Levels(
-        Level(coarse, 0, False, no_rows, no_counts),
-        Level(paired, 3, True, no_rows, no_counts),
-        Level(fine, 3, False, no_rows, no_counts),
-    )
+        _without_paths(fine, 0), replace(_without_paths(coarse, 3), halved=True), _without_paths(fine, 3)
+    )  # fmt: skip
+
+
+def _without_paths(simulation: Simulation, stream: int) -> Level:
+    return Level(simulation, stream, False, np.empty((0, len(simulation.parts.columns))), np.empty((0, 3)))
 
 
 def level_settings(
     problem: Oscillator | System, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
 ) -> Settings:
-    """Settings of the coarse level.
+    """Settings of the coarser members of the pairs.
 
-    The window begins after the transient; its length is ten relaxation times, or half the time before it if longer.
+    The window begins after the transient; its length is ten to twenty relaxation times, or half the time before it if
+    that is longer.
     """
     relaxation = forgetting_time_of(problem)
     begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(problem, rtol, wanted))
     if isinstance(problem, System) and problem.of(ThermalNoise):
         begin = 0.0  # it starts from the stationary law
-    length = max(RELAXATIONS * relaxation, 0.5 * begin)
+    fewest, most = RELAXATIONS
+    length = max(min(max(MANY_RELAXATIONS / rtol, fewest), most) * relaxation, 0.5 * begin)
     begin, length = (step * math.ceil(time / step) for time in (begin, length))
     return Settings(
         paths=FEWEST_PATHS,
@@ -171,15 +206,14 @@ def first_step(problem: Oscillator | System, rtol: float) -> float:
     return min(longest, 4.0 * extrapolation_step(problem))
 
 
-def first_targets(simulation: Simulation, rtol: float) -> tuple[int, int]:
-    """Paths and pairs of the first round: about what the tolerance needs, fewer if each path is long."""
+def first_pairs(simulation: Simulation, rtol: float) -> int:
+    """Pairs of the first round: about what a loose tolerance needs, fewer if each path is long."""
     begin, end = simulation.settings.window
     relaxations = (end - begin) / forgetting_time_of(simulation.problem)
-    fewest, most = FIRST_PATHS
-    few = min(max(FIRST_PATH_STEPS / (2.5 * simulation.settings.steps), FEWEST_PATHS), fewest)
-    paths = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
-    paths = -(-paths // (2 * LANES)) * 2 * LANES
-    return paths, paths // 2
+    fewest, most = FIRST_PAIRS
+    few = min(max(FIRST_PATH_STEPS / (3.0 * simulation.settings.steps), FEWEST_PAIRS), fewest)
+    pairs = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
+    return -(-pairs // (2 * LANES)) * 2 * LANES
 
 
 def _slow_time(problem: Oscillator | System, rtol: float, wanted: Sequence[str]) -> float:

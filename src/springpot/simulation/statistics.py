@@ -31,13 +31,24 @@ def ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
     return value, value + (above - value * below) / float(below.mean())
 
 
-def standard_error(samples: Floats) -> float:
-    """Standard error of the mean of independent samples; NaN for a single one."""
-    return float(samples.std(ddof=1) / math.sqrt(samples.size)) if samples.size > 1 else math.nan
+def standard_error(samples: Floats, fitted: int = 0) -> float:
+    """Standard error of the mean of independent samples; NaN for a single one.
+
+    ``fitted``: the number of control variates.  Each counts twice: their regression takes out spread by chance, and its
+    slopes have errors.
+    """
+    lost = 1 + 2 * fitted
+    return float(samples.std(ddof=lost) / math.sqrt(samples.size)) if samples.size > lost else math.nan
 
 
 def controlled(samples: Floats, controls: Floats) -> Floats:
     """Samples less their regression on control variates of mean zero, so that the expected mean does not change.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (paths,)
+    controls : ndarray, shape (paths, controls)
+        One that does not vary is left out.
 
     Examples
     --------
@@ -45,8 +56,12 @@ def controlled(samples: Floats, controls: Floats) -> Floats:
     >>> controlled(3.0 + 2.0 * control[:, 0], control).round(12)
     array([3., 3., 3.])
     """
-    if not np.isfinite(samples).all():
+    spread = controls.std(axis=0) if controls.size else np.zeros(0)
+    if not np.isfinite(samples).all() or not (spread > 0.0).any():
         return samples
-    apart = controls - controls.mean(axis=0)
-    slopes = np.linalg.lstsq(apart, samples - samples.mean(), rcond=None)[0]
-    return np.asarray(samples - controls @ slopes)
+    kept = controls[:, spread > 0.0] / spread[spread > 0.0]
+    apart = kept - kept.mean(axis=0)
+    # sums in NumPy's own order: those of a linear algebra library depend on its number of threads
+    squares = np.einsum("ij,ik->jk", apart, apart)
+    slopes = np.linalg.lstsq(squares, np.einsum("ij,i->j", apart, samples - samples.mean()), rcond=1e-12)[0]
+    return np.asarray(samples - np.einsum("ij,j->i", kept, slopes))

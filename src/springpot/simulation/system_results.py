@@ -33,7 +33,7 @@ from springpot.simulation.walls import Soft
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["errors_of_the_start_of_system", "samples_of_system", "uncountable"]
+__all__ = ["errors_of_the_start_of_system", "samples_of_system", "taken_by_walls", "uncountable"]
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
@@ -83,7 +83,7 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
     low, high = settings.window_steps
     steps, time, mass = high - low, (high - low) * settings.step, system.mass
     column = dict(zip(parts.columns, rows.T, strict=True))
-    taken = _taken_by_walls(system, column)
+    taken = taken_by_walls(system, column)
     lost = {name: energy for name, (energy, _) in taken.items()}
     found = {
         "x_mean": column["x"] / steps,
@@ -167,7 +167,7 @@ def _sums(column: dict[str, Floats], where: str) -> tuple[Floats, Floats, Floats
     return column[f"{where} impacts"], column[f"{where} speeds"], column[f"{where} squares"]
 
 
-def _taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
+def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
     """Energy and momentum that each wall and contact took, by its name."""
     contacts, struck = itertools.count(), _at_walls(system, column)
     taken = {}
