@@ -114,8 +114,6 @@ time goes into impacts: a path at a step of 0.0125 took 2.3 times as long as one
 **Longer windows.** Variance times length does not depend on the length, so that twenty relaxation times instead of
 ten save only part of the time before the window: 22 % of each path at 0.1 %, and nothing at a loose tolerance.
 
-**Pilot runs** with the same controls have the same error with half the paths.
-
 **Not done.** More levels: the difference of a pair has a third of the variance of a path or more. A linear
 companion without the wall, antithetic pairs and quasi-random starts were not measured: a companion or a mirrored
 path costs as much as a path, and little variance is left for it to take.

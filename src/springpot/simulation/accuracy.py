@@ -46,7 +46,7 @@ from springpot.system import System
 __all__ = ["Reached", "checked_quantities", "reach"]
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
-PILOT_PATHS = (1024, 131_072)
+PILOT_PATHS = (2048, 262_144)
 PILOTS_DO = 2e-3  # smallest rtol for which the fewest pilot paths are enough
 MOST_PATH_STEPS = 3e11
 

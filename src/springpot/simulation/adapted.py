@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from springpot.oscillator import Barrier, Oscillator
 from springpot.parts import Circuit, Maxwell, Series, Springpot, ThermalNoise
 from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.controls import controls_of
 from springpot.simulation.schemes import Splitting
 from springpot.simulation.settings import Settings
 from springpot.simulation.simulation import Progress, simulation_of
@@ -68,10 +67,10 @@ def adapt(
     def mean(position: float, stream: int) -> tuple[float, float, float]:
         """Mean displacement (seen from a wall below) from this start, its error, the root mean square."""
         simulation = simulation_of(problem, replace(pilot, initial_position=sign * position))
-        rows = simulation.advance(stream=stream, progress=alive).rows
-        estimates = simulation.samples(rows)
-        _, residual = estimates.get("energy_residual", (0.0, None))
-        means = controlled(estimates["x_mean"][1], controls_of(simulation, rows, residual, stationary=False))
+        estimates = simulation.samples(simulation.advance(stream=stream, progress=alive).rows)
+        means = estimates["x_mean"][1]
+        if "energy_residual" in estimates:
+            means = controlled(means, estimates["energy_residual"][1][:, None])
         return sign * float(means.mean()), standard_error(means), estimates["x_mean_square"][0] ** 0.5
 
     tried: list[tuple[float, float]] = []  # starts and the means they reached

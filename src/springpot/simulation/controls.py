@@ -37,7 +37,7 @@ SUMMED = (Mass, Spring, Springpot, Dashpot, Series, Maxwell, Barrier, WhiteNoise
 """Parts whose forces the kernel sums; with any other part there is no control by momentum and virial."""
 
 
-def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None, *, stationary: bool = True) -> Floats:
+def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -> Floats:
     """The controls of every path, shape (paths, controls).
 
     Parameters
@@ -46,16 +46,14 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None, *
     rows : ndarray, shape (paths, columns)
     residual : ndarray or None
         The samples of ``energy_residual``; None if there are none.
-    stationary : bool
-        Whether the window begins so late that the gain of energy may be a control.
     """
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    found = [column["energy_last"] - column["energy_first"]] if stationary else []
+    found = [column["energy_last"] - column["energy_first"]]
     if residual is not None and np.isfinite(residual).all():
         found.append(residual)
     if _are_summed(simulation):
         found.extend(_balances(simulation, column))
-    return np.stack(found, axis=1) if found else np.empty((len(rows), 0))
+    return np.stack(found, axis=1)
 
 
 def _are_summed(simulation: Simulation) -> bool:
