@@ -171,12 +171,12 @@ def test_an_orderly_end_whatever_hangs_on_the_server() -> None:
     """Half requests, silent tabs, tabs that ask without an end: one line, at once."""
     with in_a_terminal(), running() as started, ExitStack() as stack:
         with tab(started) as first:
-            first.say(kind="problem", paths=64)
+            first.say(kind="problem", paths=64, start="rest")
             first.until("estimates", complete=True)
         for _ in range(50):
             stack.enter_context(connected(started, HALF))
         tabs = [stack.enter_context(tab(started)) for _ in range(8)]
-        for generation in range(40):
+        for generation in range(20):
             for asking in tabs[:6]:
                 asking.say(kind="problem", generation=generation, order=0.3 + 0.01 * generation, paths=100_000)
         begun = time.monotonic()

@@ -20,6 +20,7 @@ from springpot.fitting.reading import data_of
 from springpot.free_numbers import free_numbers
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import tab
+from tests.explorer.test_page import SLOW_SCREEN
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -186,9 +187,10 @@ def test_a_fit_of_statistics_comes_to_its_end_on_the_page(rubber: Server, browse
     page.close()
 
 
-@pytest.mark.parametrize("width", [1440, 390])
-def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Browser, width: int) -> None:
-    page = browser.new_page(viewport={"width": width, "height": 900})
+def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Browser) -> None:
+    """On a large screen; what is shown fits on a phone's too."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.add_init_script(SLOW_SCREEN)
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
     page.on("pageerror", lambda error: said.append(str(error)))
@@ -204,7 +206,10 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
     page.locator("#fit-run").click()
     page.locator("#fit-table tbody tr").nth(2).wait_for()
     assert page.locator("#fit-plot canvas").count() == 1
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for width in (390, 1440):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.wait_for_timeout(400)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.locator("#field-springpot-order").input_value() == "0.3"
     page.locator("#fit-use").click()
     order = float(page.locator("#field-springpot-order").input_value())

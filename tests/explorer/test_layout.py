@@ -31,7 +31,7 @@ def test_nothing_is_cut_or_overlaps(long_numbers: Tab, width: int) -> None:
     page = long_numbers.page
     page.set_viewport_size({"width": width, "height": 850})
     page.evaluate("controls.open = true")
-    page.wait_for_timeout(200)  # for what is drawn anew at another width
+    page.wait_for_timeout(400)  # for what is drawn anew at another width
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate(CUT) == []
     assert page.evaluate(OVERLAPPING) == []

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @pytest.fixture(scope="module")
 def saving(browser: Browser, server: Server) -> Iterator[Tab]:
     """In a context of its own: one that grants the clipboard denies all else, a second download too."""
-    with browser.new_context(accept_downloads=True) as context, opened(context, server, f"a=0.6&C=0.15&{QUICK}") as tab:
+    with browser.new_context(accept_downloads=True) as context, opened(context, server, f"a=0.6&{QUICK}") as tab:
         tab.wait("document.querySelector('#curve-legend').textContent.includes('envelope')")
         yield tab
 

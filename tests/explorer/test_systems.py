@@ -228,7 +228,7 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
         for width in (1440, 390):
             page.set_viewport_size({"width": width, "height": 850})
             page.evaluate("controls.open = true")
-            page.wait_for_timeout(200)
+            page.wait_for_timeout(400)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             assert [page.evaluate(CUT), page.evaluate(OVERLAPPING)] == [[], []]
         page.set_viewport_size({"width": 1440, "height": 900})
