@@ -15,7 +15,7 @@ from springpot import Oscillator, Springpot
 from springpot.memory import direct
 from springpot.simulation import run
 
-__all__ = ["numpy_history", "paper_by_history"]
+__all__ = ["numpy_history", "one_thread", "paper_by_history"]
 
 POINTS, PATHS, STEPS = 63, 5000, 100_000  # Fig. 2
 STEP = 1e-3
@@ -51,7 +51,7 @@ def numpy_history(oscillator: Oscillator, paths: int, steps: int, seed: int = 1)
     return float(np.mean(x**2 + (v / frequency) ** 2))
 
 
-def _one_thread(paths: int, steps: int) -> float:
+def one_thread(paths: int, steps: int) -> float:
     """Processor time in s of `numpy_history` in a process of its own, where BLAS has one thread."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
     done = subprocess.run(
@@ -66,7 +66,7 @@ def paper_by_history(quick: bool) -> list[Row]:
     section = "Fig. 2 of the paper: 63 points, 5000 paths, 1e5 steps"
     paths = 500 if quick else PATHS
     lengths = (200, 400) if quick else (2000, 4000)
-    times = [min(_one_thread(paths, steps) for _ in range(2)) for steps in lengths]
+    times = [min(one_thread(paths, steps) for _ in range(2)) for steps in lengths]
     slope = exponent(lengths, times)
     numpy_hours = times[-1] * (STEPS / lengths[-1]) ** 2 * (PATHS / paths) * POINTS / 3600
 

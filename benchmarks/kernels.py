@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from benchmarks.measure import Row, best_cpu
+from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator
-from springpot.memory import direct, exponential_sum
 from springpot.simulation import compose
 from springpot.simulation.kernel import COLUMNS, Memory, State, Sums, _remember, _sweep, block
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.lanes import GROUP, LANES, f32, stack_array
 from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import NO_OBSERVERS
 from springpot.simulation.parts import Forcing
@@ -25,9 +25,6 @@ from springpot.simulation.simulation import simulation_of
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
-MODES = 32
-STEP = 1e-3  # the paper's
-_COMPILED: dict[str, Any] = {"nogil": True, "pipeline_class": OptimisedOnce, **FAST}  # all kernels alike
 # one mode of one path in a group of four steps: 4 multiply-adds and an addition to take the increments in, and
 # 4 multiply-adds to exert the force on the next four steps
 FLOPS_PER_MODE_STEP = (2 * (4 + 4) + 1) / GROUP
@@ -87,7 +84,7 @@ def peak(precision: str, repeats: int) -> float:
 # --- a path-step of ours, and its parts ---------------------------------------------------------------------------
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
 def _normals_only(groups, k0, k1):
     g = _four(f32(0))
     kept = _four(f32(0))
@@ -103,7 +100,7 @@ def _normals_only(groups, k0, k1):
     return total
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
 def _sweep_only(sweep, memory, x, v, groups):
     zero, quick = memory.newest * f32(0), sweep.zero
     p = (zero, zero, zero, zero)
@@ -132,7 +129,7 @@ def _sweep_only(sweep, memory, x, v, groups):
     return least
 
 
-@njit(**_COMPILED)
+@njit(**COMPILED)
 def _memory_only(memory, groups):
     zero = memory.newest * f32(0)
     modes = memory.powers.size // 4
@@ -207,77 +204,13 @@ def _division(parts: Parts) -> dict[str, float]:
 # --- the plain kernel ---------------------------------------------------------------------------------------------
 
 
-@njit(**INLINE)
-def _plain_memory(z, d, h, modes, decay, weights):
-    """One step of every mode, z <- decay z + d, and what they exert: four modes a pass."""
-    for lane in range(LANES):
-        h[lane] = decay[0] * f32(0)
-    for k in range(0, modes, 4):
-        a0, a1, a2, a3 = decay[k], decay[k + 1], decay[k + 2], decay[k + 3]
-        w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
-        i0, i1, i2, i3 = k * LANES, (k + 1) * LANES, (k + 2) * LANES, (k + 3) * LANES
-        for lane in range(LANES):
-            y0 = a0 * z[i0 + lane] + d[lane]
-            y1 = a1 * z[i1 + lane] + d[lane]
-            y2 = a2 * z[i2 + lane] + d[lane]
-            y3 = a3 * z[i3 + lane] + d[lane]
-            z[i0 + lane], z[i1 + lane], z[i2 + lane], z[i3 + lane] = y0, y1, y2, y3
-            h[lane] += (w0 * y0 + w1 * y1) + (w2 * y2 + w3 * y3)
-
-
-@njit(**_COMPILED)
-def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0, k1, out):
-    """Lanes of paths, modes in a flat stack array, one step at a time; a path behind the wall is mirrored."""
-    zero = decay[0] * f32(0)
-    modes = decay.size
-    z, d, h, g = _modes(zero), _state(zero), _state(zero), _four(f32(0))
-    x, v, xx, vv = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
-    for i in range(modes * LANES):
-        z[i] = zero
-    for lane in range(LANES):
-        x[lane] = v[lane] = xx[lane] = vv[lane] = 0.0
-        d[lane] = h[lane] = zero
-    for n in range(0, steps, GROUP):
-        draw(n // GROUP, 0, 0, 0, k0, k1, g)
-        keep = 1.0 if n >= burn else 0.0
-        for j in range(GROUP):
-            for lane in range(LANES):
-                past = f64(h[lane] + newest * d[lane])
-                v_next = v[lane] - step * (stiffness * x[lane] + past) + noise * f64(g[j * LANES + lane])
-                x_next = x[lane] + step * v_next
-                behind = x_next < 0.0
-                x_next = -x_next if behind else x_next
-                v_next = -v_next if behind else v_next
-                d[lane] = x_next - x[lane]
-                x[lane], v[lane] = x_next, v_next
-                xx[lane] += keep * x_next * x_next
-                vv[lane] += keep * v_next * v_next
-            _plain_memory(z, d, h, modes, decay, weights)
-    for lane in range(LANES):
-        out[lane, 0], out[lane, 1] = xx[lane] / (steps - burn), vv[lane] / (steps - burn)
-
-
 def _plain_cpu(oscillator: Oscillator, steps: int, precision: str, times: int = 5) -> float:
     """Processor time in s of one block of LANES paths of the plain kernel with MODES modes."""
-    step, order = STEP, oscillator.springpot.order
-    past = exponential_sum("grunwald", order, steps + 1, 1e-6)
-    lacking = MODES - past.rates.size
-    scale = oscillator.springpot.coefficient * step**-order
-    decay = np.pad(np.exp(-past.rates), (0, lacking)).astype(precision)
-    weights = np.pad(scale * past.weights * np.exp(-past.rates), (0, lacking)).astype(precision)
-    newest = np.dtype(precision).type(scale * direct("grunwald", order, 1)[0])
-    k0, k1 = key_words(1)
-    out = np.empty((LANES, 2))
-    noise = math.sqrt(oscillator.excitation.intensity * step)
-
-    def run(count: int = steps) -> None:
-        plain_block(
-            decay, weights, newest, count, count // 2, step, oscillator.natural_frequency**2, noise, k0, k1, out
-        )
-
-    run(GROUP)
-    taken = best_cpu(run, times)
-    if not np.isfinite(out).all():
+    plain, key = plain_of(oscillator, steps, modes=MODES, precision=precision), key_words(1)
+    plain.run(GROUP, GROUP // 2, key)
+    found: list[npt.NDArray[np.float64]] = []
+    taken = best_cpu(lambda: found.append(plain.run(steps, steps // 2, key)), times)
+    if not np.isfinite(found[-1]).all():
         raise ArithmeticError("the plain kernel blew up, so its time means nothing.")
     return taken
 

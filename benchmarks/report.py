@@ -1,4 +1,4 @@
-"""The table as CSV, as text and as a page, and its picture."""
+"""The table as CSV, as text and as a page, and its picture.  That of equal errors is in a file of its own."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.equal_error import is_time
+from benchmarks.equal_error_report import ABOUT_MEASURED, lead
 from benchmarks.measure import Row
 from springpot.figures.style import COLOURS, save
 
-__all__ = ["draw", "page", "read", "text", "write"]
+__all__ = ["draw", "joined", "page", "read", "text", "write"]
 
 ABOUT = {
     "one core": (
@@ -55,19 +57,23 @@ ABOUT = {
     "memory held": "What a run holds per path, for two lengths.",
     "the command": "`springpot simulate`, first with empty caches and then again.",
     "one oscillator": "Stationary moments of one oscillator by each method, warm, on one core.",
+    "equal error": ABOUT_MEASURED,
     "machine": "All measurements were made on this machine.",
 }  # fmt: skip
 
 BEGINNING = """# Performance
 
-This page is written by `make bench`, which runs everything below once on one machine. Ratios are of numbers from the
-same run; processor time is the best of several where one thread works, wall time where threads matter. On another
+LEAD
+## About the numbers
+
+This page is written by `make bench`, which runs everything once on one machine. Ratios are of numbers from the same
+section; processor time is the best of several where one thread works, wall time where threads matter. On another
 machine, or on a busy one, the numbers differ; the ratios differ less. The same rows are in
 [benchmarks/results/table.csv](../benchmarks/results/table.csv).
 
-To run it again: `make bench` (its environment, with diffrax and pycaputo, is made in `.tools/bench`; it takes a few
-minutes), or `python -m benchmarks --quick` to see that every part works. Without diffrax and pycaputo their rows say
-that they were skipped.
+To run it again: `make bench` (its environment, with diffrax and pycaputo, is made in `.tools/bench`; it takes some ten
+minutes), or `python -m benchmarks --quick` to see that every part works. `--only equal_error` measures that section
+anew and keeps the other rows. Without diffrax and pycaputo their rows say that they were skipped.
 
 ![Time over springpot's, and where a path-step goes](../benchmarks/results/speed.png)
 """
@@ -140,6 +146,21 @@ def read(path: Path) -> list[Row]:
         ]
 
 
+def joined(kept: Sequence[Row], new: Sequence[Row]) -> list[Row]:
+    """The rows kept, with the sections of new rows in place of those of the same name, or after those of the machine.
+
+    Examples
+    --------
+    >>> old = [Row("machine", "a", None, ""), Row("b", "x", 1.0, "s"), Row("c", "x", 1.0, "s")]
+    >>> [row.value for row in joined(old, [Row("c", "x", 2.0, "s")])]
+    [None, 2.0, 1.0]
+    """
+    sections = {row.section for row in new}
+    others = [row for row in kept if row.section not in sections]
+    first = [row for row in others if row.section == "machine"]
+    return [*first, *new, *(row for row in others if row.section != "machine")]
+
+
 def _value(word: str) -> float | None:
     return float(word) if word else None
 
@@ -174,9 +195,9 @@ def text(rows: Sequence[Row]) -> str:
 
 def page(rows: Sequence[Row]) -> str:
     """The page of the documentation."""
-    parts = [BEGINNING]
+    parts = [BEGINNING.replace("LEAD\n", lead(rows))]
     told = ""
-    for section, group in groupby(rows, lambda row: row.section):
+    for section, group in groupby((row for row in rows if not is_time(row)), lambda row: row.section):
         parts.append(f"\n## {section[0].upper()}{section[1:]}\n")
         begin = next((name for name in ABOUT if section.startswith(name)), "")
         if begin and begin != told:
@@ -215,7 +236,7 @@ def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
     others = [
         row for row in rows
         if row.ratio is not None and row.ratio_to.startswith("springpot") and not row.case.startswith("springpot")
-        and not row.section.startswith("one core")
+        and not row.section.startswith(("one core", "equal error"))
     ]  # fmt: skip
     others.sort(key=lambda row: row.ratio or 0.0)
     ratios = [row.ratio or 0.0 for row in others]

@@ -1,0 +1,76 @@
+"""The benchmarks' own arithmetic, and the schemes of others that springpot is set beside."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, is_time, needed, section_of
+from benchmarks.equal_error_report import draw_times, lead
+from benchmarks.measure import Row
+from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
+from benchmarks.report import joined, page
+
+
+def _at(step: float, bias: float, error: float = 0.0) -> AtStep:
+    one = np.ones(1)
+    return AtStep(step, 1e-9, bias * one, error * one, 2.0 * one)
+
+
+def test_the_best_step_weighs_bias_against_cost() -> None:
+    """At 1 % the middle step is the cheapest: the coarse one is biased, the fine one costs more."""
+    tried = [_at(0.1, 0.02), _at(0.01, 0.002), _at(0.001, 0.0002)]
+    found = needed(tried, 0, 0.01)
+    assert found.at is tried[1]
+    assert found.seconds == pytest.approx(1e-9 / 0.01 * 2.0 / (0.01**2 - 0.002**2))
+    assert needed(tried, 0, 0.001).at is tried[2]
+    assert needed(tried, 0, 1e-4).seconds == math.inf
+    assert needed([_at(0.1, 0.0, error=0.02)], 0, 0.01).at is None, "a bias that is not known well enough"
+
+
+@pytest.mark.parametrize("simulate", [numpy_only, numpy_and_numba])
+def test_schemes_of_others_have_the_law_of_their_chain(simulate) -> None:  # type: ignore[no-untyped-def]
+    """Coarse steps, whose bias is 2 % and more: that of <x^2 + v^2> must be there."""
+    step = 0.08
+    kept = simulate(1500, 1280, 128, step)
+    error = kept.std(axis=1, ddof=1) / math.sqrt(kept.shape[1])
+    law = mirrored_chain(step)
+    assert np.all(np.abs(kept.mean(axis=1) - law) < 4.0 * error)
+    assert np.all(error < 0.005 * law)
+    assert law[0] - 1.0 > 4.0 * error[0]
+
+
+def _rows() -> list[Row]:
+    rows = [
+        Row("machine", "processor", None, "", note="any"),
+        Row("equal error, conditions", "x", None, "", note="two"),
+    ]
+    for order, methods in METHODS.items():
+        for word in QUANTITIES.values():
+            for target in TARGETS:
+                section = section_of(order, word, target)
+                rows += [Row(section, method, 0.01 / target, "s CPU", 2.0, OURS) for method in methods[:-1]]
+                rows.append(Row(section, methods[-1], None, "", note="not reached at any step"))
+    return rows
+
+
+def test_the_page_begins_with_the_times_and_shows_what_is_not_reached(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    text = page(_rows())
+    assert text.index("## Time to an equal error") < text.index("## Machine")
+    assert "equal error, order" not in text, "one table, not one for each target"
+    assert f"| {OURS} | 1 s (2) | 5 s (2) |" in text
+    assert text.count("| not reached |") > 0
+    assert draw_times(_rows(), tmp_path / "times.png") is not None
+    assert lead([]) == ""
+    assert draw_times([], tmp_path / "none.png") is None
+
+
+def test_a_section_measured_anew_replaces_only_its_own_rows() -> None:
+    kept = [*_rows(), Row("studies", "x", 1.0, "s")]
+    new = [Row(section_of(1.0, "<x>", 0.01), OURS, 7.0, "s CPU")]
+    rows = joined(kept, new)
+    assert [row.value for row in rows if row.section == new[0].section] == [7.0]
+    assert rows[0].section == "machine"
+    assert sum(map(is_time, rows)) == sum(map(is_time, kept)) - len(METHODS[1.0]) + 1
+    assert rows[-1] == kept[-1]
