@@ -153,6 +153,9 @@ def test_a_fit_of_statistics_tells_how_far_it_is_and_stops_with_the_best_so_far(
         assert found["fault"] == ""
         assert "The fit was stopped: these are the best numbers so far." in found["warnings"]
         assert [one["name"] for one in found["values"]] == ["spring-stiffness", "springpot-coefficient"]
+        assert [one["name"] for one in found["statistics"]] == ["x_rms", "v_rms", "impact_rate"]
+        assert [one["data"] for one in found["statistics"]] == [0.01184, 0.242, 4.88]
+        assert found["groups"] == []
 
 
 @pytest.mark.validation
@@ -172,11 +175,13 @@ def test_a_fit_of_statistics_comes_to_its_end_on_the_page(rubber: Server, browse
     page.locator("#fit-run").click()
     page.locator("#fit-progress[value]").wait_for()
     assert page.locator("#fit-stop").is_visible()
-    page.locator("#fit-said").filter(has_text=re.compile(r"about \d+ s left")).wait_for()
+    page.locator("#fit-said").filter(has_text=re.compile(r"about \d+ (s|min) left")).wait_for()
     page.locator("#fit-table tbody tr").nth(1).wait_for()
     assert page.locator("#fit-stop").is_hidden()
     assert page.locator("#fit-warnings").inner_text() == ""
     order = page.locator("#fit-table tbody tr").first.inner_text()
+    assert page.locator("#fit-statistics tbody tr").nth(2).inner_text().startswith("impact rate")
+    assert page.locator("#fit-plot").is_hidden()
     page.locator("#fit-run").click()  # once more, and stopped
     while page.evaluate("document.getElementById('fit-progress').value") < 0.03:  # the third round, or so
         page.wait_for_timeout(50)

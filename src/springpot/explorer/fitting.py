@@ -15,6 +15,7 @@ from springpot.system import System
 from springpot.system_numbers import ROOT, with_numbers
 
 if TYPE_CHECKING:
+    from springpot.fitting.likelihood import Table
     from springpot.fitting.reading import Data
 
 __all__ = ["described", "fitted", "freed"]
@@ -100,17 +101,7 @@ def fitted(
     farther = FARTHER_SIMULATED if isinstance(data, Statistics) else FARTHER
     found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
     table = found.table
-    groups = []
-    for group in dict.fromkeys(table.group.tolist()):
-        own = (table.group == group).nonzero()[0][:MOST_POINTS]
-        groups.append(
-            {
-                "name": str(group),
-                "at": [_number(each) for each in table.at[own]],
-                "data": table.data[own].tolist(),
-                "fitted": table.fitted[own].tolist(),
-            }
-        )
+    of_statistics = str(table.axis) == "statistic"  # of many units: no chart shows them together
     axis = str(table.axis)
     return plain(
         {
@@ -126,10 +117,35 @@ def fitted(
             ],
             "axis": _AXES.get(axis, axis.replace("_", " ")),
             "logarithmic": axis == "frequency_hz",
-            "groups": groups,
+            "groups": [] if of_statistics else _groups(table),
+            "statistics": _rows(table) if of_statistics else [],
             "warnings": found.warnings,
         }
     )
+
+
+def _groups(table: Table) -> list[dict[str, Any]]:
+    """Points for a chart, group by group."""
+    found = []
+    for group in dict.fromkeys(table.group.tolist()):
+        own = (table.group == group).nonzero()[0][:MOST_POINTS]
+        found.append(
+            {
+                "name": str(group),
+                "at": [_number(each) for each in table.at[own]],
+                "data": table.data[own].tolist(),
+                "fitted": table.fitted[own].tolist(),
+            }
+        )
+    return found
+
+
+def _rows(table: Table) -> list[dict[str, Any]]:
+    """Statistics for a table: name, measured value and error, fitted value, difference in errors."""
+    error = table.error if table.error is not None else table.data * math.nan
+    columns = table.group, table.data, error, table.fitted, table.residual
+    names = "name", "data", "error", "fitted", "residual"
+    return [dict(zip(names, row, strict=True)) for row in zip(*(own.tolist() for own in columns), strict=True)]
 
 
 def _number(value: Any) -> float:

@@ -78,7 +78,7 @@ class Measured:
 
     async def _read(self, name: str, text: str) -> None:
         try:
-            self._data, said = await self._engine.fit(_read, text, name)
+            self._data, said = await self._engine.think(_read, text, name)  # not behind the fit of another tab
             self._post("data", name=name, said=said, fault="")
         except Exception as error:
             self._post("data", name=name, said="", fault=sentence_of(error))

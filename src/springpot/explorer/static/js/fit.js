@@ -16,7 +16,7 @@ const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 export class FitCard {
   constructor(element, connection, controls) {
     Object.assign(this, { connection, controls });
-    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "note", "free", "plot", "legend", "table", "warnings"]) this[name] = element(`fit-${name}`);
+    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "note", "free", "plot", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
     this.found = null;
     this.ready = false;
     this.file.addEventListener("change", () => this.send(this.file.files[0]));
@@ -53,7 +53,7 @@ export class FitCard {
     this.ready = false;
     this.chart?.destroy();
     this.chart = null;
-    for (const host of [this.plot, this.legend, this.table, this.warnings]) host.replaceChildren();
+    for (const host of [this.plot, this.legend, this.table, this.statistics, this.warnings]) host.replaceChildren();
     this.plot.hidden = this.use.hidden = true;
     this.run.disabled = true;
   }
@@ -88,7 +88,18 @@ export class FitCard {
       row.insertCell().textContent = bound ? `held at its ${bound === "low" ? "lower" : "upper"} bound` : `${short(interval[0])} to ${short(interval[1])}`;
     }
     this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
-    this.draw(found);
+    if (found.statistics.length) this.list(found.statistics); else this.draw(found);
+  }
+
+  // statistics have many units: they stand in a table
+  list(statistics) {
+    this.plot.hidden = true;
+    this.statistics.innerHTML = '<thead><tr><th scope="col">statistic, in SI units</th><th scope="col">measured</th><th scope="col">fit</th><th scope="col">difference in standard errors</th></tr></thead><tbody></tbody>';
+    for (const { name, data, error, fitted, residual } of statistics) {
+      const row = this.statistics.tBodies[0].insertRow();
+      row.append(Object.assign(document.createElement("th"), { scope: "row", textContent: name.replaceAll("_", " ") }));
+      for (const text of [withError(data, error), short(fitted), residual.toFixed(1).replace("-", "−")]) row.insertCell().textContent = text;
+    }
   }
 
   // how far a fit is, while it runs
@@ -112,11 +123,11 @@ export class FitCard {
       return places.map((one) => by.get(one) ?? null);
     }));
     const positive = columns.flat().every((value) => value === null || value > 0);
-    const series = groups.flatMap(({ at }, i) => {
+    const series = groups.flatMap((_, i) => {
       const stroke = () => palette[COLOURS[i % COLOURS.length]], hollow = i % 2 === 1;
       return [
         { paths: () => null, stroke, points: { show: true, size: 7, width: 1.5, stroke, fill: hollow ? () => palette.panel : stroke } },
-        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: at.length < 2, size: 12, width: 1.5, stroke, fill: "transparent" } }, // of a single point a ring
+        { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
       ];
     });
     this.chart = new Chart(this.plot, {
