@@ -138,10 +138,12 @@ def _panel(
                 axes.plot(value, place, marker, color=COLOURS[colour], fillstyle=fill, markersize=7)
         words = " to 0.2 %: not reached" if known and values[-1] is None else "not reached"
         if values[-1] is None and (found[-1] is None or not found[-1].note.startswith("skipped")):
-            x, side = (known[0], 9) if known else (0.5, 0)
+            x, up = (known[0], 8) if known else (0.5, 0)
             where = "data" if known else axes.get_yaxis_transform()
-            axes.annotate(words, (x, place), (side, 0), xycoords=where, textcoords="offset points",
-                          ha="left" if known else "center", va="center", fontsize=7, color="0.35")  # fmt: skip
+            side = ("right" if known[0] > 0.3 else "left") if known else "center"
+            note = axes.annotate(words.strip(), (x, place), (0, up), xycoords=where, textcoords="offset points",
+                                 ha=side, va="bottom" if known else "center", fontsize=7, color="0.35")  # fmt: skip
+            note.set_in_layout(False)
     axes.set_xscale("log")
     axes.set_ylim(len(methods) - 0.5, -0.5)
     axes.set_yticks(range(len(methods)), methods if names else [""] * len(methods), fontsize=8)
