@@ -179,7 +179,7 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
     def run(count: int = steps) -> None:
         block(
             exact, sweep, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
-            parts.stiffness, 0, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
+            parts.stiffness, 0, 1, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
         )  # fmt: skip
 
     run(GROUP)

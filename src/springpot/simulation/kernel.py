@@ -1,4 +1,4 @@
-"""The block kernel: it advances a block of paths.  The physics is in `springpot.simulation.parts`.
+"""The block kernel: it advances blocks of paths.  The physics is in `springpot.simulation.parts`.
 
 Four steps make a group.  In each group every lane is first advanced as if there were no wall, which compiles to vector
 code: the sweep, which finds the changes of the state in single precision where the parts allow it.  The few lanes that
@@ -312,15 +312,15 @@ class Sums(NamedTuple):
 @njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **FAST)
 def block(
     parts, sweep, memory, drive, start, taps, stiffness,
-    first, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
-    """Advance the paths ``first`` .. ``first + LANES`` by ``steps`` steps.
+    """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``sweep`` is the parts
     in the precision of the sweep.  ``drive`` is the deterministic force of each step (may be empty).  ``taps`` are
     modes of the memory whose squares are summed, once in every group.  ``halved``: the noise is that of a run with half
     the step.  Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``,
-    one row per lane: COLUMNS, works of the named forces, sums of the wall, sums of the taps.  The block ends early when
+    one row per path: COLUMNS, works of the named forces, sums of the wall, sums of the taps.  The block ends early when
     ``stop[0]`` is not 0.
     """
     scheme, wall, load = parts.scheme, parts.wall, parts.load
@@ -343,107 +343,114 @@ def block(
     forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)), g)
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
-    for i in range(modes * LANES):
-        z[i] = zero
-    for i in range(GROUP * LANES):
-        h[i] = zero
-    for lane in range(LANES):
-        accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
-        accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-        for k in range(extras(wall)):
-            accumulators.extras[k * LANES + lane] = 0.0
-        for k in range(slots(load)):
-            works[k * LANES + lane] = 0.0
-        for k in range(taps.size):
-            tapped[k * LANES + lane] = 0.0
-        path = lane % start.states.shape[0]
-        x, v, energy = start.states[path, 0], start.states[path, 1], start.states[path, 2]
-        now.x[lane], now.v[lane] = begin(scheme, wall, x, v, start.early, accumulators, lane, _counts(0, low, high))
-        begun.x[lane], begun.v[lane] = now.x[lane], now.v[lane]
-        d[lane], d[LANES + lane] = zero, now.x[lane] - x
-        sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
-        sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
-        energy_first[lane] = energy_last[lane] = energy
-        x_end[lane] = v_end[lane] = np.nan
-    wake(load, 0, first, stream, k0, k1, forcing)
-    for n in range(0, steps, GROUP):
-        if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
-            return
-        _draw(n // GROUP, first, stream, k0, k1, halved, g, fine)
-        supply(load, 0, n // GROUP, first, stream, k0, k1, forcing)
-        if drive.size > 0:
-            p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
-        within = low <= n and n + GROUP <= high
-        cut = not within and n < high and n + GROUP > low  # by an end of the window
-        marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
-        shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
-        if within or shown:
-            _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, True)
-        else:
-            _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, False)
-        if shown:
-            for i in range(GROUP * LANES):
-                seen.x[i], seen.v[i] = glimpsed.x[i], glimpsed.v[i]
-        least = clear[0]
+    for number in range(blocks):
+        path_0 = first + number * LANES
+        for i in range(modes * LANES):
+            z[i] = zero
+        for i in range(GROUP * LANES):
+            h[i] = zero
         for lane in range(LANES):
-            least = min(least, clear[lane])
-        if cut or least <= quick:
-            c = (
-                _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
-                _counts(n + 3, low, high), _counts(n + 4, low, high),
-            )  # fmt: skip
-            for lane in range(LANES):
-                if cut or clear[lane] <= quick:
-                    _again(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
-                    change.x[lane] = change.v[lane] = quick
-        for lane in range(LANES):
-            now.x[lane] += change.x[lane]
-            begun.x[lane] = now.x[lane]
-        for lane in range(LANES):
-            now.v[lane] += change.v[lane]
-            begun.v[lane] = now.v[lane]
-        if modes > 0:
-            _remember(z, d, h, modes, memory.powers, memory.weights)
-        if low <= n + GROUP - 1 < high:
+            accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
+            accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
+            for k in range(extras(wall)):
+                accumulators.extras[k * LANES + lane] = 0.0
+            for k in range(slots(load)):
+                works[k * LANES + lane] = 0.0
             for k in range(taps.size):
-                for lane in range(LANES):
-                    mode = f64(z[taps[k] * LANES + lane])
-                    tapped[k * LANES + lane] += mode * mode
-        for lane in range(LANES):
-            d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
-        if within or cut:
-            for lane in range(LANES):
-                _add(sums, terms, lane)
-                for k in range(slots(load)):
-                    works[k * LANES + lane] += forcing.works[k * LANES + lane]
+                tapped[k * LANES + lane] = 0.0
+            path = (number * LANES + lane) % start.states.shape[0]
+            x, v, energy = start.states[path, 0], start.states[path, 1], start.states[path, 2]
+            now.x[lane], now.v[lane] = begin(scheme, wall, x, v, start.early, accumulators, lane, _counts(0, low, high))
+            begun.x[lane], begun.v[lane] = now.x[lane], now.v[lane]
+            d[lane], d[LANES + lane] = zero, now.x[lane] - x
+            sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
+            sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
+            energy_first[lane] = energy_last[lane] = energy
+            x_end[lane] = v_end[lane] = np.nan
+        wake(load, 0, path_0, stream, k0, k1, forcing)
+        for n in range(0, steps, GROUP):
+            if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
+                return
+            _draw(n // GROUP, path_0, stream, k0, k1, halved, g, fine)
+            supply(load, 0, n // GROUP, path_0, stream, k0, k1, forcing)
+            if drive.size > 0:
+                p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
+            within = low <= n and n + GROUP <= high
+            cut = not within and n < high and n + GROUP > low  # by an end of the window
+            marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
+            shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
+            if within or shown:
+                _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, True)
+            else:
+                _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, False)
             if shown:
-                show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
-        for j in range(GROUP if marked else 0):
-            if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
+                for i in range(GROUP * LANES):
+                    seen.x[i], seen.v[i] = glimpsed.x[i], glimpsed.v[i]
+            least = clear[0]
+            for lane in range(LANES):
+                least = min(least, clear[lane])
+            if cut or least <= quick:
+                c = (
+                    _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
+                    _counts(n + 3, low, high), _counts(n + 4, low, high),
+                )  # fmt: skip
                 for lane in range(LANES):
-                    x_end[lane], v_end[lane] = seen.x[j * LANES + lane], seen.v[j * LANES + lane]
-                    energy = 0.5 * (v_end[lane] * v_end[lane] + stiffness * x_end[lane] * x_end[lane])
-                    energy_first[lane] = energy if n + j == low - 1 else energy_first[lane]
-                    energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
-        for lane in range(record.shape[0]):
-            for j in range(min(GROUP, steps - n)):
-                if (n + j + 1) % every == 0:
-                    record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
-                    record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
-    for lane in range(LANES):
-        out[lane, 0], out[lane, 1], out[lane, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
-        out[lane, 3], out[lane, 4], out[lane, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]
-        out[lane, 6], out[lane, 7] = accumulators.impacts[lane], accumulators.speeds[lane]
-        out[lane, 8] = accumulators.squares[lane]
-        out[lane, 9], out[lane, 10], out[lane, 11] = accumulators.collapses[lane], energy_first[lane], energy_last[lane]
-        out[lane, 12], out[lane, 13] = x_end[lane], v_end[lane]
-        column = 14
-        for k in range(slots(load)):
-            out[lane, column] = works[k * LANES + lane]
-            column += 1
-        for k in range(extras(wall)):
-            out[lane, column] = accumulators.extras[k * LANES + lane]
-            column += 1
-        for k in range(taps.size):
-            out[lane, column] = tapped[k * LANES + lane]
-            column += 1
+                    if cut or clear[lane] <= quick:
+                        _again(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
+                        change.x[lane] = change.v[lane] = quick
+            for lane in range(LANES):
+                now.x[lane] += change.x[lane]
+                begun.x[lane] = now.x[lane]
+            for lane in range(LANES):
+                now.v[lane] += change.v[lane]
+                begun.v[lane] = now.v[lane]
+            if modes > 0:
+                _remember(z, d, h, modes, memory.powers, memory.weights)
+            if low <= n + GROUP - 1 < high:
+                for k in range(taps.size):
+                    for lane in range(LANES):
+                        mode = f64(z[taps[k] * LANES + lane])
+                        tapped[k * LANES + lane] += mode * mode
+            for lane in range(LANES):
+                d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
+            if within or cut:
+                for lane in range(LANES):
+                    _add(sums, terms, lane)
+                    for k in range(slots(load)):
+                        works[k * LANES + lane] += forcing.works[k * LANES + lane]
+                if shown:
+                    show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
+            for j in range(GROUP if marked else 0):
+                if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
+                    for lane in range(LANES):
+                        x_end[lane], v_end[lane] = seen.x[j * LANES + lane], seen.v[j * LANES + lane]
+                        energy = 0.5 * (v_end[lane] * v_end[lane] + stiffness * x_end[lane] * x_end[lane])
+                        energy_first[lane] = energy if n + j == low - 1 else energy_first[lane]
+                        energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
+            for lane in range(record.shape[0]):
+                for j in range(min(GROUP, steps - n)):
+                    if (n + j + 1) % every == 0:
+                        record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
+                        record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
+        for lane in range(LANES):
+            row = number * LANES + lane
+            out[row, 0], out[row, 1], out[row, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]
+            out[row, 3], out[row, 4], out[row, 5] = sums.force[lane], sums.power[lane], sums.virial[lane]
+            out[row, 6], out[row, 7] = accumulators.impacts[lane], accumulators.speeds[lane]
+            out[row, 8] = accumulators.squares[lane]
+            out[row, 9], out[row, 10], out[row, 11] = (
+                accumulators.collapses[lane],
+                energy_first[lane],
+                energy_last[lane],
+            )
+            out[row, 12], out[row, 13] = x_end[lane], v_end[lane]
+            column = 14
+            for k in range(slots(load)):
+                out[row, column] = works[k * LANES + lane]
+                column += 1
+            for k in range(extras(wall)):
+                out[row, column] = accumulators.extras[k * LANES + lane]
+                column += 1
+            for k in range(taps.size):
+                out[row, column] = tapped[k * LANES + lane]
+                column += 1

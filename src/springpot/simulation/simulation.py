@@ -33,6 +33,8 @@ from springpot.units import UNITS
 
 __all__ = ["Ensemble", "Progress", "Simulation", "simulation_of"]
 
+_STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
+
 Progress = Callable[[float], None]
 
 
@@ -120,7 +122,13 @@ class Simulation:
         stop = np.zeros(1, np.uint8)
         k0, k1 = key_words(settings.seed)
         low, high = settings.window_steps
-        next_block = itertools.count()
+        # a call takes 0.1 ms of Python, in which no other thread computes: several short blocks share one
+        together = (
+            1
+            if observers or settings.record
+            else max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
+        )
+        next_call = itertools.count()
         done = itertools.count(1)
         parts, units = self.parts, self.parts.units
         exact, sweep = parts.of_kernel()
@@ -132,16 +140,17 @@ class Simulation:
         def work() -> None:
             arrays = [np.concatenate([header, observer.initial]) for observer in observers]
             addresses = _addresses(observers, arrays)
-            while not stop[0] and (number := next(next_block)) < blocks:
-                first = number * LANES
+            while not stop[0] and (number := together * next(next_call)) < blocks:
+                first, count = number * LANES, min(together, blocks - number)
+                some = slice(first, first + count * LANES)
                 for observer, array in zip(observers, arrays, strict=True):
                     array[len(HEADER) :] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 block(
                     exact, sweep, parts.memory, parts.drive,
-                    _part_of(parts.start, states, first), parts.tapped, parts.frequency**2,
-                    skipped + first, settings.steps, low, high, k0, k1, stream, halved, addresses,
-                    record[first : first + LANES], settings.record_every, stop, rows[first : first + LANES],
+                    _part_of(parts.start, states, some), parts.tapped, parts.frequency**2,
+                    skipped + first, count, settings.steps, low, high, k0, k1, stream, halved, addresses,
+                    record[some], settings.record_every, stop, rows[some],
                 )  # fmt: skip
                 for observer, array, room in zip(observers, arrays, observed, strict=True):
                     if observer.per_path:
@@ -149,14 +158,14 @@ class Simulation:
                     else:
                         with adding:  # whole numbers: their sum does not depend on the order
                             room[number % BATCHES] += array[len(HEADER) :]
-                finished = next(done)
+                finished = min(together * next(done), blocks)
                 if progress is not None and not stop[0]:
                     progress(finished / blocks)
 
         def halt() -> None:
             stop[0] = 1
 
-        work_together(work, min(settings.threads, blocks), stop=halt)
+        work_together(work, min(settings.threads, -(-blocks // together)), stop=halt)
         record[:, 0] = states[: settings.record if len(states) > 1 else 1, :2]  # the kernel writes from t = h on
         record *= units.state
         rows *= list(columns.values())
@@ -269,9 +278,9 @@ def simulation_of(
     return Simulation(problem, settings, scales, compose(problem, settings, scales, halved=halved), adapted)
 
 
-def _part_of(start: Start, states: Floats, first: int) -> Start:
-    """The start of one block."""
-    return start._replace(states=states[first : first + LANES] if len(states) > 1 else states)
+def _part_of(start: Start, states: Floats, some: slice) -> Start:
+    """The start of some paths."""
+    return start._replace(states=states[some] if len(states) > 1 else states)
 
 
 def _room(observer: Observer, blocks: int) -> Floats:
