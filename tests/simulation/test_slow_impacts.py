@@ -180,7 +180,7 @@ def test_the_largest_speed_says_what_lies_between_the_steps() -> None:
     problem = oscillator(1.0, 0.3, position=-0.5)
     coarse, fine = (
         run(
-            problem, paths=2048, step=step, duration=60.0, window=(20.0, 60.0), start="rest", distributions=True,
+            problem, paths=6144, step=step, duration=60.0, window=(20.0, 60.0), start="rest", distributions=True,
             threads=1,
         ).to_dict()
         for step in (0.04, 0.0025)
