@@ -122,7 +122,7 @@ def _eight_tenths(speed: float) -> float:
 def test_a_law_of_restitution_that_is_a_number() -> None:
     parts = SPRING, sp.Springpot(0.5, 0.5), WHITE
     stop = sp.Barrier(0.5, 0.8, "below")
-    given = {"paths": 500, "duration": 60.0, "window": (20.0, 60.0), "step": 0.02, "seed": 3}
+    given = {"paths": 500, "duration": 60.0, "window": (20.0, 60.0), "step": 0.02, "seed": 3, "memory_tolerance": 1e-8}
     number = sp.run(sp.System(*parts, sp.Barrier(-0.3, 0.8), stop), **given)
     for law in (_eight_tenths, sp.PowerRestitution(0.8, 1.0, 1e-12)):
         found = sp.run(sp.System(*parts, sp.Barrier(-0.3, law), stop), **given)

@@ -183,7 +183,7 @@ def _compose_system(
         name = unit.name_of(unit.of(ThermalNoise)[0])
         beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
     scheme = settings.numerical_scheme
-    answer = sum(answer_of_springpot(order, c, step) for order, c in total.springpots)
+    answer = sum((answer_of_springpot(order, c, step) for order, c in total.springpots), 0.0)
     answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
     at_this_step = scheme.at(frequency, answer, step, units.length)
     memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
