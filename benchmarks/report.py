@@ -32,7 +32,7 @@ ABOUT = {
     "plain kernel": (
         "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "
         "step at a time, Euler step, mirrored at the end of a step in which it crosses the wall), with 32 modes and "
-        "the same normals, at the same step. It keeps two sums, springpot keeps 14. It misses the impacts "
+        "the same normals, at the same step. It keeps four sums, springpot keeps 14. It misses the impacts "
         "between two instants, and the time at which they happen. This row does not compare the cost of the same "
         "*error*."
     ),

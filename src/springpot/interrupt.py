@@ -62,11 +62,13 @@ class asked_to_stop:
     Examples
     --------
     >>> import os, signal
+    >>> usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background may ignore Ctrl-C
     >>> with asked_to_stop("stopping.") as asked:
     ...     before = asked()
     ...     os.kill(os.getpid(), signal.SIGINT)
     ...     print(before, asked())
     False True
+    >>> _ = signal.signal(signal.SIGINT, usual)
     """
 
     def __init__(self, said: str) -> None:
