@@ -1,8 +1,7 @@
 """The parts of the kernel in single precision, for the sweep over all lanes.
 
 Within a group of four steps the state changes by little, so its changes are found in single precision and added to a
-state in double precision.  What rounding does then is far below the error of any run: the page on numbers says which
-parts are advanced so.
+state in double precision.  What rounding does then is far below the error of any run; docs/memory.md has the numbers.
 """
 
 from __future__ import annotations
