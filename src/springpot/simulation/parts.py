@@ -35,7 +35,7 @@ Of a scheme and a wall:
     The drift with the wall.  Called only for lanes that may have reached it.  Each impact is added to the accumulators
     if its half step lies in the window (weight 1, otherwise 0).
 
-All lanes are first advanced without walls in the precision of :class:`Sweep`; what it may ask, from ``push`` to
+All lanes are first advanced without walls in the precision of ``Sweep``; what it may ask, from ``push`` to
 ``clearance``, is written so that no literal makes doubles of single numbers (`springpot.simulation.lanes.typed`).
 Lanes that may have struck are advanced again in double precision.
 
