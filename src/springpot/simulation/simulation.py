@@ -122,12 +122,7 @@ class Simulation:
         stop = np.zeros(1, np.uint8)
         k0, k1 = key_words(settings.seed)
         low, high = settings.window_steps
-        # a call takes 0.1 ms of Python, in which no other thread computes: several short blocks share one
-        together = (
-            1
-            if observers or settings.record
-            else max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
-        )
+        together = 1 if observers or settings.record else _blocks_of_a_call(settings, blocks)
         next_call = itertools.count()
         done = itertools.count(1)
         parts, units = self.parts, self.parts.units
@@ -281,6 +276,11 @@ def simulation_of(
 def _part_of(start: Start, states: Floats, some: slice) -> Start:
     """The start of some paths."""
     return start._replace(states=states[some] if len(states) > 1 else states)
+
+
+def _blocks_of_a_call(settings: Settings, blocks: int) -> int:
+    """How many short blocks share a call: each takes 0.1 ms of Python, in which no other thread computes."""
+    return max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
 
 
 def _room(observer: Observer, blocks: int) -> Floats:
