@@ -9,6 +9,8 @@ is linear in the states.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -21,60 +23,31 @@ _WORST = 1e4  # condition number of the eigenvectors, above which the transition
 _SETTLED = 1e-13  # relative change of the variance, and of the gain, below which both stay as they are
 
 
-@njit(error_model="numpy")
-def _filtered(columns, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
-    """-2 ln L without its constant; ``standard`` takes the innovations, ``spread`` their standard deviations."""
-    paths, samples = values.shape
-    size = row.size
-    state, moved = np.zeros((paths, size)), np.empty(size)
-    change, scale = gain.copy(), -1.0 / variance
-    settled, total = False, 0.0
-    for n in range(samples):
-        if not variance > 0.0:
-            return np.inf
-        root = np.sqrt(variance)
-        spread[n] = root
-        for k in range(paths):
-            own = state[k]
-            error = values[k, n]
-            for i in range(size):
-                error -= row[i] * own[i]
-            standard[k, n] = error / root
-            total += standard[k, n] ** 2 + 2.0 * np.log(root)
-            share = error / variance
-            for i in range(size):
-                moved[i] = gain[i] * share
-            for j in range(size):
-                for i in range(size):
-                    moved[i] += columns[j, i] * own[j]
-            for i in range(size):
-                own[i] = moved[i]
-        if not settled:
-            seen = 0.0
-            for i in range(size):
-                seen += row[i] * change[i]
-                moved[i] = 0.0
-            for j in range(size):
-                for i in range(size):
-                    moved[i] += columns[j, i] * change[j]
-            before = variance
-            variance += scale * seen * seen
-            small = abs(scale * seen * seen) <= _SETTLED * abs(variance)
-            for i in range(size):
-                step = scale * seen * moved[i]
-                gain[i] += step
-                small = small and abs(step) <= _SETTLED * abs(gain[i])
-            settled = small
-            for i in range(size):
-                change[i] = moved[i] - gain[i] * seen / variance
-            scale += scale * scale * seen * seen / before
-    return total
+_COMPILED: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}}
 
 
-@njit(error_model="numpy", fastmath={"reassoc", "contract"})
-def _filtered_by_modes(bands, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
-    """The same in coordinates in which the transition has three bands; first and last of each array are 0."""
+@njit(**_COMPILED)
+def _move_by_columns(columns, state, moved):  # type: ignore[no-untyped-def]
+    moved[:] = 0.0
+    for j in range(state.size):
+        for i in range(state.size):
+            moved[i] += columns[j, i] * state[j]
+
+
+@njit(**_COMPILED)
+def _move_by_bands(bands, state, moved):  # type: ignore[no-untyped-def]
+    """The transition has three bands; first and last number of each array are 0."""
     low, middle, high = bands
+    for i in range(1, state.size - 1):
+        moved[i] = low[i] * state[i - 1] + middle[i] * state[i] + high[i] * state[i + 1]
+
+
+@njit(**_COMPILED)
+def _filtered(move, transition, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
+    """-2 ln L without its constant; ``standard`` takes the innovations, ``spread`` their standard deviations.
+
+    ``move(transition, state, moved)`` writes to ``moved`` what becomes of a state in one sampling step.
+    """
     paths, samples = values.shape
     size = row.size
     state, moved = np.zeros((paths, size)), np.zeros(size)
@@ -94,24 +67,23 @@ def _filtered_by_modes(bands, row, gain, variance, values, standard, spread):  #
             standard[k, n] = error / root
             total += standard[k, n] ** 2 + 2.0 * np.log(root)
             share = error / variance
-            for i in range(1, size - 1):
-                moved[i] = low[i] * own[i - 1] + middle[i] * own[i] + high[i] * own[i + 1] + gain[i] * share
-            for i in range(1, size - 1):
-                own[i] = moved[i]
+            move(transition, own, moved)
+            for i in range(size):
+                own[i] = moved[i] + gain[i] * share
         if not settled:
             seen = 0.0
             for i in range(size):
                 seen += row[i] * change[i]
             before = variance
             variance += scale * seen * seen
+            move(transition, change, moved)
             least = 0.0
-            for i in range(1, size - 1):
-                moved[i] = low[i] * change[i - 1] + middle[i] * change[i] + high[i] * change[i + 1]
+            for i in range(size):
                 step = scale * seen * moved[i]
                 gain[i] += step
                 least = max(least, abs(step) - _SETTLED * abs(gain[i]))
             settled = least <= 0.0 and abs(scale * seen * seen) <= _SETTLED * abs(variance)
-            for i in range(1, size - 1):
+            for i in range(size):
                 change[i] = moved[i] - gain[i] * (seen / variance)
             scale += scale * scale * seen * seen / before
     return total
@@ -142,11 +114,11 @@ def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[
     bands, vectors = _modes_of(sampled.transition)
     if np.linalg.cond(vectors) < _WORST:
         row, gain = np.pad(sampled.row @ vectors, 1), np.pad(np.linalg.solve(vectors, gain), 1)
-        found = float(_filtered_by_modes(bands, row, gain, variance, centred, standard, spread))
+        found = _filtered(_move_by_bands, bands, row, gain, variance, centred, standard, spread)
     else:  # two of its rates are nearly one
-        columns = np.ascontiguousarray(sampled.transition.T)
-        found = float(_filtered(columns, np.ascontiguousarray(sampled.row), gain, variance, centred, standard, spread))
-    return found + values.size * float(np.log(2.0 * np.pi)), standard, spread
+        row, columns = np.ascontiguousarray(sampled.row), np.ascontiguousarray(sampled.transition.T)
+        found = _filtered(_move_by_columns, columns, row, gain, variance, centred, standard, spread)
+    return float(found) + values.size * float(np.log(2.0 * np.pi)), standard, spread
 
 
 def _modes_of(transition: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:

@@ -6,6 +6,7 @@ state in double precision.  What rounding does then is far below the error of an
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,7 @@ def _is_random(load: Any) -> bool:
             return isinstance(load, (Filtered, Joined, Parametric, Poisson))
 
 
+@lru_cache(maxsize=64)  # the levels of a run ask for the same few steps again and again
 def _turn(loss: float, sine: float, back: float, name: str) -> dict[str, np.float32]:
     """The numbers of a rotation in single precision: those neighbours that change an energy least in many steps.
 
