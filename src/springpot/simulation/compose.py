@@ -33,7 +33,7 @@ from springpot.simulation.schemes import NumericalScheme
 from springpot.simulation.settings import Settings
 from springpot.simulation.system_scales import BoltzmannLaw, SystemScales, boltzmann_law
 from springpot.simulation.units import Units
-from springpot.simulation.walls import NoWall, Pair, Rigid, Soft, sums_of
+from springpot.simulation.walls import NoWall, Pair, Rigid, Soft, is_near, sums_of
 from springpot.system import System
 
 __all__ = ["Floats", "Parts", "compose"]
@@ -148,7 +148,8 @@ def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scal
     early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
     barrier = oscillator.barrier
     place = 0.0 if barrier is None else units.into(barrier.position, 0.0)[0]
-    wall = NoWall(0.0) if barrier is None else Rigid(place, Fixed(oscillator.restitution))
+    near = is_near(place, oscillator.length_scale / length)
+    wall = NoWall(0.0) if barrier is None else Rigid(place, Fixed(oscillator.restitution), near)
     memory, history = _memory([(order, coefficient)], [], scheme, step, settings)
     return Parts(
         scheme=at_this_step,
@@ -190,12 +191,13 @@ def _compose_system(
     load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
     taps = tuple(arm for arm in total.arms if arm.name)
+    touching = _touching_speed(unit, scales, position, velocity)
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, _touching_speed(unit, scales, position, velocity) / units.speed, units.speed, step),
+        wall=wall_of(total, touching / units.speed, math.sqrt(scales.law.variance) / units.length, units.speed, step),
         load=load,
         memory=memory,
         start=_start(x0, v0, frequency, 0.0),

@@ -17,7 +17,6 @@ from numba import njit
 
 from springpot.simulation.cache import cached
 from springpot.simulation.lanes import (
-    FAST,
     GROUP,
     INLINE,
     LANES,
@@ -25,28 +24,16 @@ from springpot.simulation.lanes import (
     MOST_FORCES,
     MOST_MODES,
     MOST_STATES,
+    UNCOUNTED,
     f32,
     f64,
     stack_array,
-    typed,
 )
 from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import Accumulators, show_steps
-from springpot.simulation.parts import (
-    Forcing,
-    begin,
-    bounce,
-    clearance,
-    damp,
-    drift,
-    extras,
-    kick,
-    push,
-    slots,
-    supply,
-    wake,
-)
+from springpot.simulation.parts import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
 from springpot.simulation.random import draw
+from springpot.simulation.steps import State, Struck, Sums, replay, sweep_lanes
 
 __all__ = ["COLUMNS", "Memory", "Parts", "block"]
 
@@ -58,6 +45,8 @@ COLUMNS = (
     "energy_first", "energy_last", "x_end", "v_end",
 )  # fmt: skip
 STOP_EVERY = 256  # groups between two checks of the stop flag
+# Lanes with impacts in a group from which on the next group has them in its sweep, and below which no longer.
+MANY, FEW = 4, 2
 
 
 class Memory(NamedTuple):
@@ -74,6 +63,7 @@ class Memory(NamedTuple):
 
 _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
+_eight = stack_array(2 * GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 _by_force = stack_array(MOST_FORCES * LANES)
@@ -105,151 +95,6 @@ def _remember(z, d, h, modes, powers, weights):
             h[LANES + lane] += u2 * y + w2 * q
             h[2 * LANES + lane] += u3 * y + w3 * q
             h[3 * LANES + lane] += u4 * y + w4 * q
-
-
-@njit(**INLINE)
-def _known_forces(m, p, h, d, lane):
-    """The memory force in four steps, without what the steps' own increments add to it."""
-    d1 = d[LANES + lane]
-    return (
-        h[lane] + m.newest * d1 + m.older * d[lane] + p[0],
-        h[LANES + lane] + m.recent1 * d1 + p[1],
-        h[2 * LANES + lane] + m.recent2 * d1 + p[2],
-        h[3 * LANES + lane] + m.recent3 * d1 + p[3],
-    )
-
-
-@njit(**INLINE)
-def _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, watched):
-    """The kick of one step of one lane: change of the velocity, force of springpots and dashpots, mean velocity."""
-    before = damp(load, 0, n, x, v, forcing, lane, weight, False)
-    damped = v + before
-    noise, force = push(load, 0, n, x, damped, typed(g[at], x), forcing, at, lane, weight)
-    impulse, pull = kick(scheme, x, damped, typed(memory_force, x), noise + force)
-    middle = damped + typed(0.5, x) * impulse
-    if watched:
-        for slot in range(slots(load)):
-            forcing.works[slot * LANES + lane] += weight * middle * forcing.impulses[slot * LANES + lane]
-    after = damp(load, 0, n, x, damped + impulse, forcing, lane, weight, True)
-    return before + impulse + after, pull, middle
-
-
-@njit(**INLINE)
-def _free_step(parts, n, x0, v0, moved, gained, memory_force, g, forcing, at, d, seen, sums, lane, watched):
-    """One step of one lane as if there were no wall, from x0 + moved, v0 + gained.
-
-    The increment is written to ``d``, the observed state to index ``at`` of ``seen``.  Returns the changes since the
-    beginning of the group, the increment in the precision of the memory, the observed x and the sums of the group.
-    """
-    x, v = x0 + moved, v0 + gained
-    change, pull, middle = _kick(
-        parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, typed(1.0, x), watched
-    )
-    leaving = v + change
-    xm, vm, dx, dv = drift(parts.scheme, x, leaving)
-    x_seen, v_seen = x + xm, leaving + vm
-    increment = typed(dx, memory_force)
-    d[2 * LANES + at] = increment
-    if watched:
-        seen.x[at], seen.v[at] = x_seen, v_seen
-        sums = (
-            sums[0] + x_seen, sums[1] + x_seen * x_seen, sums[2] + v_seen * v_seen,
-            sums[3] + pull, sums[4] + pull * middle, sums[5] + pull * x,
-        )  # fmt: skip
-    return moved + dx, gained + (change + dv), increment, x_seen, sums
-
-
-@njit(**INLINE)
-def _sweep(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, terms, watched):
-    """Four steps of every lane as if there were no wall: vector code.  The newest increments have their exact weights.
-
-    The memory force is summed in the precision of the memory.  If ``watched``, all steps are taken to be in the window.
-    """
-    for lane in range(LANES):
-        for slot in range(slots(parts.load)):
-            forcing.works[slot * LANES + lane] = parts.zero
-        x0, v0 = start.x[lane], start.v[lane]
-        f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
-        nothing = parts.zero
-        sums = nothing, nothing, nothing, nothing, nothing, nothing
-        moved, gained, d0, seen0, sums = _free_step(
-            parts, n, x0, v0, nothing, nothing, f0, g, forcing, lane, d, seen, sums, lane, watched
-        )
-        x1 = x0 + moved
-        moved, gained, d1, seen1, sums = _free_step(
-            parts, n + 1, x0, v0, moved, gained, f1 + m.newest * d0,
-            g, forcing, LANES + lane, d, seen, sums, lane, watched,
-        )  # fmt: skip
-        x2 = x0 + moved
-        moved, gained, d2, seen2, sums = _free_step(
-            parts, n + 2, x0, v0, moved, gained, f2 + m.recent1 * d0 + m.newest * d1,
-            g, forcing, 2 * LANES + lane, d, seen, sums, lane, watched,
-        )  # fmt: skip
-        x3 = x0 + moved
-        moved, gained, _, seen3, sums = _free_step(
-            parts, n + 3, x0, v0, moved, gained, f3 + m.recent2 * d0 + m.recent1 * d1 + m.newest * d2,
-            g, forcing, 3 * LANES + lane, d, seen, sums, lane, watched,
-        )  # fmt: skip
-        change.x[lane], change.v[lane] = moved, gained
-        x4 = x0 + moved
-        least = min(min(min(x0, seen0), min(x1, seen1)), min(min(x2, seen2), min(x3, min(seen3, x4))))
-        greatest = max(max(max(x0, seen0), max(x1, seen1)), max(max(x2, seen2), max(x3, max(seen3, x4))))
-        clear[lane] = clearance(parts.scheme, parts.wall, least, greatest)
-        if watched:
-            _put(terms, lane, sums)
-
-
-@njit(**INLINE)
-def _put(terms, lane, sums):
-    """Write what four steps of a lane add to the sums."""
-    terms.x[lane], terms.xx[lane], terms.vv[lane] = sums[0], sums[1], sums[2]
-    terms.force[lane], terms.power[lane], terms.virial[lane] = sums[3], sums[4], sums[5]
-
-
-@njit(**INLINE)
-def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, sums, lane):
-    """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
-    change, pull, middle = _kick(parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True)
-    x_seen, v_seen, x_next, v_next = bounce(
-        parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
-    )
-    d[2 * LANES + at] = x_next - x
-    seen.x[at], seen.v[at] = x_seen, v_seen
-    x_counted, pulled = counts[0] * x_seen, counts[0] * pull
-    sums = (
-        sums[0] + x_counted, sums[1] + x_counted * x_seen, sums[2] + counts[0] * v_seen * v_seen,
-        sums[3] + pulled, sums[4] + pulled * middle, sums[5] + pulled * x,
-    )  # fmt: skip
-    return x_next, v_next, sums
-
-
-@njit(**INLINE)
-def _again(parts, m, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane):
-    """Four steps of one lane with the walls, in double precision.
-
-    ``c`` is 1 for each step in the window and 0 for the others; its last entry is for the half step after the group.
-    """
-    for slot in range(slots(parts.load)):
-        forcing.works[slot * LANES + lane] = 0.0
-    f0, f1, f2, f3 = _known_forces(m, p, h, d, lane)
-    sums = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, v, sums = _step(
-        parts, n, now.x[lane], now.v[lane], f0, g, forcing, lane, d, seen, (c[0], c[1]), accumulators, sums, lane
-    )
-    f1 += m.newest * d[2 * LANES + lane]
-    x, v, sums = _step(
-        parts, n + 1, x, v, f1, g, forcing, LANES + lane, d, seen, (c[1], c[2]), accumulators, sums, lane
-    )
-    f2 += m.recent1 * d[2 * LANES + lane] + m.newest * d[3 * LANES + lane]
-    x, v, sums = _step(
-        parts, n + 2, x, v, f2, g, forcing, 2 * LANES + lane, d, seen, (c[2], c[3]), accumulators, sums, lane
-    )
-    f3 += m.recent2 * d[2 * LANES + lane] + m.recent1 * d[3 * LANES + lane] + m.newest * d[4 * LANES + lane]
-    x, v, sums = _step(
-        parts, n + 3, x, v, f3, g, forcing, 3 * LANES + lane, d, seen, (c[3], c[4]), accumulators, sums, lane
-    )
-    now.x[lane], now.v[lane] = x, v
-    _put(terms, lane, sums)
 
 
 @njit(**INLINE)
@@ -290,26 +135,8 @@ class Parts(NamedTuple):
     load: Any
 
 
-class State(NamedTuple):
-    """Lane arrays of a state, or of its changes."""
-
-    x: Any
-    v: Any
-
-
-class Sums(NamedTuple):
-    """Lane arrays of sums over steps."""
-
-    x: Any
-    xx: Any
-    vv: Any
-    force: Any
-    power: Any
-    virial: Any
-
-
 @cached
-@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **FAST)
+@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **UNCOUNTED)
 def block(
     parts, sweep, memory, drive, start, taps, stiffness,
     first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
@@ -337,6 +164,10 @@ def block(
     glimpsed = State(_four(quick), _four(quick))
     clear = _state(quick)
     seen = State(_four(0.0), _four(0.0))
+    struck = Struck(
+        _eight(quick), _eight(quick),
+        _state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick),
+    )  # fmt: skip
     terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
     sums = Sums(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0))
     accumulators = Accumulators(_state(0.0), _state(0.0), _state(0.0), _state(0.0), _extras(0.0), observers)
@@ -344,6 +175,7 @@ def block(
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for number in range(blocks):
+        crowded = False
         path_0 = first + number * LANES
         for i in range(modes * LANES):
             z[i] = zero
@@ -379,16 +211,31 @@ def block(
             cut = not within and n < high and n + GROUP > low  # by an end of the window
             marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
             shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
-            if within or shown:
-                _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, True)
+            direct = crowded and not (cut or marked)
+            if direct:
+                sweep_lanes(
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, True, True
+                )
+            elif within or shown:
+                sweep_lanes(
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, True, False
+                )
             else:
-                _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, terms, False)
+                sweep_lanes(
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, False, False
+                )
             if shown:
                 for i in range(GROUP * LANES):
-                    seen.x[i], seen.v[i] = glimpsed.x[i], glimpsed.v[i]
-            least = clear[0]
+                    seen.x[i], seen.v[i] = limited(wall, f64(glimpsed.x[i])), glimpsed.v[i]
+            least, near = clear[0], 0
             for lane in range(LANES):
                 least = min(least, clear[lane])
+            if direct:
+                near = gather(wall, struck, accumulators, clear, within)
+            elif least <= quick:
+                for lane in range(LANES):
+                    near += 1 if clear[lane] <= quick else 0
+            crowded = in_lanes(scheme, wall) and near >= (FEW if crowded else MANY)
             if cut or least <= quick:
                 c = (
                     _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
@@ -396,7 +243,7 @@ def block(
                 )  # fmt: skip
                 for lane in range(LANES):
                     if cut or clear[lane] <= quick:
-                        _again(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
+                        replay(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
                         change.x[lane] = change.v[lane] = quick
             for lane in range(LANES):
                 now.x[lane] += change.x[lane]

@@ -17,7 +17,7 @@ from springpot.simulation.linking import WithoutMachineCode
 
 __all__ = [
     "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "typed", "u32", "u64",
+    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "typed", "u32", "u64",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -33,9 +33,11 @@ FAST: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
     "error_model": "numpy",
 }
+# arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
+UNCOUNTED: dict[str, Any] = {"_nrt": False, **FAST}
 # called from compiled code only: no wrapper for Python, which would take a quarter of the compile time
 LINKED: dict[str, Any] = {
-    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST,
+    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **UNCOUNTED,
 }  # fmt: skip
 INLINE: dict[str, Any] = {"forceinline": True, **LINKED}
 

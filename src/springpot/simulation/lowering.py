@@ -457,7 +457,7 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
     return whole, tuple(named)
 
 
-def wall_of(total: Lowered, speed: float, unit: float, step: float) -> Any:
+def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: float) -> Any:
     """The wall of the kernel.
 
     Parameters
@@ -465,18 +465,20 @@ def wall_of(total: Lowered, speed: float, unit: float, step: float) -> Any:
     total : Lowered
     speed : float
         The largest one for which soft contacts are resolved.
+    spread : float
+        Standard deviation of the displacement, about.
     unit : float
         The kernel's unit of speed, in m/s.
     step : float
     """
     low = [(name, wall) for name, wall in total.barriers if wall.side == "above"]
     high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
+    near = all(walls.is_near(wall.position, spread) for _, wall in total.barriers)
     if not total.contacts and not high:
-        return walls.Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit)) if low else walls.NoWall(0.0)
+        return walls.Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit), near) if low else walls.NoWall(0.0)
     below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
-    rigid = walls.Pair(
-        below[1].position, above[1].position, rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
-    )
+    rules = rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
+    rigid = walls.Pair(below[1].position, above[1].position, *rules, near)
     return _soft(total, rigid, speed, step) if total.contacts else rigid
 
 

@@ -16,11 +16,11 @@ import numpy.typing as npt
 from numba import njit, types
 from numba.extending import intrinsic
 
-from springpot.simulation.lanes import GROUP, INLINE
+from springpot.simulation.lanes import GROUP, INLINE, LANES, f64
 
 __all__ = [
     "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
-    "add_impacts", "show_steps",
+    "add_impacts", "show_impacts", "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -117,6 +117,17 @@ def show_steps(observers, x, v, step, n, low, high):
     for i in range(observers.on_steps.size):
         if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
             _call_on_steps(observers.on_steps[i], (x, v, step, n, low, high, observers.place[i]))
+
+
+@njit(**INLINE)
+def show_impacts(observers, speeds, clear):
+    """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none."""
+    for i in range(observers.on_impacts.size):
+        for half in range(2 * GROUP if observers.on_impacts[i] != 0 else 0):
+            for lane in range(LANES):
+                speed = f64(speeds[half * LANES + lane])
+                if clear[lane] * speed > 0.0:
+                    _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
 
 
 @njit(**INLINE)

@@ -31,13 +31,24 @@ Of a scheme and a wall:
 ``clearance(scheme, wall, least, greatest)``
     Distance between the wall and drifts whose ends and observations lie between these two; not above 0 if one of them
     may have reached the wall.  Called for every lane.
+``meet(scheme, wall, x, v)``
+    The drift with the wall, in vector code, where lanes with impacts are many: the changes as of ``drift``, the speeds
+    of the impacts (below and above the motion) in either half, 0 for none, and whether no impact is missed.
+``gather(wall, struck, accumulators, clear, within)``
+    In how many lanes ``meet`` found impacts in a group.  ``within`` the window those of lanes whose ``clear`` is 1, not
+    0, are added to the accumulators.
+``limited(wall, x)``
+    ``x``, or the place of the wall if ``x`` is beyond it by rounding.
+``in_lanes(scheme, wall)``.
+``in_lanes(scheme, wall)``
+    Whether ``meet`` finds impacts; otherwise it is not used.
 ``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
     The drift with the wall.  Called only for lanes that may have reached it.  Each impact is added to the accumulators
     if its half step lies in the window (weight 1, otherwise 0).
 
 All lanes are first advanced without walls in the precision of ``Sweep``; what it may ask, from ``push`` to
 ``clearance``, is written so that no literal makes doubles of single numbers (`springpot.simulation.lanes.typed`).
-Lanes that may have struck are advanced again in double precision.
+Where few lanes may have struck, these are advanced again in double precision.
 
 Two schemes:
 
@@ -53,7 +64,7 @@ elastic wall the stationary distribution is exact for every step.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,8 +76,8 @@ from springpot.simulation.lanes import INLINE, typed
 
 __all__ = [
     "Euler", "Forcing", "Splitting", "Start", "Sweep", "answer_of_springpot",
-    "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "kick", "push", "slots",
-    "splitting", "supply", "wake",
+    "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "gather", "in_lanes", "kick",
+    "limited", "meet", "push", "slots", "splitting", "supply", "wake",
 ]  # fmt: skip
 
 
@@ -267,6 +278,26 @@ def clearance(scheme: Any, wall: Any, least: Any, greatest: Any) -> Any:
     raise NotImplementedError
 
 
+def meet(scheme: Any, wall: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def gather(wall: Any, struck: Any, accumulators: Any, clear: Any, within: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def limited(wall: Any, x: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def in_lanes(scheme: Any, wall: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
 def bounce(scheme: Any, wall: Any, x: Any, v: Any, accumulators: Any, lane: Any, before: Any, after: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
@@ -283,7 +314,7 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     question : callable
         One of the functions in the module's text.
     *kinds : type
-        Types of the parts, ``NamedTuple`` classes.
+        Types of the parts, ``NamedTuple`` classes; all of them ``object`` for parts that do not answer themselves.
 
     Returns
     -------
@@ -305,7 +336,7 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     ... def push_on(force, slot, n, x, v, g, forcing, at, lane, weight):
     ...     return 0.0, force.impulse
     """
-    alike = tuple(map(_name_and_fields, kinds))
+    alike = _names_and_fields(kinds)
     known = _ANSWERS.get(question)
     if known is None:
         known = _ANSWERS[question] = {}
@@ -321,18 +352,19 @@ def answers(question: Callable[..., Any], *kinds: type) -> Callable[[Callable[..
     return register
 
 
-def _name_and_fields(kind: Any) -> tuple[str, tuple[str, ...]]:
-    """What compiled code knows of a type."""
-    return kind.__name__, getattr(kind, "_fields", ())
+def _names_and_fields(kinds: Sequence[Any]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What compiled code knows of types."""
+    return tuple((kind.__name__, getattr(kind, "_fields", ())) for kind in kinds)
 
 
 def _let_numba_ask(question: Callable[..., Any], known: Mapping[tuple[object, ...], Any], kinds: int) -> None:
     """Tell Numba which function answers a question: the one known for the types of the first arguments."""
+    others = _names_and_fields([object] * kinds)
     names = ", ".join(question.__code__.co_varnames[: question.__code__.co_argcount])
 
     def choose(*arguments: Any) -> Callable[..., Any] | None:
         given = [getattr(argument, "instance_class", None) for argument in arguments[:kinds]]
-        return None if None in given else known.get(tuple(map(_name_and_fields, given)))
+        return None if None in given else known.get(_names_and_fields(given), known.get(others))
 
     # overload() needs a function with the same argument names
     overload(question, jit_options=INLINE)(eval(f"lambda {names}: choose({names})", {"choose": choose}))

@@ -5,6 +5,8 @@
     takes to sum ``place`` of the walls' own, and the momentum to the next one.
 ``lossless(rule)``
     Whether every impact is elastic.
+``number_of(rule)``
+    The restitution, if it is a number; otherwise NaN.
 ``takings(rule)``
     How many sums the rule needs: 2, or 0 for a number, for which they follow from the speeds and their squares.
 """
@@ -12,6 +14,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections import namedtuple
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -24,7 +27,7 @@ from springpot.simulation.lanes import INLINE, LANES
 from springpot.simulation.parts import answers
 from springpot.simulation.user_functions import inlined
 
-__all__ = ["Fixed", "Power", "lossless", "rebound", "rule_of", "takings"]
+__all__ = ["Fixed", "Power", "lossless", "number_of", "rebound", "rule_of", "takings"]
 
 
 class Fixed(NamedTuple):
@@ -51,6 +54,11 @@ def lossless(rule: Any) -> Any:
     raise NotImplementedError
 
 
+def number_of(rule: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
 def takings(rule: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
@@ -64,6 +72,11 @@ def _rebound_fixed(rule, arriving, frequency, accumulators, place, lane, weight)
 @answers(lossless, Fixed)
 def _lossless_fixed(rule):
     return rule.restitution == 1.0
+
+
+@answers(number_of, Fixed)
+def _number_of_fixed(rule):
+    return rule.restitution
 
 
 @answers(takings, Fixed)
@@ -82,6 +95,11 @@ def _rebound_power(rule, arriving, frequency, accumulators, place, lane, weight)
 @answers(lossless, Power)
 def _lossless_power(rule):
     return False
+
+
+@answers(number_of, Power)
+def _no_number(rule):
+    return math.nan
 
 
 @answers(takings, Power)
@@ -142,6 +160,8 @@ def _of_function(function: RestitutionLaw, name: str) -> Any:
     @answers(lossless, kind)
     def never(rule):
         return False
+
+    answers(number_of, kind)(_no_number)
 
     @answers(takings, kind)
     def two(rule):

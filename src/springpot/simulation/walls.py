@@ -13,17 +13,32 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array, typed
-from springpot.simulation.observers import add_impacts
-from springpot.simulation.parts import Euler, Splitting, answers, begin, bounce, clearance, drift, extras
-from springpot.simulation.restitution import Fixed, lossless, rebound, takings
+from springpot.simulation.observers import add_impacts, show_impacts
+from springpot.simulation.parts import (
+    Euler,
+    Splitting,
+    answers,
+    begin,
+    bounce,
+    clearance,
+    drift,
+    extras,
+    gather,
+    in_lanes,
+    limited,
+    meet,
+)
+from springpot.simulation.restitution import Fixed, lossless, number_of, rebound, takings
+from springpot.simulation.single_impacts import LONGEST, flight
 
-__all__ = ["NoWall", "Pair", "Rigid", "Soft", "fly", "fly_between", "sums_of"]
+__all__ = ["NoWall", "Pair", "Rigid", "Soft", "fly", "fly_between", "is_near", "sums_of"]
 
 Floats = npt.NDArray[np.float64]
 
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
 _TAKEN = "loss", "momentum"
+_NEAR = 4.0
 SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
 
 _by_contact = stack_array(MOST_CONTACTS)
@@ -40,6 +55,7 @@ class Rigid(NamedTuple):
 
     position: float
     rule: Any  # of restitution
+    near: bool = True  # as `is_near`
 
 
 class Pair(NamedTuple):
@@ -52,6 +68,7 @@ class Pair(NamedTuple):
     high: float
     low_rule: Any
     high_rule: Any
+    near: bool = True  # both of them, as `is_near`
 
 
 class Soft(NamedTuple):
@@ -66,6 +83,19 @@ class Soft(NamedTuple):
     rigid: Any  # Pair or NoWall
     contacts: Floats  # five numbers of each: place, direction of its force, stiffness, exponent, dissipation
     substeps: int  # of half a step
+
+
+def is_near(place: float, spread: float) -> bool:
+    """Whether vector code may find impacts on a wall at ``place``, which it does in single precision.
+
+    Not if the motion, of the standard deviation ``spread``, is small beside the wall's distance from the spring's rest.
+
+    Examples
+    --------
+    >>> is_near(0.0, 0.0), is_near(-3.0, 1.0), is_near(1.0, 0.01)
+    (True, True, False)
+    """
+    return abs(place) <= _NEAR * spread
 
 
 def sums_of(wall: NoWall | Rigid | Pair | Soft) -> tuple[str, ...]:
@@ -112,6 +142,71 @@ def _clear_of_nothing(scheme, wall, least, greatest):
 def _bounce_never(scheme, wall, x, v, accumulators, lane, before, after):
     xm, vm, xn, vn = drift(scheme, x, v)
     return x + xm, v + vm, x + xn, v + vn
+
+
+@answers(in_lanes, object, object)
+def _not_in_lanes(scheme, wall):
+    return False
+
+
+@answers(meet, object, object)
+def _meet_nothing(scheme, wall, x, v):
+    xm, vm, dx, dv = drift(scheme, x, v)
+    nothing = typed(0.0, x)
+    return xm, vm, dx, dv, (nothing, nothing), (nothing, nothing), False
+
+
+@answers(limited, object)
+def _not_limited(wall, x):
+    return x
+
+
+@answers(limited, Rigid)
+def _limited_below(wall, x):
+    return max(x, wall.position)
+
+
+@answers(limited, Pair)
+def _limited_between(wall, x):
+    return min(max(x, wall.low), wall.high)
+
+
+@answers(gather, object)
+def _gather_nothing(wall, struck, accumulators, clear, within):
+    return 0
+
+
+@answers(gather, Rigid)
+def _gather_below(wall, struck, accumulators, clear, within):
+    found = 0
+    for lane in range(LANES):
+        share = clear[lane] if within else typed(0.0, clear[lane])
+        found += 1 if struck.low_count[lane] > typed(0.0, clear[lane]) else 0
+        accumulators.impacts[lane] += share * struck.low_count[lane]
+        accumulators.speeds[lane] += share * struck.low_speeds[lane]
+        accumulators.squares[lane] += share * struck.low_squares[lane]
+    if within:
+        show_impacts(accumulators.observers, struck.low, clear)
+    return found
+
+
+@answers(gather, Pair)
+def _gather_between(wall, struck, accumulators, clear, within):
+    found = 0
+    for lane in range(LANES):
+        share = clear[lane] if within else typed(0.0, clear[lane])
+        count = struck.low_count[lane] + struck.high_count[lane]
+        found += 1 if count > typed(0.0, count) else 0
+        accumulators.impacts[lane] += share * count
+        accumulators.speeds[lane] += share * (struck.low_speeds[lane] + struck.high_speeds[lane])
+        accumulators.squares[lane] += share * (struck.low_squares[lane] + struck.high_squares[lane])
+        accumulators.extras[lane] += share * struck.high_count[lane]
+        accumulators.extras[LANES + lane] += share * struck.high_speeds[lane]
+        accumulators.extras[2 * LANES + lane] += share * struck.high_squares[lane]
+    if within:
+        show_impacts(accumulators.observers, struck.low, clear)
+        show_impacts(accumulators.observers, struck.high, clear)
+    return found
 
 
 @answers(begin, Splitting, NoWall)
@@ -161,12 +256,46 @@ def _dip(scheme):
 
 
 @njit(**INLINE)
+def _single(scheme, rule):
+    """Whether there is at most one impact in half a step, but where a preload presses."""
+    return number_of(rule) >= 0.0 and scheme.frequency * scheme.step < LONGEST
+
+
+@answers(in_lanes, Splitting, Rigid)
+def _in_lanes_rigid(scheme, wall):
+    return wall.near and _single(scheme, wall.rule)
+
+
+@answers(meet, Splitting, Rigid)
+def _meet_rigid(scheme, wall, x, v):
+    xm, vm, first, early = _meet_in_half(scheme, wall, x, v)
+    xn, vn, second, late = _meet_in_half(scheme, wall, x + xm, v + vm)
+    nothing = typed(0.0, x)
+    return xm, vm, xm + xn, vm + vn, (first, nothing), (second, nothing), early & late
+
+
+@njit(**INLINE)
+def _meet_in_half(scheme, wall, x, v):
+    moved, change, _, _ = drift(scheme, x, v)
+    number = typed(number_of(wall.rule), x)
+    return flight(scheme.frequency, wall.position, typed(1.0, x), number, x, v, moved, change)
+
+
+@njit(**INLINE)
 def _half_step(scheme, wall, x, v, accumulators, lane, weight):
-    """Half a step with the wall; trigonometric functions are called only near the wall."""
+    """Half a step with the wall; what takes longer is called only near the wall."""
     moved, change, _, _ = drift(scheme, x, v)
     xh, vh = x + moved, v + change
     if min(x, xh) > _reach(scheme, wall):
         return xh, vh
+    if _single(scheme, wall.rule):
+        moved, change, speed, sure = flight(
+            scheme.frequency, wall.position, 1.0, number_of(wall.rule), x, v, moved, change
+        )
+        if sure:
+            if speed > 0.0:
+                add_impacts(accumulators, lane, weight, 1.0, speed)
+            return x + moved, v + change
     phase = 0.5 * scheme.frequency * scheme.step
     return fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
 
@@ -281,6 +410,50 @@ def _bounce_between(scheme, wall, x, v, accumulators, lane, before, after):
     return xm, vm, xn, vn
 
 
+@answers(in_lanes, Splitting, Pair)
+def _in_lanes_pair(scheme, wall):
+    return wall.near and _between(scheme, wall)
+
+
+@njit(**INLINE)
+def _between(scheme, wall):
+    return _single(scheme, wall.low_rule) and _single(scheme, wall.high_rule)
+
+
+@answers(meet, Splitting, Pair)
+def _meet_pair(scheme, wall, x, v):
+    xm, vm, low, high, early = _meet_in_half_between(scheme, wall, x, v)
+    xn, vn, lower, higher, late = _meet_in_half_between(scheme, wall, x + xm, v + vm)
+    return xm, vm, xm + xn, vm + vn, (low, high), (lower, higher), early & late
+
+
+@njit(**INLINE)
+def _meet_in_half_between(scheme, wall, x, v):
+    moved, change, _, _ = drift(scheme, x, v)
+    return _flight_between(scheme, wall, x, v, moved, change)
+
+
+@njit(**INLINE)
+def _flight_between(scheme, wall, x, v, moved, change):
+    """As `flight`, with the speeds at both walls; sure if the flight is too short to go from one wall to the other."""
+    nothing, one = typed(0.0, x), typed(1.0, x)
+    turn = scheme.frequency * x
+    down, slower, low, sure_low = flight(
+        scheme.frequency, wall.low, one, typed(number_of(wall.low_rule), x), x, v, moved, change
+    )
+    up, faster, high, sure_high = flight(
+        scheme.frequency, wall.high, -one, typed(number_of(wall.high_rule), x), x, v, moved, change
+    )
+    far = typed(0.5, x) * scheme.step
+    gap = wall.high - wall.low
+    close = far * far * (v * v + turn * turn) > gap * gap
+    both = (low > nothing) & (high > nothing)
+    sure = sure_low & sure_high & (not (both | close))
+    moved = down if low > nothing else up if high > nothing else moved
+    change = slower if low > nothing else faster if high > nothing else change
+    return moved, change, low, high, sure
+
+
 @njit(**INLINE)
 def _half_step_between(scheme, wall, x, v, accumulators, lane, weight):
     moved, change, _, _ = drift(scheme, x, v)
@@ -298,6 +471,15 @@ def strike(wall: Any, scheme: Any, x: Any, v: Any, accumulators: Any, lane: Any,
 
 @answers(strike, Pair)
 def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
+    if _between(scheme, wall):
+        moved, change, _, _ = drift(scheme, x, v)
+        moved, change, down, up, sure = _flight_between(scheme, wall, x, v, moved, change)
+        if sure:
+            if down + up > 0.0:
+                add_impacts(accumulators, lane, weight, 1.0, down + up)
+                if up > 0.0:
+                    _add_to(accumulators, 0, lane, weight, 1.0, up)
+            return x + moved, v + change
     return fly_between(wall, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step, accumulators, lane, weight)
 
 

@@ -1,0 +1,102 @@
+"""Impacts in vector code: the closed form of one impact, and runs at coarse steps in which most groups have them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+
+import springpot as sp
+from springpot.simulation.lanes import LANES
+from springpot.simulation.observers import NO_OBSERVERS, Accumulators
+from springpot.simulation.restitution import Fixed
+from springpot.simulation.single_impacts import flight
+from springpot.simulation.walls import fly
+from springpot.theory import exact
+
+FREQUENCY = 1.7
+
+
+@njit
+def _both(place, rule, states, phases, sums, found):  # type: ignore[no-untyped-def]
+    """Of each state: x, v and speed by one flight, whether it is sure, and x, v, impacts and speed by the exact one."""
+    for n in range(phases.size):
+        x, v, phase = states[n, 0], states[n, 1], phases[n]
+        c, s = np.cos(phase), np.sin(phase)
+        moved, change = (c - 1.0) * x + s / FREQUENCY * v, (c - 1.0) * v - s * FREQUENCY * x
+        dx, dv, speed, sure = flight(FREQUENCY, place, 1.0, rule.restitution, x, v, moved, change)
+        above, up, again, certain = flight(FREQUENCY, -place, -1.0, rule.restitution, -x, -v, -moved, -change)
+        sums.impacts[0] = sums.speeds[0] = 0.0
+        xn, vn = fly(place, rule, FREQUENCY, x, v, phase, sums, 0, 1.0)
+        found[n] = x + dx, v + dv, speed, 1.0 if sure else 0.0, xn, vn, sums.impacts[0], sums.speeds[0]
+        same = above == -dx and up == -dv and again == speed and certain == sure
+        if not same:
+            found[n, 0] = np.nan
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.6, 0.0])
+@pytest.mark.parametrize("place", [0.0, -0.4, 0.3])
+def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution: float) -> None:
+    """Starts near the wall, so that a fifth of them strike; above and below the motion alike, to the last bit."""
+    rng = np.random.default_rng(1)
+    count = 20_000
+    states = np.column_stack([place + rng.exponential(0.5, count), FREQUENCY * rng.normal(size=count)])
+    sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES), NO_OBSERVERS)
+    found = np.empty((count, 8))
+    longest = 1.4 if place <= 0.0 else 0.5
+    _both(place, Fixed(restitution), states, rng.uniform(0.0, longest, count), sums, found)
+    sure = found[:, 3] == 1.0
+    assert np.mean(found[:, 2] > 0.0) > 0.15
+    assert sure.all() if place <= 0.0 else sure.mean() > 0.8  # a preload brings some back at once
+    x, v, speed, _, x_exact, v_exact, impacts, speeds = found[sure].T
+    assert impacts.max() == (0.0 if place > 0.0 == restitution else 1.0)
+    np.testing.assert_array_equal(impacts, speed > 0.0)
+    np.testing.assert_allclose([x, v, speed], [x_exact, v_exact, speeds], atol=1e-9)
+
+
+@pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])
+def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int) -> None:
+    """The scheme is exact at any step then; at 0.4 / Omega some ten of a block's paths strike in four steps."""
+    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position))
+    found = sp.run(
+        problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True
+    )
+    law = exact(problem)
+    for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean"):
+        value, error = float(found.values[name]), float(found.errors[name])
+        assert error < 0.005 * value, name
+        assert abs(value - getattr(law, name)) < 4.0 * error, name
+
+
+def _pair(restitution: float) -> sp.System:
+    walls = sp.Barrier(-0.5, restitution), sp.Barrier(0.7, restitution, side="below")
+    return sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), *walls)
+
+
+def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:
+    """The density at each wall times the mean speed away from it, for x and v are independent."""
+    found = sp.run(_pair(1.0), paths=20_000, duration=60.0, step=0.3, window=(20.0, 60.0), start="rest")
+    x = np.linspace(-0.5, 0.7, 20_001)
+    density = np.exp(-0.5 * x**2)  # kT = q / (2 c) = 1
+    density /= np.trapezoid(density, x)
+    rates = density[[0, -1]] / np.sqrt(2.0 * np.pi)
+    values, errors = (
+        np.array([at[f"barrier_{n}_impact_rate"] for n in (1, 2)]) for at in (found.values, found.errors)
+    )
+    assert np.all(np.abs(values - rates) < 4.0 * errors)
+    assert np.all(errors < 0.005 * rates)
+    assert abs(float(found.values["v_mean_square"]) - 1.0) < 4.0 * float(found.errors["v_mean_square"])
+
+
+@pytest.mark.parametrize("problem", [sp.Oscillator(barrier=sp.Barrier(-0.2, 0.5)), _pair(0.5)], ids=["one", "two"])
+def test_each_impact_is_shown_to_the_observers(problem: Any) -> None:
+    """And what they are shown has no effect on the run, of which most groups are advanced in one go."""
+    given: dict[str, Any] = {
+        "paths": 640, "duration": 80.0, "step": 0.2, "window": (20.1, 70.3), "start": "rest", "seed": 4,
+    }  # fmt: skip
+    alone = sp.run(problem, **given)
+    seen = sp.run(problem, impact_observables={"count": lambda speed: 1.0, "dose": lambda speed: speed**3}, **given)
+    for name in ("impact_rate", "x_mean_square", "impact_speed_mean"):
+        assert float(seen.values[name]) == float(alone.values[name])
+    assert seen.values["count"] == pytest.approx(float(alone.values["impact_rate"]), rel=1e-12)
+    assert float(seen.values["count"]) > 0.05
