@@ -35,16 +35,16 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
     model = Model(space, quantities, lambda values: values["a"] * values["b"], 1e-4)
     limits = [Limit("a_", 2.0, False), Limit("b_", 3.0, False), Limit("sum", 6.0, False)]
     places = np.random.default_rng(1).random((16, 2))
-    found = search(model, limits, places, {}, 1)
+    found = search(model, limits, places, 1)
     assert found.cost == pytest.approx(8.0, rel=1e-4)
-    halved = search(model, limits, places, {"sum": 0.5}, 1)  # a + b >= 12
+    halved = search(model, limits, places, 1, lambda u, own: {**own, "sum": 0.5 * own["sum"]})  # a + b >= 12
     assert halved.cost == pytest.approx(20.0, rel=1e-4)
 
 
 def test_a_search_without_an_answer_in_places_goes_round_them() -> None:
     space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
     model = Model(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q", 1e-4)
-    found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], {}, 1)
+    found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], 1)
     assert found.cost == pytest.approx(4.0, rel=1e-4)
 
 
@@ -148,27 +148,24 @@ PROBLEMS = range(20)
 
 @pytest.mark.validation
 def test_limits_of_random_designs_hold_in_fresh_runs() -> None:
-    """In runs of ten times the paths, 95 of 100 times."""
+    """In runs of ten times the paths or more, 95 of 100 times."""
     assert sum(judged(number)[0] for number in PROBLEMS) >= 0.95 * len(PROBLEMS)
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("number", [
-    pytest.param(each, marks=pytest.mark.xfail(
-        strict=False, reason="5.1 % too much was measured: the rate goes like C^-0.03"
-    )) if each == 6 else each
-    for each in PROBLEMS
-])  # fmt: skip
+@pytest.mark.parametrize("number", PROBLEMS)
 def test_the_cost_of_a_random_design_is_that_of_a_fine_grid(number: int) -> None:
-    """Of 18 that were measured 17 were within 2.3 %; a rate that hardly depends on its damper costs the most."""
     assert judged(number)[1] <= 1.03
 
 
 @cache
 def judged(number: int) -> tuple[bool, float]:
-    """Whether a design holds its limit in a fresh run of 10 times the paths; its cost over the best of a fine grid.
+    """Whether a design holds its limit in a fresh run; its cost over the best of a fine grid.
 
-    The grid is of theory times the ratio that the fresh run has at the design.
+    The grid is of theory times the ratio that the fresh run has at the design.  The run has 10 times the paths of the
+    first one of the design, and more where the rate hardly depends on the damper (in problem 6 it goes like C^-0.03, so
+    that 0.1 % of the rate is 3 % of the cost): as many as it takes to know the best of the grid to some tenths of a per
+    cent, up to those of the finest run of a design.
     """
     random = np.random.default_rng(number)
     order, c = float(random.uniform(0.3, 1.0)), float(random.uniform(0.1, 0.5))
@@ -177,13 +174,15 @@ def judged(number: int) -> tuple[bool, float]:
     model = sp.System(sp.Spring(1.0), pot, wall, sp.WhiteNoise(1.0))
     limit = float(random.uniform(0.8, 1.1)) * theory_values(model, "envelope")[0]["impact_rate"]
     found = sp.design(model, "C", {"impact_rate": (None, limit)}, rtol=0.01, seed=number + 1)
-    fresh = sp.run(found.model, rtol=0.01 / math.sqrt(10.0), quantities=("impact_rate",), seed=1000 + number)
 
     def by_theory(value: float) -> float:
         return theory_values(with_values(model, {"C": value}), "envelope")[0]["impact_rate"]
 
-    ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
     low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
+    exponent = abs(math.log(by_theory(high) / by_theory(low)) / math.log(high / low))
+    rtol = min(0.01 / math.sqrt(10.0), max(0.02 * exponent, 0.01 / 16.0))
+    fresh = sp.run(found.model, rtol=rtol, quantities=("impact_rate",), seed=1000 + number)
+    ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
     grid = np.geomspace(low, high, 106)  # half a per cent apart
     best = min(float(each) for each in grid if ratio * by_theory(float(each)) <= limit)
     return fresh.values["impact_rate"] <= limit, found.values["C"] / best

@@ -41,6 +41,23 @@ def test_what_was_measured_elsewhere_counts_less_unless_theory_is_exact() -> Non
     assert moved.error == pytest.approx(math.hypot(0.0101, moved.drift))
 
 
+def test_two_places_show_how_the_ratio_changes() -> None:
+    """It goes like theory to the power of 0.3; the slope may be 0.5 beforehand, and the error is that of its rest."""
+    slope, bend, spread = 0.3, 0.02, 1e-5
+    one, two, there = 1.0, math.exp(bend), math.exp(-bend)
+    seen = [Measured(HERE, each, each ** (1.0 + slope), spread * each, 0.0) for each in (two, one)]
+    found = pooled(seen, HERE, there)
+    assert math.log(found.factor) == pytest.approx(-slope * bend, rel=0.02)
+    alone = pooled(seen[1:], HERE, there)
+    assert alone.factor == pytest.approx(1.0)
+    assert found.drift < 0.1 * alone.drift
+
+
+def test_a_round_with_a_larger_bias_counts_less() -> None:
+    coarse, fine = Measured(HERE, 1.0, 1.1, 0.011, 0.11), Measured(HERE, 1.0, 1.0, 0.01, 0.0)
+    assert pooled([coarse, fine], HERE, 1.0).factor == pytest.approx(math.exp(math.log(1.1) / 102.0), rel=1e-4)
+
+
 def designed(
     truth: Callable[[float], float], theory: Callable[[float], float], seed: int, limit: float = 1.0
 ) -> Searched:

@@ -88,8 +88,10 @@ def design(
     -----
     The search is on theory.  Monte Carlo where it ends gives the ratio of each quantity to that of theory, and the
     search is repeated with theory times this ratio, and with a distance to each limit that the error of Monte Carlo
-    needs.  Each run has random numbers of its own; all of them together give the ratio, each with a weight for its
-    standard error and for what the ratio may have changed since.  It ends when the limits hold with the wanted
+    needs.  Each run has random numbers of its own; all of them together give the ratio and how it changes from place to
+    place (kriging), each with a weight for its standard error and for what the ratio may have changed since.  The last
+    step, from a place that was simulated to one that is a little cheaper, has no run of its own if this says enough of
+    it.  The search ends when the limits hold with the wanted
     probability at a cost that ``cost_rtol`` allows.
 
     Examples
@@ -173,7 +175,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
         method,
         found.history,
         tuple(said),
-        lambda other, near: plan.least(found.factors, other, near),
+        found.least,
         plan.limits,
         cost,
         units_of_free(problem),

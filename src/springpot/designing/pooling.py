@@ -1,4 +1,4 @@
-"""Quantities at the last place of a search, from all rounds of Monte Carlo: means of its ratio to theory."""
+"""Quantities at a place, from all rounds of Monte Carlo: what its ratio to theory is there."""
 
 from __future__ import annotations
 
@@ -43,6 +43,16 @@ class Measured:
         return math.hypot(self.standard_error, self.bias)
 
     @property
+    def chance(self) -> float:
+        """Square of the relative standard error."""
+        return (self.standard_error / self.value) ** 2
+
+    @property
+    def doubt(self) -> float:
+        """Square of the relative bias."""
+        return (self.bias / self.value) ** 2
+
+    @property
     def ratio(self) -> float:
         """Logarithm of Monte Carlo over theory; NaN without one."""
         known = math.isfinite(self.theory) and self.theory != 0.0 and self.standard_error > 0.0
@@ -62,9 +72,11 @@ class Pooled:
 def pooled(rounds: Sequence[Measured], place: Floats, theory: float, exact: bool = False) -> Pooled:
     """A quantity at a place, from all rounds.
 
-    The rounds have independent random numbers.  Each counts with its standard error, and with what the ratio to theory
-    may change between its place and this one; with none of this if theory is exact.  The bias is that of the last
-    round.
+    The rounds have independent random numbers.  The ratio to theory may change between their places and this one: its
+    logarithm with a slope in that of theory and in the coordinates, and with a bend, neither of which is known
+    beforehand; not at all if theory is exact.  What the rounds together say of the place is the best linear unbiased
+    prediction ("kriging"; N. Cressie, Statistics for Spatial Data, 1993, section 3.4): rounds at several places show
+    the slope.  The bias is that of the last round; that by which others exceed it is counted as their chance.
 
     Parameters
     ----------
@@ -86,17 +98,20 @@ def pooled(rounds: Sequence[Measured], place: Floats, theory: float, exact: bool
     known = [each for each in rounds if math.isfinite(each.ratio) and each.theory * theory > 0.0]
     if last not in known:
         return Pooled(last.value, last.error, 1.0, 0.0 if np.array_equal(last.place, place) else math.inf)
-    changes = np.array([0.0 if exact else _change(each, place, theory) for each in known])
-    chances = np.array([(each.standard_error / each.value) ** 2 for each in known])
-    weights = 1.0 / (chances + changes)
+    chances = np.array([each.chance for each in known]) + np.maximum([each.doubt - last.doubt for each in known], 0.0)
+    changes = np.zeros((len(known), len(known))) if exact else _changes(known, place, theory)
+    weights = np.linalg.solve(np.diag(chances) + changes, np.ones(len(known)))
     weights /= weights.sum()
     mean = float(weights @ np.array([each.ratio for each in known]))
     value = theory * math.exp(mean)
-    parts = weights**2 @ chances, weights**2 @ changes, (last.bias / last.value) ** 2
+    parts = float(weights**2 @ chances), max(float(weights @ changes @ weights), 0.0), last.doubt
     return Pooled(value, abs(value) * math.sqrt(sum(parts)), math.exp(mean), abs(value) * math.sqrt(parts[1]))
 
 
-def _change(one: Measured, place: Floats, theory: float) -> float:
-    """Variance of the logarithm of the ratio between a round and a place."""
-    along = DRIFT * math.log(theory / one.theory)
-    return along**2 + (SLIDE * float(np.linalg.norm(place - one.place))) ** 2
+def _changes(rounds: Sequence[Measured], place: Floats, theory: float) -> Floats:
+    """Covariance of the logarithms of the ratios of the rounds, less that of a place."""
+    along = DRIFT * np.array([math.log(theory / each.theory) for each in rounds])
+    apart = np.stack([place - each.place for each in rounds])
+    slopes = np.outer(along, along) + SLIDE**2 * (apart @ apart.T)
+    bends = (along**2 / DRIFT) ** 2 + (SLIDE * (apart**2).sum(axis=1)) ** 2
+    return np.asarray(slopes + np.diag(bends))

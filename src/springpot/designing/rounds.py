@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,8 @@ SPARE = 0.15  # errors beyond those that the wanted probability needs
 SHARE = 0.6  # of the wanted cost_rtol, for the error that is aimed at
 FINER, FINEST = 0.25, 1.0 / 16.0  # least rtol over that of the round before, and over the one that was given
 SMALLEST = 1e-4  # that a run takes
-NEAR = 0.5  # of the error, for the distance to the places that were simulated
+NEAR = 0.8  # of the error, for the distance to the places that were simulated
+HALVINGS = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,8 @@ class Searched:
         was.
     history : tuple of Round
         Those that were simulated.
-    factors : dict
-        Monte Carlo over theory of each quantity.
+    least : callable
+        The place of least cost within other limits, near a place.
     margin : float
         By how much the cost is above that at the limits themselves, relative to it.
     warnings : tuple of str
@@ -56,7 +58,7 @@ class Searched:
 
     best: Round
     history: tuple[Round, ...]
-    factors: dict[str, float]
+    least: Callable[[Sequence[Limit], Found | None], Found]
     margin: float
     warnings: tuple[str, ...]
 
@@ -103,28 +105,14 @@ class Plan:
         return each.probability >= self.wanted
 
     @property
+    def used(self) -> set[object]:
+        """The names of the quantities that are limited, or are the cost."""
+        return {*(limit.name for limit in self.limits), self.pilot.cost}
+
+    @property
     def wanted(self) -> float:
         """The probability of each limit."""
         return each_probability(self.probability, len(self.limits))
-
-    def least(
-        self, factors: dict[str, float], limits: Sequence[Limit] | None = None, near: Found | None = None
-    ) -> Found:
-        """The place of least cost, with theory times factors; near another place first, if one is given."""
-        limits = self.limits if limits is None else limits
-        if near is not None:
-            found = search(self.pilot, limits, near.u[None, :], factors, self.seed)
-            if found.excess <= CLOSE:
-                return found
-        return search(self.pilot, limits, self.places, factors, self.seed)
-
-    def inside(self, factors: dict[str, float], errors: dict[str, float], near: Found) -> Found:
-        """As `least`, so far inside the limits that errors of this size leave the wanted probability."""
-        from scipy import stats
-
-        away = float(stats.norm.ppf(self.wanted)) + SPARE
-        limits = [tightened(limit, away * errors[limit.name]) for limit in self.limits]
-        return self.least(factors, limits, near)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,44 +121,88 @@ class _Known:
 
     plan: Plan
     rounds: tuple[dict[str, Measured], ...] = ()
+    seen: dict[bytes, dict[str, Pooled]] = field(default_factory=dict)
 
-    @property
-    def factors(self) -> dict[str, float]:
-        """Monte Carlo over theory of each quantity, where it was measured last."""
-        if self.plan.exact or not self.rounds:
-            return {}
-        return {name: self.at(own.place)[name].factor for name, own in self.rounds[-1].items()}
+    def correct(self, u: Floats, theory: dict[str, float]) -> dict[str, float]:
+        """Quantities of a place, from those of theory there."""
+        if self.plan.exact or not self.rounds or not theory:
+            return theory
+        factors = {name: pool.factor for name, pool in self.at(u).items()}
+        return {name: value * factors.get(name, 1.0) for name, value in theory.items()}
+
+    def errors(self, u: Floats) -> dict[str, float]:
+        """Of the limited quantities at a place."""
+        return {limit.name: self.at(u)[limit.name].error for limit in self.plan.limits}
+
+    def least(
+        self,
+        limits: Sequence[Limit] | None = None,
+        near: Found | None = None,
+        errors: dict[str, float] | None = None,
+    ) -> Found:
+        """The place of least cost; near another place first, if one is given.
+
+        With errors, so far inside the limits that these leave the wanted probability.
+        """
+        plan = self.plan
+        limits = plan.limits if limits is None else limits
+        if errors is not None:
+            away = float(NormalDist().inv_cdf(plan.wanted)) + SPARE
+            limits = [tightened(limit, away * errors[limit.name]) for limit in limits]
+        if near is not None:
+            found = search(plan.pilot, limits, near.u[None, :], plan.seed, self.correct)
+            if found.excess <= CLOSE:
+                return found
+        return search(plan.pilot, limits, plan.places, plan.seed, self.correct)
 
     def at(self, u: Floats) -> dict[str, Pooled]:
-        """Every quantity at a place."""
-        theory = self.plan.pilot.at(u)
-        return {
-            name: pooled([each[name] for each in self.rounds], u, theory.get(name, math.nan), self.plan.exact)
-            for name in self.rounds[-1]
-        }
+        """Every quantity at a place; computed once."""
+        if (place := u.tobytes()) not in self.seen:
+            theory = self.plan.pilot.at(u)
+            self.seen[place] = {
+                name: pooled([each[name] for each in self.rounds], u, theory.get(name, math.nan), self.plan.exact)
+                for name in self.rounds[-1]
+            }
+        return self.seen[place]
 
-    def round_at(self, found: Found) -> Round:
-        """A round whose numbers were found, measured there or near it."""
-        plan, pools = self.plan, self.at(found.u)
-        last = self.rounds[-1] if all(np.array_equal(each.place, found.u) for each in self.rounds[-1].values()) else {}
+    def round_at(self, u: Floats) -> Round:
+        """A round at a place, measured there or near it."""
+        plan, pools, before = self.plan, self.at(u), _Known(self.plan, self.rounds[:-1])
+        last = self.rounds[-1] if all(np.array_equal(each.place, u) for each in self.rounds[-1].values()) else {}
+        numbers, theory = plan.pilot.space.values(u), plan.pilot.at(u)
+        expected = before.correct(u, theory) if last else self.correct(u, theory)
         values = {name: each.value for name, each in pools.items()}
         errors = {name: each.error for name, each in pools.items()}
         return Round(
-            found.values,
-            plan.pilot.at(found.u),
-            found.quantities,
+            numbers,
+            theory,
+            expected,
             {name: each.value for name, each in last.items()},
             {name: each.error for name, each in last.items()},
             values,
             errors,
-            cost_of(plan.pilot.cost, {**found.quantities, **values, **found.values}),
+            cost_of(plan.pilot.cost, {**expected, **values, **numbers}),
             tuple(promise_of(limit, values[limit.name], errors[limit.name]) for limit in plan.limits),
         )
 
-    def is_near(self, found: Found) -> bool:
-        """Whether a place is so close to those of the rounds that what they say of it has nearly the same error."""
-        pools = self.at(found.u)
-        return all(pools[limit.name].drift <= NEAR * pools[limit.name].error for limit in self.plan.limits)
+    def towards(self, start: Floats, end: Floats) -> Round | None:
+        """How far one may go from a simulated place to another so that the limits hold there; None if nowhere."""
+        low, high = 0.0, 1.0
+        if self.holds(end):
+            return self.round_at(end)
+        if not self.holds(start):
+            return None
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.holds(start + middle * (end - start)) else (low, middle)
+        return self.round_at(start + low * (end - start))
+
+    def holds(self, u: Floats) -> bool:
+        """Whether the limits hold at a place, and most of the error there is that of the rounds themselves."""
+        if not self.plan.pilot.at(u):
+            return False
+        used = [pool for name, pool in self.at(u).items() if name in self.plan.used]
+        return all(pool.drift <= NEAR * pool.error for pool in used) and self.plan.holds(self.round_at(u))
 
 
 def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Searched:
@@ -191,36 +223,36 @@ def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Sea
     ValueError
         If no numbers satisfy the limits.
     """
-    known, history, rtol, factors = _Known(plan), list[Round](), plan.rtol, dict[str, float]()
-    errors = {limit.name: 0.5 * rtol * abs(limit.bound) for limit in plan.limits}
+    known, history, rtol = _Known(plan), list[Round](), plan.rtol
     finest = max(FINEST * rtol, SMALLEST)
-    least = _possible(plan, {}, None)
-    found = inside if (inside := plan.inside({}, errors, least)).excess <= CLOSE else least
+    least = _possible(known, None)
+    inside = known.least(near=least, errors={limit.name: 0.5 * rtol * abs(limit.bound) for limit in plan.limits})
+    found = inside if inside.excess <= CLOSE else least
     ends: list[Round] = []
     for number in range(MOST_ROUNDS):
         simulation = measure(found, rtol, number)
         known = _Known(plan, (*known.rounds, simulation.quantities))
-        history.append(known.round_at(found))
+        history.append(known.round_at(found.u))
         if any(math.isnan(promise.probability) for promise in history[-1].promises):
             break
-        factors = known.factors
-        least = _possible(plan, factors, found) if plan.limits else found
-        errors = {limit.name: known.at(found.u)[limit.name].error for limit in plan.limits}
-        found = plan.inside(factors, errors, least) if plan.limits else found
-        near = found.excess <= CLOSE and known.is_near(found)
-        ends = [each for each in (history[-1], *([known.round_at(found)] if near else [])) if plan.holds(each)]
-        if ends and (rtol <= finest or min(_price(each.cost, least.cost) for each in ends) <= plan.cost_rtol):
+        errors, here = known.errors(found.u), found.u
+        least = _possible(known, found)
+        found = known.least(near=least, errors=errors)
+        ends = [each for each in (history[-1], known.towards(here, found.u)) if each is not None and plan.holds(each)]
+        if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= plan.cost_rtol:
             break
         above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
+        if ends and rtol <= finest and above > plan.cost_rtol:
+            break  # another run would not be precise enough either
         finer = min(max(_finer(plan, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
         rtol *= finer
         if finer < 1.0:  # where the next run will allow it to be
-            there = {name: finer * known.rounds[-1][name].error for name in errors}
-            closer = plan.inside(factors, {name: min(there[name], error) for name, error in errors.items()}, least)
+            there = {name: min(finer * known.rounds[-1][name].error, error) for name, error in errors.items()}
+            closer = known.least(near=least, errors=there)
             found = closer if closer.excess <= CLOSE else found
     held = ends or [each for each in history if plan.holds(each)]
     best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
-    return Searched(best, tuple(history), factors, max(_price(best.cost, least.cost), 0.0), simulation.warnings)
+    return Searched(best, tuple(history), known.least, max(_price(best.cost, least.cost), 0.0), simulation.warnings)
 
 
 def _price(cost: float, least: float) -> float:
@@ -228,10 +260,10 @@ def _price(cost: float, least: float) -> float:
     return (cost - least) / abs(least) if least != 0.0 else math.inf if cost > least else 0.0
 
 
-def _possible(plan: Plan, factors: dict[str, float], near: Found | None) -> Found:
-    least = plan.least(factors, near=near)
+def _possible(known: _Known, near: Found | None) -> Found:
+    least = known.least(near=near)
     if least.excess > CLOSE:
-        raise ValueError(impossible(plan.limits, least))
+        raise ValueError(impossible(known.plan.limits, least))
     return least
 
 

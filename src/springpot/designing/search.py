@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from springpot.designing.statement import Cost, Limit, Space, cost_of
 
-__all__ = ["Found", "Model", "search"]
+__all__ = ["Correct", "Found", "Model", "search"]
 
 Floats = NDArray[np.float64]
+Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
+"""What is known of quantities at a place, from those of a model there."""
 
 STARTS = 3
 CLOSE = 1e-5  # excess of a limit that is still taken as held
@@ -48,7 +50,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Quantities of free numbers, corrected by factors.
+    """Quantities of free numbers that are quick to compute.
 
     Attributes
     ----------
@@ -76,15 +78,16 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """One search: a model with factors and limits."""
+    """One search: a model with its corrections, and limits."""
 
     model: Model
     limits: Sequence[Limit]
-    factors: Mapping[str, float]
+    correct: Correct
     logarithmic: bool
 
     def corrected(self, u: Floats) -> dict[str, float]:
-        return {name: value * self.factors.get(name, 1.0) for name, value in self.model.at(u).items()}
+        u = np.clip(u, 0.0, 1.0)
+        return self.correct(u, self.model.at(u))
 
     def whole_cost(self, u: Floats) -> float:
         found = self.corrected(u)
@@ -115,7 +118,13 @@ class _Task:
         return Found(u, self.model.space.values(u), self.corrected(u), self.whole_cost(u), self.worst(u), how)
 
 
-def search(model: Model, limits: Sequence[Limit], places: Floats, factors: Mapping[str, float], seed: int) -> Found:
+def search(
+    model: Model,
+    limits: Sequence[Limit],
+    places: Floats,
+    seed: int,
+    correct: Correct = lambda u, known: known,
+) -> Found:
     """The place of least cost at which the limits hold, or the one at which they are missed by least.
 
     Sequential quadratic programming (SLSQP of SciPy) from the best of the given places; differential evolution where
@@ -126,22 +135,22 @@ def search(model: Model, limits: Sequence[Limit], places: Floats, factors: Mappi
     model : Model
     limits : sequence of Limit
     places : ndarray, shape (n, numbers)
-    factors : dict
-        By which a quantity is multiplied.
     seed : int
+    correct : callable
+        From a place and the model's quantities there to what is known of them.
 
     Examples
     --------
     >>> from springpot.arguments import Free
     >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
     >>> model = Model(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
-    >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), {}, 1)
+    >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), 1)
     >>> round(found.cost, 3)
     5.0
     """
-    costs = [_Task(model, limits, factors, logarithmic=False).whole_cost(place) for place in places]
+    costs = [_Task(model, limits, correct, logarithmic=False).whole_cost(place) for place in places]
     finite = [cost for cost in costs if math.isfinite(cost)]
-    task = _Task(model, limits, factors, logarithmic=bool(finite) and min(finite) > 0.0)
+    task = _Task(model, limits, correct, logarithmic=bool(finite) and min(finite) > 0.0)
     answered = [place for place, cost in zip(places, costs, strict=True) if math.isfinite(cost)]
     ranked = sorted(answered, key=lambda u: (max(task.worst(u), 0.0), task.cost(u)))
     ends = [task.found(u, "screening") for u in ranked[:1]]
