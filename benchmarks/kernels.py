@@ -14,7 +14,7 @@ from benchmarks.measure import Row, best_cpu
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator
 from springpot.simulation import compose
-from springpot.simulation.kernel import COLUMNS, Memory, State, Sums, _remember, _sweep, block
+from springpot.simulation.kernel import COLUMNS, Memory, _remember, block
 from springpot.simulation.lanes import GROUP, LANES, f32, stack_array
 from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import NO_OBSERVERS
@@ -22,6 +22,7 @@ from springpot.simulation.parts import Forcing
 from springpot.simulation.random import draw, key_words
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
+from springpot.simulation.steps import State, Struck, Sums, sweep_lanes
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
@@ -109,6 +110,7 @@ def _sweep_only(sweep, memory, x, v, groups):
     seen = State(_four(quick), _four(quick))
     terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
     none = _state(quick)  # white noise and a rigid wall keep nothing beside the sums
+    struck = Struck(none, none, none, none, none, none, none, none)  # for a sweep with impacts
     forcing = Forcing(none, none, none, none, g, g)
     for i in range(2 * GROUP * LANES):
         d[i] = zero
@@ -119,7 +121,7 @@ def _sweep_only(sweep, memory, x, v, groups):
         begun.x[lane], begun.v[lane] = x, v
     least = quick
     for n in range(groups):
-        _sweep(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, seen, terms, True)
+        sweep_lanes(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, seen, struck, terms, True, False)
         for lane in range(LANES):
             begun.x[lane] += change.x[lane]
             begun.v[lane] += change.v[lane]

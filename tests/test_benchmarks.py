@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import pkgutil
 
+import benchmarks
 import numpy as np
 import pytest
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, is_time, needed, section_of
@@ -11,6 +14,13 @@ from benchmarks.equal_error_report import draw_times, lead
 from benchmarks.measure import Row
 from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.report import joined, page
+
+
+def test_every_module_finds_what_it_takes_from_the_library() -> None:
+    names = {module.name for module in pkgutil.iter_modules(benchmarks.__path__)} - {"__main__"}
+    assert len(names) > 10
+    for name in names:
+        importlib.import_module(f"benchmarks.{name}")
 
 
 def _at(step: float, bias: float, error: float = 0.0) -> AtStep:
