@@ -78,8 +78,12 @@ def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
 
 
 def _own(t: float, x: float, v: float) -> float:
-    """The force of two dampers, of x and v, and no number far away; one function of one name, so compiled once."""
-    return -0.5 * (x * x - 1.0) * v - 0.4 * v**3 if abs(x) < 1e3 else math.nan
+    """The force of two dampers, of x and v, and no number far away; one function of one name, so compiled once.
+
+    It makes an array, which the code around it never does.
+    """
+    forces = np.array([-0.5 * (x * x - 1.0) * v, -0.4 * v**3])
+    return forces.sum() if abs(x) < 1e3 else math.nan
 
 
 def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:

@@ -27,7 +27,9 @@ from springpot.simulation.lanes import (
     UNCOUNTED,
     f32,
     f64,
+    no,
     stack_array,
+    yes,
 )
 from springpot.simulation.linking import OptimisedOnce
 from springpot.simulation.observers import Accumulators, show_steps
@@ -214,15 +216,15 @@ def block(
             direct = crowded and not (cut or marked)
             if direct:
                 sweep_lanes(
-                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, True, True
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, yes(), yes()
                 )
             elif within or shown:
                 sweep_lanes(
-                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, True, False
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, yes(), no()
                 )
             else:
                 sweep_lanes(
-                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, False, False
+                    sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, no(), no()
                 )
             if shown:
                 for i in range(GROUP * LANES):

@@ -17,7 +17,8 @@ from springpot.simulation.linking import WithoutMachineCode
 
 __all__ = [
     "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "i32", "stack_array", "typed", "u32", "u64",
+    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "i32", "no", "stack_array", "typed",
+    "u32", "u64", "yes",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -71,6 +72,18 @@ def typed(typing_context, number, like):
         return context.cast(builder, args[0], signature.args[0], like)
 
     return like(number, like), codegen
+
+
+@intrinsic
+def yes(typing_context):
+    """True, but not as a type of its own: code that is told so is typed once and specialised when it is optimised."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, True)
+
+
+@intrinsic
+def no(typing_context):
+    """False, as ``yes``."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, False)
 
 
 @intrinsic

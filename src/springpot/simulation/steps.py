@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, typed
+from springpot.simulation.lanes import INLINE, LANES, no, typed, yes
 from springpot.simulation.parts import bounce, clearance, damp, drift, kick, meet, push, slots
 
 __all__ = ["State", "Struck", "Sums", "replay", "sweep_lanes"]
@@ -62,7 +62,7 @@ def _known_forces(m, p, h, d, lane):
 @njit(**INLINE)
 def _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, watched):
     """The kick of one step of one lane: change of the velocity, force of springpots and dashpots, mean velocity."""
-    before = damp(load, 0, n, x, v, forcing, lane, weight, False)
+    before = damp(load, 0, n, x, v, forcing, lane, weight, no())
     damped = v + before
     noise, force = push(load, 0, n, x, damped, typed(g[at], x), forcing, at, lane, weight)
     impulse, pull = kick(scheme, x, damped, typed(memory_force, x), noise + force)
@@ -70,7 +70,7 @@ def _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, wat
     if watched:
         for slot in range(slots(load)):
             forcing.works[slot * LANES + lane] += weight * middle * forcing.impulses[slot * LANES + lane]
-    after = damp(load, 0, n, x, damped + impulse, forcing, lane, weight, True)
+    after = damp(load, 0, n, x, damped + impulse, forcing, lane, weight, yes())
     return before + impulse + after, pull, middle
 
 
@@ -181,7 +181,8 @@ def _put(terms, lane, sums):
 @njit(**INLINE)
 def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, sums, lane):
     """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
-    change, pull, middle = _kick(parts.scheme, parts.load, n, x, v, memory_force, g, forcing, at, lane, counts[0], True)
+    scheme, load, weight = parts.scheme, parts.load, counts[0]
+    change, pull, middle = _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, yes())
     x_seen, v_seen, x_next, v_next = bounce(
         parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
     )

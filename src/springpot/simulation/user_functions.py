@@ -36,4 +36,4 @@ def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
         njit(signature)(plain)
     except (NumbaError, UnsupportedBytecodeError, TypeError) as reason:
         raise ValueError(f"{what} that Numba cannot compile: {cause_of(reason)}") from None
-    return njit(**INLINE)(plain)
+    return njit(**{**INLINE, "_nrt": True})(plain)  # it may make arrays
