@@ -2,9 +2,8 @@
 
 The start is stationary.  Pairs of paths at a step 2 h and at h with the same noise measure what the step does: with a
 scheme of order p their mean difference D leaves the bias D 2^(-n p) / (2^p - 1) at the step h / 2^n.  The values come
-from paths at such a finer step, which costs little: behind a wall most of the time of a path goes into its impacts.  So
-the noise of D counts for a small part only.  The order is known within a range; the middle of the range of the bias is
-added to the value, and its half is the bound.
+from paths at such a finer step, so that the noise of D counts for a small part only.  The order is known within a
+range; the middle of the range of the bias is added to the value, and its half is the bound.
 
 Multilevel Monte Carlo (Giles, Acta Numerica 24, 2015) would sum differences over the levels instead.  That does not pay
 here: impacts soon separate two paths with the same noise, so that a difference has a third of the variance or more.
