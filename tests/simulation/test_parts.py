@@ -17,10 +17,10 @@ from springpot.simulation.forces import only_pushes
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras, push
 from springpot.simulation.restitution import Fixed
+from springpot.simulation.rigid_wall import fly
 from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.statistics import standard_error
-from springpot.simulation.walls import fly
 from tests.simulation.problems import oscillator
 
 

@@ -10,8 +10,8 @@ import springpot as sp
 from springpot.simulation.lanes import LANES
 from springpot.simulation.observers import NO_OBSERVERS, Accumulators
 from springpot.simulation.restitution import Fixed
+from springpot.simulation.rigid_wall import fly
 from springpot.simulation.single_impacts import flight
-from springpot.simulation.walls import fly
 from springpot.theory import exact
 
 FREQUENCY = 1.7

@@ -27,8 +27,8 @@ from springpot.simulation.settings import resolve
 from springpot.simulation.simulation import simulation_of
 from springpot.simulation.system_scales import system_scales
 from springpot.simulation.system_warnings import step_biases_of_system
+from springpot.simulation.two_walls import Pair, fly_between
 from springpot.simulation.units import Units
-from springpot.simulation.walls import Pair, fly_between
 
 from .problems import assert_agrees
 from .systems import boltzmann, circuit, filtered, poisson_fourth_moment, rates_of_walls, white

@@ -1,0 +1,143 @@
+"""Soft contacts in the kernel, with or without rigid walls behind them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array
+from springpot.simulation.no_wall import NoWall
+from springpot.simulation.observers import add_impacts
+from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras
+from springpot.simulation.two_walls import (
+    Pair,
+    add_to,
+    bounce_between,
+    clearance_between,
+    fly_between,
+    half_step_between,
+    strike,
+)  # fmt: skip
+
+__all__ = ["Soft"]
+
+Floats = npt.NDArray[np.float64]
+
+_by_contact = stack_array(MOST_CONTACTS)
+
+
+class Soft(NamedTuple):
+    """Soft contacts, and perhaps rigid walls behind them; they are advanced in short steps of their own.
+
+    The sums kept are those of the rigid walls, work done on the mass, time in contact, largest penetration, and of each
+    contact impacts, speeds, squares, dissipated energy and momentum.
+    """
+
+    low: float  # what is touched first on either side, infinitely far where there is nothing
+    high: float
+    rigid: Any  # Pair or NoWall
+    contacts: Floats  # five numbers of each: place, direction of its force, stiffness, exponent, dissipation
+    substeps: int  # of half a step
+
+
+@answers(extras, Soft)
+def _extras_of_soft(wall):
+    return extras(wall.rigid) + 3 + 5 * (wall.contacts.size // 5)
+
+
+@answers(begin, Splitting, Soft)
+def _begin_soft(scheme, wall, x, v, early, accumulators, lane, weight):
+    x, v = half_step_between(scheme, wall, x, v, accumulators, lane, weight)
+    return x + early, v
+
+
+@answers(strike, Soft)
+def _strike_soft(wall, scheme, x, v, accumulators, lane, weight):
+    return _push_through(wall, scheme.frequency, x, v, 0.5 * scheme.step, accumulators, lane, weight)
+
+
+def travel(
+    rigid: Any, frequency: Any, x: Any, v: Any, c: Any, s: Any, accumulators: Any, lane: Any, weight: Any
+) -> Any:
+    """Compiled code only: flight over a phase of cosine ``c`` and sine ``s`` behind soft contacts."""
+    raise NotImplementedError
+
+
+@answers(travel, NoWall)
+def _travel_freely(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+    return c * x + s / frequency * v, c * v - s * frequency * x
+
+
+@answers(travel, Pair)
+def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+    xn, vn = c * x + s / frequency * v, c * v - s * frequency * x
+    near = 2.0 * s * s  # a short flight leaves the line between its ends by less than this part of x
+    if min(x, xn) > rigid.low + near * abs(rigid.low) and max(x, xn) < rigid.high - near * abs(rigid.high):
+        return xn, vn
+    return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
+
+
+@njit(**LINKED)
+def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
+    """Half a step in ``substeps`` of exact flight, contacts, exact flight.  An impact is the first touch."""
+    square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
+    energy = v * v + square * x * x
+    short = time / wall.substeps
+    forces = _by_contact(0.0)
+    c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
+    for _ in range(wall.substeps):
+        before, first = x, v * v + square * x * x
+        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+        pushed, damped, deepest = 0.0, 0.0, 0.0
+        for n in range(count):
+            depth, force = _force_of_contact(wall.contacts, n, x, short)
+            forces[n] = force
+            pushed += wall.contacts[5 * n + 1] * force
+            damped += 0.5 * force * wall.contacts[5 * n + 4]
+            deepest = max(deepest, depth)
+        if deepest > 0.0:
+            later = (v * (1.0 - damped) + pushed) / (1.0 + damped)
+            middle = 0.5 * (v + later)
+            v = later
+            for n in range(count):
+                force = forces[n]
+                place = (own + 6 + 5 * n) * LANES + lane
+                viscous = force * wall.contacts[5 * n + 4] * middle
+                accumulators.extras[place] += weight * viscous * middle
+                accumulators.extras[place + LANES] += weight * (force - wall.contacts[5 * n + 1] * viscous)
+            accumulators.extras[(own + 1) * LANES + lane] += weight * short
+            if weight > 0.0:
+                place = (own + 2) * LANES + lane
+                accumulators.extras[place] = max(accumulators.extras[place], deepest)
+        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+        last = v * v + square * x * x
+        for n in range(count):
+            place, away = wall.contacts[5 * n], wall.contacts[5 * n + 1]
+            if away * (x - place) < 0.0 <= away * (before - place):
+                # the speed there by the energy of the flight towards it, in which another contact may take part
+                joint = deepest > away * (place - x)
+                there = first + (last - first) * (place - before) / (x - before) if joint else first
+                speed = math.sqrt(max(there - square * place * place, 0.0))
+                add_impacts(accumulators, lane, weight, 1.0, speed)
+                add_to(accumulators, own + 3 + 5 * n, lane, weight, 1.0, speed)
+    accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - energy)
+    return x, v
+
+
+@njit(**INLINE)
+def _force_of_contact(contacts, n, x, short):
+    """Depth of contact ``n``, and the impulse of its elastic force in a short step."""
+    depth = contacts[5 * n + 1] * (contacts[5 * n] - x)
+    if depth <= 0.0:
+        return 0.0, 0.0
+    exponent = contacts[5 * n + 3]
+    force = depth if exponent == 1.0 else depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
+    return depth, short * contacts[5 * n + 2] * force
+
+
+answers(clearance, Splitting, Soft)(clearance_between)
+answers(bounce, Splitting, Soft)(bounce_between)
