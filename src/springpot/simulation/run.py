@@ -6,6 +6,7 @@ import platform
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -503,6 +504,12 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
         "collapses": int(rows[:, COLUMNS.index("collapses")].sum()),
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
-        "versions": {name: version(name) for name in ("springpot", "numba", "llvmlite", "numpy")}
-        | {"python": platform.python_version()},
+        "versions": dict(_versions()),
     }
+
+
+@cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    """Names and versions of what a run's numbers depend on; reading them takes as long as a short run."""
+    ours = tuple((name, version(name)) for name in ("springpot", "numba", "llvmlite", "numpy"))
+    return *ours, ("python", platform.python_version())
