@@ -15,8 +15,9 @@ help:  ## list the targets
 $(UV):
 	python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .tools "uv>=0.8"
 
+# without --compile-bytecode: of all that is installed a tenth is ever imported, and its bytecode is kept then
 .venv/.made: pyproject.toml uv.lock | $(UV)
-	$(UV) sync --quiet --locked --compile-bytecode
+	$(UV) sync --quiet --locked
 	@touch $@
 
 setup: .venv/.made  ## make the environment
@@ -34,18 +35,18 @@ style: setup
 types: setup
 	$(RUN)/mypy
 
-# kernels first, for each of the processes that test would compile them for itself; then all beside each other, since
-# the page's tests often wait for the browser, others for a signal or a worker, and mypy has one thread
-test: style kernels  ## style, types, spelling and the everyday tests
+# kernels before tests, for each of the processes that test would compile them for itself; else all beside each other,
+# since the page's tests often wait for the browser, others for a signal or a worker, and mypy has one thread
+test: style  ## style, types, spelling and the everyday tests
 	@$(MAKE) --no-print-directory --jobs=3 types test-page test-rest
 
 kernels: setup
 	@$(RUN)/python -m tests.kernels
 
-test-page: setup
+test-page: kernels
 	$(RUN)/pytest --quiet -m "not validation" tests/explorer
 
-test-rest: setup
+test-rest: kernels
 	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal
 
 validate: setup  ## the tests that take longer
