@@ -9,20 +9,26 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 
 import springpot as sp
+from springpot.simulation import run  # here, so that one process makes the bytecode that both need
+from tests.simulation.systems import AWAY, NEARLY_LINEAR, of_many_kinds
 
 SINGLE, DOUBLE = 1e-6, 1e-9  # relative errors of the memory, and with them its precision
+FREE, QUIET = sp.Oscillator(barrier=None), sp.Oscillator(excitation=sp.WhiteNoise(0.0))
+FEW = sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
 KINDS = (
-    ("default", sp.Barrier(), SINGLE), ("default", sp.Barrier(), DOUBLE),
-    ("default", None, SINGLE), ("default", None, DOUBLE),
-    ("grunwald", sp.Barrier(), SINGLE),
-    ("grunwald", None, SINGLE), ("grunwald", None, DOUBLE),
+    # the longest first
+    (of_many_kinds(*FEW), "default", SINGLE),
+    (sp.System(*FEW, NEARLY_LINEAR, *AWAY, sp.ColouredNoise(1.0, 0.5)), "default", SINGLE),
+    (sp.System(*FEW, NEARLY_LINEAR, *AWAY), "default", SINGLE),
+    (sp.Oscillator(), "default", SINGLE), (sp.Oscillator(), "default", DOUBLE), (QUIET, "default", SINGLE),
+    (FREE, "default", SINGLE), (FREE, "default", DOUBLE),
+    (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),
 )  # fmt: skip
 
 
-def compiled(scheme: str, barrier: sp.Barrier | None, tolerance: float) -> None:
+def compiled(problem: sp.Oscillator | sp.System, scheme: str, tolerance: float) -> None:
     """Have the kernel for one kind of problem."""
-    oscillator = sp.Oscillator(barrier=barrier)
-    sp.run(oscillator, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
+    run(problem, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
 
 
 if __name__ == "__main__":

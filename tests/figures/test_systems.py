@@ -9,6 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot import figures
+from tests.simulation.systems import of_many_kinds
 
 
 @cache
@@ -37,7 +38,7 @@ def test_both_walls_and_the_impacts_on_each(draw) -> None:
 
 
 def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
-    stop = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
+    stop = of_many_kinds(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
     axes = figures.path(sp.run(stop, paths=1, duration=20.0, step=0.02, start="rest", record=1))
     lines = {line.get_label(): line for line in axes.get_lines()}
     assert lines["contact"].get_linestyle() == "--"

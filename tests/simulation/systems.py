@@ -1,17 +1,43 @@
-"""Exact laws of systems, by quadrature: what the tests of systems compare with."""
+"""Systems that share a kernel, and their exact laws, by quadrature: what the tests of systems compare with.
+
+Each combination of kinds of parts takes some ten seconds to compile.  So parts that a test does not need are there with
+hardly any strength, or far away; ``tests/kernels.py`` compiles these two kernels.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import integrate
 
+import springpot as sp
 from springpot.parts import Circuit
 
-__all__ = ["boltzmann", "filtered", "poisson_fourth_moment", "rates_of_walls"]
+__all__ = [
+    "AWAY", "NEARLY_LINEAR", "boltzmann", "circuit", "filtered", "of_many_kinds", "poisson_fourth_moment",
+    "rates_of_walls", "white",
+]  # fmt: skip
+
+NEARLY_LINEAR = sp.PolynomialSpring((0.0, 0.0, 1e-12))
+AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, side="below")
+
+_HARDLY_ANY = (
+    sp.ParametricNoise(1e-14), sp.VanDerPol(1e-14), sp.PolynomialDashpot((0.0, 0.0, 1e-14)),
+    sp.PoissonImpulses(0.5, 2e-14), sp.Harmonic(0.0, 1.2), sp.Contact(200.0, 50.0, side="below"), sp.Barrier(-300.0),
+)  # fmt: skip
+
+
+def of_many_kinds(*parts: Any) -> sp.System:
+    """A system of these parts and hardly any of every kind of force and wall that is not among them."""
+    kinds = tuple(type(part) for part in _HARDLY_ANY)
+    rest = [part for part in parts if not isinstance(part, kinds)]
+    for faint in _HARDLY_ANY:
+        rest += [part for part in parts if isinstance(part, type(faint))] or [faint]
+    return sp.System(*rest)
 
 
 def boltzmann(

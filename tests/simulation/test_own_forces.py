@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import springpot as sp
+from tests.simulation.systems import of_many_kinds
 from tests.sizes import validation
 
 NOISE = sp.WhiteNoise(1.0)
@@ -87,14 +88,11 @@ def _own(t: float, x: float, v: float) -> float:
 
 
 def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
-    """Of x and v, with a mass, against the parts themselves: the same noise gives nearly the same paths.
-
-    The wall is never struck: with it the parts are of a kind that another test compiles too.
-    """
+    """Of x and v, with a mass, against the parts themselves: the same noise gives nearly the same paths."""
     given = {"paths": 1024, "step": 0.02, "duration": 40.0, "window": (10.0, 40.0), "start": "rest"}
     plain = sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(1.0), sp.WhiteNoise(4.0)
     own = sp.System(*plain, magnet=sp.Force(_own))
-    parts = sp.System(*plain, sp.VanDerPol(0.5), sp.PolynomialDashpot((0.0, 0.0, 0.4)), sp.Barrier(-50.0))
+    parts = of_many_kinds(*plain, sp.VanDerPol(0.5), sp.PolynomialDashpot((0.0, 0.0, 0.4)))
     one, other = sp.run(own, **given), sp.run(parts, **given)
     for name in ("x_mean_square", "v_mean_square", "damping_power"):
         assert one.values[name] == pytest.approx(other.values[name], rel=1e-3)

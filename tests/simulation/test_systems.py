@@ -1,7 +1,6 @@
 """Monte Carlo of systems of parts: exact laws, energy, and the same bits however a run is made.
 
-Four kernels serve all tests of this module, since each combination of kinds of parts takes seconds to compile: parts
-that a test does not need are there with hardly any strength.
+Two kernels serve all tests of this module, since each combination of kinds of parts takes seconds to compile.
 """
 
 from __future__ import annotations
@@ -31,14 +30,22 @@ from springpot.simulation.two_walls import Pair, fly_between
 from springpot.simulation.units import Units
 
 from .problems import assert_agrees
-from .systems import boltzmann, circuit, filtered, poisson_fourth_moment, rates_of_walls, white
+from .systems import (
+    AWAY,
+    NEARLY_LINEAR,
+    boltzmann,
+    circuit,
+    filtered,
+    of_many_kinds,
+    poisson_fourth_moment,
+    rates_of_walls,
+    white,
+)
 
 SPRING, WHITE = sp.Spring(1.0), WhiteNoise(1.0)
 DUFFING = sp.PolynomialSpring((0.0, 0.1, 1.0))
 WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
 FAINT = sp.ColouredNoise(1e-20, 1.0)
-NEARLY_LINEAR = sp.PolynomialSpring((0.0, 0.0, 1e-12))
-AWAY = sp.Barrier(-200.0), sp.Barrier(200.0, side="below")
 
 
 def duffing(x: np.ndarray) -> np.ndarray:
@@ -160,7 +167,7 @@ def test_van_der_pol_and_rayleigh_with_a_wall() -> None:
         "x_mean": 0.46633, "x_mean_square": 0.56726, "v_mean_square": 0.80043, "impact_rate": 0.21474,
         "impact_speed_mean": 1.08581,
     }  # fmt: skip
-    check(sp.System(SPRING, *parts), exact, paths=10_000)
+    check(of_many_kinds(SPRING, *parts), exact, paths=10_000)
 
 
 # --- soft contacts ----------------------------------------------------------------------------------------------------
@@ -172,7 +179,7 @@ def test_van_der_pol_and_rayleigh_with_a_wall() -> None:
 )
 def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
     exact = dict(zip(("x_mean", "x_mean_square"), known, strict=True)) | {"v_mean_square": 1.0}
-    check(sp.System(SPRING, sp.Dashpot(0.5), contact, WHITE), exact, sharp=0.02)
+    check(of_many_kinds(SPRING, sp.Dashpot(0.5), contact, WHITE), exact, sharp=0.02)
 
 
 @pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937476), (0.6, 0.711950)])
@@ -181,7 +188,7 @@ def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
 def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: float, side: Any) -> None:
     """chi v (1 + e) = ln[(1 + chi v) / (1 - chi v e)], for any exponent and stiffness."""
     sign = 1.0 if side == "above" else -1.0
-    system = sp.System(sp.Spring(1e-6), sp.Contact(0.0, 100.0, exponent, chi, side), WhiteNoise(0.0))
+    system = of_many_kinds(sp.Spring(1e-6), sp.Contact(0.0, 100.0, exponent, chi, side), WhiteNoise(0.0))
     found = sp.run(
         system, paths=1, duration=3.0, step=0.05, start="rest", initial_position=0.4 * sign, initial_velocity=-sign
     )
@@ -194,7 +201,7 @@ def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: fl
 def all_at_once(
     pot: Any, white: float = 1e-14, parametric: float = 1e-14, impulses: float = 1e-14, force: float = 0.0
 ) -> sp.System:
-    return sp.System(
+    return of_many_kinds(
         SPRING, pot, WhiteNoise(white), sp.ParametricNoise(parametric), sp.PoissonImpulses(0.5, 2.0 * impulses),
         sp.Harmonic(force, 1.2),
     )  # fmt: skip
@@ -247,10 +254,10 @@ KINDS = {
         SPRING, DUFFING, sp.Barrier(-0.5, 0.7), sp.Barrier(1.2, 0.8, "below"), sp.Springpot(0.6, 0.4),
         sp.FilteredNoise(3.0, 0.4, 1.0), WHITE,
     ),
-    "dampers": sp.System(
+    "dampers": of_many_kinds(
         SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.1, 0.3)), sp.Barrier(-0.5, 0.8), WhiteNoise(0.5)
     ),
-    "contact": sp.System(SPRING, sp.Springpot(0.5, 0.4), sp.Contact(-0.2, 50.0, 1.5, 0.2), WHITE),
+    "contact": of_many_kinds(SPRING, sp.Springpot(0.5, 0.4), sp.Contact(-0.2, 50.0, 1.5, 0.2), WHITE),
     "all": all_at_once(sp.Springpot(0.5, 0.6), white=0.2, parametric=0.1, impulses=0.5, force=0.8),
 }  # fmt: skip
 

@@ -88,7 +88,9 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     Examples
     --------
     >>> import springpot as sp
-    >>> slot = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.Barrier(-1.0), sp.Barrier(2.0, side="below"))
+    >>> walls = sp.Barrier(-1.0), sp.Barrier(2.0, side="below")
+    >>> hardening = sp.PolynomialSpring((0.0, 0.0, 0.2))
+    >>> slot = sp.System(sp.Spring(1.0), hardening, sp.Dashpot(0.1), sp.WhiteNoise(1.0), *walls)
     >>> [wall.position for wall in walls_of(as_dataset(sp.run(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """

@@ -461,7 +461,8 @@ def simulate(
     A system in SI units, and the power that each of its two walls takes:
 
     >>> walls = sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8, side="below")
-    >>> device = sp.System(sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3), *walls)
+    >>> springs = sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5))
+    >>> device = sp.System(sp.Mass(0.2), *springs, sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3), *walls)
     >>> dataset = sp.simulate(device, paths=200, duration=10.0)
     >>> dataset["barrier_power"].units, bool((dataset["barrier_power"] > 0.0).all())
     ('W', True)
