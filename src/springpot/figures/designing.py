@@ -41,10 +41,10 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
     --------
     >>> import springpot as sp
     >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
-    >>> device = sp.System(sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
-    >>> found = sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1)
-    >>> design_curve(found.curve(limits=[0.1, 0.2, 0.4]), found).get_xlabel()
-    'limit of impact rate (s$^{-1}$)'
+    >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
+    >>> found = sp.design(device, minimise="c", subject_to={"x_mean_square": (None, 0.4)}, rtol=0.1)
+    >>> design_curve(found.curve(limits=[0.2, 0.4, 0.8]), found).get_xlabel()
+    'limit of x mean square (m$^{2}$)'
     """
     drawn = panel(axes)
     order = np.argsort(curve.limits)

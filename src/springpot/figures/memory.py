@@ -58,7 +58,11 @@ def even_spacing_terms(tolerance: float, ratio: float) -> float:
     return -math.log(tolerance) * math.log(ratio) / math.pi**2
 
 
-def terms_against_tolerance(axes: Axes | None = None) -> Axes:
+def terms_against_tolerance(
+    axes: Axes | None = None,
+    *,
+    tolerances: Sequence[float] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
+) -> Axes:
     """Draw the number of terms of t^(-alpha) over six decades of lags against the tolerance.
 
     Full lines and filled marks are the sums used here, dashed lines and hollow marks McLean's, and the dotted line is
@@ -68,18 +72,25 @@ def terms_against_tolerance(axes: Axes | None = None) -> Axes:
     ----------
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if not given.
+    tolerances : sequence of float
+        Relative errors allowed, in [1e-13, 0.1].
 
     Returns
     -------
     matplotlib.axes.Axes
 
+    Raises
+    ------
+    ValueError
+        If a tolerance is out of its range.
+
     Examples
     --------
-    >>> terms_against_tolerance().get_ylabel()
-    'Number of exponentials'
+    >>> axes = terms_against_tolerance(tolerances=[1e-2, 1e-3])
+    >>> [int(terms) for terms in axes.lines[0].get_ydata()]  # at order 0.25
+    [8, 11]
     """
     axes = panel(axes, 6.0, 4.2)
-    tolerances = 10.0 ** -np.arange(2.0, 10.1, 1.0)
     for order, (colour, mark) in _ORDERS.items():
         ours = [power_law_sum(order, 1e-3, 1e3, float(eps)).rates.size for eps in tolerances]
         theirs = [mclean("power", order, 1e6, float(eps))[0].size for eps in tolerances]
