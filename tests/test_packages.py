@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -22,19 +23,20 @@ def modules() -> dict[str, Path]:
     return {name.removesuffix(".__init__"): file for file, name in files.items()}
 
 
+def statements(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
+    """Every statement, at the top or within others, but for those for types only; expressions import nothing."""
+    for node in body:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        yield node
+        for field in ("body", "orelse", "handlers", "finalbody", "cases"):
+            yield from statements(getattr(node, field, ()))
+
+
 def imports(file: Path, known: dict[str, Path]) -> set[str]:
     """Modules of the library that a file imports, at its top or inside a function; not those for types only."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    for_types = {
-        id(node)
-        for block in ast.walk(tree)
-        if isinstance(block, ast.If) and "TYPE_CHECKING" in ast.unparse(block.test)
-        for node in ast.walk(block)
-    }
     found: set[str] = set()
-    for node in ast.walk(tree):
-        if id(node) in for_types:
-            continue
+    for node in statements(ast.parse(file.read_text(encoding="utf-8")).body):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
