@@ -181,6 +181,8 @@ def test_an_orderly_end_whatever_hangs_on_the_server() -> None:
                 asking.say(kind="problem", generation=generation, order=0.3 + 0.01 * generation, paths=100_000)
         begun = time.monotonic()
         started.process.send_signal(signal.SIGINT)
+        with pytest.raises(ConnectionClosed):
+            tabs[0].count(20.0)
         out, err = started.process.communicate(timeout=30)
         assert time.monotonic() - begun < 10.0
     assert started.process.returncode == 130

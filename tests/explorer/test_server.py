@@ -313,7 +313,7 @@ def test_a_pause_stops_time_and_paths(server: Server) -> None:
 @pytest.mark.parametrize(
     ("busy", "sent"),
     [
-        (True, signal.SIGINT), validation(True, signal.SIGTERM),
+        validation(True, signal.SIGINT), validation(True, signal.SIGTERM),
         validation(False, signal.SIGINT), (False, signal.SIGTERM),
     ],
 )

@@ -115,7 +115,7 @@ def test_numbers_out_of_range_are_refused(arguments: tuple[float, ...]) -> None:
         power_law_sum(*arguments)
 
 
-@pytest.mark.parametrize(("tolerance", "most"), [(1e-3, 14), (1e-6, 24), (1e-8, 33)])
+@pytest.mark.parametrize(("tolerance", "most"), [(1e-3, 14), (1e-6, 24), validation(1e-8, 33)])
 def test_number_of_terms(tolerance: float, most: int) -> None:
     for family in FAMILIES:
         for order in (0.25, 0.5, 0.75):

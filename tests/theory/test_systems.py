@@ -502,7 +502,7 @@ def test_two_wells_beside_far_roots_are_seen() -> None:
     assert linearisation(one_flat).x_mean_square > 0.0
 
 
-@pytest.mark.parametrize("power", [1, 3, 5, 7, 9])
+@pytest.mark.parametrize("power", [1, 3, validation(5), validation(7), 9])
 @pytest.mark.parametrize("linear_stiffness", [1e-9, 1e-3])
 def test_a_spring_far_from_linear_warns_by_how_much(power: int, linear_stiffness: float) -> None:
     parts = sp.Spring(linear_stiffness), sp.PolynomialSpring((0.0,) * (power - 1) + (1.0,)), DASHPOT, WHITE
