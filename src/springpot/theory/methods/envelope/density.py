@@ -237,13 +237,18 @@ class Portrait:
         fall = self.balance.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
         return np.asarray(np.exp(-fall) * self.ratio(label) / self.total)
 
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """The derivative of each series."""
+        return np.asarray(chebyshev.chebder(self.series, axis=1))
+
     def _on_panels(self, label: FloatArray, panel: NDArray[np.intp]) -> Shapes:
         panel = np.clip(panel, 0, self.edges.size - 2)
         half = (self.edges[panel + 1] - self.edges[panel]) / 2.0
         place = (label - self.edges[panel]) / half - 1.0
-        series = np.moveaxis(self.series[panel], 0, -1)
+        series, slopes = (np.moveaxis(each[panel], 0, -1) for each in (self.series, self._slopes))
         w, share = chebyshev.chebval(place, series, tensor=False)
-        w_slope, share_slope = chebyshev.chebval(place, chebyshev.chebder(series), tensor=False) / half
+        w_slope, share_slope = chebyshev.chebval(place, slopes, tensor=False) / half
         least, strikes = self.balance.labels.clear_amplitude, panel >= self.clear
         above = np.where(strikes, label * label, least * label)
         slope = np.where(strikes, 2.0 * label, least)

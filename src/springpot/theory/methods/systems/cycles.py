@@ -243,12 +243,13 @@ def _given(
 
     # between the bottom and the centre both forces change their sign
     here, there = np.zeros_like(above), np.clip(centre, potential.low, potential.high)
-    pulled = np.sign(there) * force(here) < 0.0
-    inner = pulled & (np.sign(force(here)) != np.sign(force(there)))
+    side = np.sign(force(here))
+    pulled = np.sign(there) * side < 0.0
+    inner = pulled & (side != np.sign(force(there)))
     beyond = np.where(pulled, there, 0.0)
-    for _ in range(_BISECTIONS):
+    for _ in range(_BISECTIONS if np.any(inner) else 0):
         middle = 0.5 * (here + there)
-        same = np.sign(force(middle)) == np.sign(force(here))
+        same = np.sign(force(middle)) == side
         here, there = np.where(same, middle, here), np.where(same, there, middle)
     least = np.where(inner, here, beyond)
     offset = potential.energy(least)
