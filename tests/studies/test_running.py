@@ -142,6 +142,62 @@ def test_a_scheduler_elsewhere(runs: Path, tmp_path: Path) -> None:
     assert content(tmp_path / "study.zarr") == content(runs)
 
 
+@pytest.mark.parametrize(("count", "each"), [(1, 5), (2, 2), (3, 1)])
+def test_few_tasks_share_the_threads_of_their_worker(
+    count: int, each: int, runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two tasks on a worker of five threads take two each; the bits are those of one thread."""
+    distributed = pytest.importorskip("distributed")
+    taken: list[int] = []
+    together = threading.Barrier(count)
+
+    def watched(task: tasks.Task, *, threads: int) -> tasks.Answer:
+        taken.append(threads)
+        together.wait(WAIT)
+        return tasks.compute(task, threads=threads)
+
+    monkeypatch.setattr(running, "compute", watched)  # the worker is a thread of this process
+    study = given(RUNS, methods=["monte_carlo"], axes={"order": RUNS["axes"]["order"][:count], "restitution": [0.8]})
+    path = tmp_path / "study.zarr"
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=5, processes=False, protocol="tcp", dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        assert run_study(study, path, scheduler=cluster.scheduler_address).computed == count
+    assert taken == [each] * count
+    ours, theirs = content(path), content(runs)
+    assert len(chunks(path)) == count
+    assert all(ours[str(file.relative_to(path))] == theirs[str(file.relative_to(path))] for file in chunks(path))
+
+
+def test_workers_that_come_later_are_all_used(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch system may start the study before the workers of its cluster: then too several tasks run at once."""
+    distributed = pytest.importorskip("distributed")
+    together = threading.Barrier(2)
+
+    def watched(task: tasks.Task, *, threads: int) -> tasks.Answer:
+        together.wait(WAIT)
+        return tasks.compute(task, threads=threads)
+
+    monkeypatch.setattr(running, "compute", watched)
+    monkeypatch.setattr(running, "RECOUNT", 0.1)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        later = threading.Timer(1.0, cluster.scale, [1])
+        later.start()
+        found = run_study(given(RUNS), tmp_path / "study.zarr", scheduler=cluster.scheduler_address)
+        later.join()
+    assert (found.computed, found.failures) == (12, ())
+    assert content(tmp_path / "study.zarr") == content(runs)
+
+
+def test_own_workers_share_the_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "threads_available", lambda: 3)
+    with running._client(1, None) as (client, _):
+        client.wait_for_workers(1, timeout=WAIT)
+        assert list(client.nthreads().values()) == [3]
+
+
 def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "PATIENCE", "1s")
     with pytest.raises(OSError, match=r"^there is no Dask scheduler at 'tcp://127\.0\.0\.1:1'"):
@@ -292,9 +348,12 @@ def test_killed_at_a_random_moment(runs: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize(("how", "times"), [("--threads", 30), ("--workers", 20)])
-def test_killed_at_fifty_random_moments(how: str, times: int, longer: Path, tmp_path: Path) -> None:
-    assert killed_and_resumed([how, "2"], times, longer, tmp_path, seed=3) >= 2
+@pytest.mark.parametrize(
+    ("how", "times"), [(("--threads", "2"), 30), (("--workers", "2"), 20), (("--workers", "1"), 10)]
+)
+def test_killed_at_sixty_random_moments(how: Sequence[str], times: int, longer: Path, tmp_path: Path) -> None:
+    """One worker has several threads where the machine has."""
+    assert killed_and_resumed(how, times, longer, tmp_path, seed=3) >= 2
 
 
 @pytest.mark.validation

@@ -133,7 +133,8 @@ def run(
     store: Annotated[str, Parameter(help="Folder of the store; created if missing; results in it are kept.")],
     threads: Annotated[Whole | None, Parameter(help="Number of tasks at once; all processors if not given.")] = None,
     workers: Annotated[
-        Whole | None, Parameter(help="Instead of threads: start this number of Dask worker processes.")
+        Whole | None,
+        Parameter(help="Instead of threads: this number of Dask worker processes, which share the processors."),
     ] = None,
     scheduler: Annotated[
         str | None, Parameter(help="Instead of threads: use the Dask scheduler at this address.")

@@ -13,6 +13,7 @@ import os
 import queue
 import random
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ from typing import Any
 
 from springpot.crew import work_together
 from springpot.interrupt import Terminated, sigterm_as_ctrl_c
+from springpot.processors import threads_available
 from springpot.studies.labelled import finish
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, cannot_write, open_store, take_away_labelled
@@ -35,6 +37,7 @@ TELL = 0.2  # s
 CHECKED = 20_000  # points at which the settings of Monte Carlo are checked before any work: some seconds
 PATIENCE = "20s"  # for a scheduler to answer
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
+RECOUNT = 1.0  # s between two looks at how many threads a cluster has: workers may come later
 
 
 class _Stopped(Exception):
@@ -110,9 +113,10 @@ def run_study(
         envelope and the closure as on workers, set `OPENBLAS_NUM_THREADS` to 1 before NumPy is loaded; the command
         ``springpot`` does so.
     workers : int, optional
-        Start a Dask cluster of so many processes on this machine instead.
+        Start a Dask cluster of so many processes on this machine instead; they share the processors.
     scheduler : str, optional
         Address of a running Dask scheduler to use instead, such as ``tcp://node1:8786``; its workers must see ``path``.
+        On any cluster a worker's threads are shared by the tasks that it has: one for each, or several if they are few.
     shard : (int, int)
         (i, N) does only every N-th task, from the i-th: N jobs with i = 1 ... N do them all.
     progress : callable
@@ -250,8 +254,17 @@ def _remote(path: str, task: Task) -> bool:
     store = _store_at(path)
     if store.has(task):
         return False
-    store.write(task, compute(task))
+    store.write(task, compute(task, threads=_share()))
     return True
+
+
+def _share() -> int:
+    """Threads for a task that begins: those of its worker, shared by all tasks that the worker has now."""
+    from distributed import get_worker
+
+    state = get_worker().state
+    threads: int = state.nthreads // max(1, len(state.executing) + len(state.ready))
+    return max(1, threads)
 
 
 def _on_a_cluster(
@@ -273,20 +286,27 @@ def _on_a_cluster(
 
 
 def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequence[Task], count: _Count) -> None:
-    room = IN_FLIGHT * (sum(client.nthreads().values()) if own is None else own.count)
     waiting = iter(missing)
     of_key: dict[str, Task] = {}
     ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
-    def submit(task: Task) -> None:
-        # a new key each time: a cluster may cache the result of a key
-        future = client.submit(_remote, str(store.path), task, key=f"springpot-{task.slot}-{os.urandom(4).hex()}")
-        of_key[future.key] = task
-        future.add_done_callback(ended.put)
+    def submit(some: Sequence[Task]) -> None:
+        """All in one message: a worker that gets several knows of all of them when it begins the first."""
+        # new keys each time: a cluster may cache the result of a key
+        keys = [f"springpot-{task.slot}-{os.urandom(4).hex()}" for task in some]
+        of_key.update(zip(keys, some, strict=True))
+        for future in client.map(_remote, [str(store.path)] * len(some), some, key=keys):
+            future.add_done_callback(ended.put)
 
-    for task in itertools.islice(waiting, max(1, room)):
-        submit(task)
-    while of_key:
+    room, counted = 0, -RECOUNT
+    while True:
+        if time.monotonic() - counted > RECOUNT:
+            threads = sum(client.nthreads().values()) if own is None else own.count * own.threads
+            room, counted = max(1, IN_FLIGHT * threads), time.monotonic()
+        if some := list(itertools.islice(waiting, max(0, room - len(of_key)))):
+            submit(some)
+        if not of_key:
+            return
         try:
             future = ended.get(timeout=TELL)
         except queue.Empty:
@@ -297,8 +317,6 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
             raise ConnectionError("the scheduler is gone")
         if future is not None:
             _take(future, of_key.pop(future.key), count)
-            for following in itertools.islice(waiting, 1):
-                submit(following)
         count.tell()
 
 
@@ -337,6 +355,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, W
         with client:
             yield client, None
         return
+    count = workers or 1
     # a killed worker's connection may be found closed after silence_logs has ended
     logging.getLogger("distributed.batched").setLevel(logging.CRITICAL)
     with dask.config.set({"distributed.scheduler.allowed-failures": 10}):
@@ -349,6 +368,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, W
         with (
             cluster,
             distributed.Client(cluster) as client,
-            Workers(cluster.scheduler_address, workers or 1) as own,  # ended first: closing the cluster waits for none
+            # ended first: closing the cluster waits for none
+            Workers(cluster.scheduler_address, count, max(1, threads_available() // count)) as own,
         ):
             yield client, own

@@ -1,4 +1,4 @@
-"""One worker process of a study's own Dask cluster: ``python -m springpot.studies.worker ADDRESS FOLDER``.
+"""One worker process of a study's own Dask cluster: ``python -m springpot.studies.worker ADDRESS FOLDER THREADS``.
 
 Its standard input is a pipe from the process that started it.  When that process ends, for any reason, the system
 closes the pipe, and the worker ends at once: also while its modules load, or while it computes.
@@ -19,8 +19,8 @@ def _end_with_its_parent() -> None:
     os._exit(1)
 
 
-def main(address: str, folder: str) -> None:
-    """Work for the scheduler at an address, with scratch files in a folder, until the parent ends."""
+def main(address: str, folder: str, threads: str) -> None:
+    """Work for a scheduler on so many threads, with scratch files in a folder, until the parent ends."""
     threading.Thread(target=_end_with_its_parent, daemon=True).start()
 
     import asyncio
@@ -35,7 +35,9 @@ def main(address: str, folder: str) -> None:
     warnings.simplefilter("ignore", UnusedCache)  # the first process warns
 
     async def work() -> None:
-        worker = distributed.Worker(address, nthreads=1, host="127.0.0.1", local_directory=folder, silence_logs=50)
+        worker = distributed.Worker(
+            address, nthreads=int(threads), host="127.0.0.1", local_directory=folder, silence_logs=50
+        )
         async with worker:
             await worker.finished()
 

@@ -25,10 +25,12 @@ class Workers:
     address : str
         Of the scheduler.
     count : int
+    threads : int
+        Of each: as many tasks at once.
     """
 
-    def __init__(self, address: str, count: int) -> None:
-        self._address, self.count = address, count
+    def __init__(self, address: str, count: int, threads: int = 1) -> None:
+        self._address, self.count, self.threads = address, count, threads
         self._ends = 0
         self._processes: list[subprocess.Popen[bytes]] = []
 
@@ -77,9 +79,10 @@ class Workers:
 
     def _start(self) -> subprocess.Popen[bytes]:
         places = os.pathsep.join(filter(None, sys.path))
+        words = self._address, self._folder.name, str(self.threads)
         with without_ctrl_c():
             return subprocess.Popen(
-                [sys.executable, "-P", "-m", "springpot.studies.worker", self._address, self._folder.name],
+                [sys.executable, "-P", "-m", "springpot.studies.worker", *words],
                 stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                 env={**ONE_THREAD, **os.environ, "PYTHONPATH": places},
             )  # fmt: skip
