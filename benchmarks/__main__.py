@@ -14,6 +14,7 @@ from benchmarks.equal_error_report import draw_times
 from benchmarks.free_response import free_response
 from benchmarks.history import paper_by_history
 from benchmarks.kernels import one_core
+from benchmarks.many_cores import many_cores
 from benchmarks.measure import Row, machine
 from benchmarks.report import draw, joined, page, read, text, write
 from benchmarks.studies import studies
@@ -24,7 +25,7 @@ from benchmarks.whole_runs import asked_error, cost_of_length, start_up, theory
 _HERE = Path(__file__).parent
 _SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
     equal_error, one_core, systems, paper_by_history, white_noise_wall, free_response, asked_error, cost_of_length,
-    start_up, theory, studies,
+    start_up, theory, studies, many_cores,
 )  # fmt: skip
 
 

@@ -58,6 +58,13 @@ ABOUT = {
     "the command": "`springpot simulate`, first with empty caches and then again.",
     "one oscillator": "Stationary moments of one oscillator by each method, warm, on one core.",
     "equal error": ABOUT_MEASURED,
+    "a study of 10^12": (
+        "Processor times measured on this machine, and the time of a whole study **simulated** from them, event by "
+        "event: threads, the lock of Python in each process, calls drawn from the measured ones, the scheduler of Dask "
+        "(benchmarks/cores.py). The points have stationary starts, and 10^6 paths of 10^5 steps (10 points), 10^5 of "
+        "10^4 (1,000) or 10^4 of 10^4 (10,000). Each core is taken to be as fast as one of this machine while two "
+        "compute. Not counted: the start of workers, which takes seconds, and the network's and the disk's time."
+    ),
     "machine": "All measurements were made on this machine.",
 }  # fmt: skip
 
@@ -147,18 +154,17 @@ def read(path: Path) -> list[Row]:
 
 
 def joined(kept: Sequence[Row], new: Sequence[Row]) -> list[Row]:
-    """The rows kept, with the sections of new rows in place of those of the same name, or after those of the machine.
+    """The rows kept, with the sections of new rows in place of those of the same name, or at the end.
 
     Examples
     --------
     >>> old = [Row("machine", "a", None, ""), Row("b", "x", 1.0, "s"), Row("c", "x", 1.0, "s")]
     >>> [row.value for row in joined(old, [Row("c", "x", 2.0, "s")])]
-    [None, 2.0, 1.0]
+    [None, 1.0, 2.0]
     """
-    sections = {row.section for row in new}
-    others = [row for row in kept if row.section not in sections]
-    first = [row for row in others if row.section == "machine"]
-    return [*first, *new, *(row for row in others if row.section != "machine")]
+    sections = dict.fromkeys(row.section for row in (*kept, *new))
+    replaced = {row.section for row in new}
+    return [row for section in sections for row in (new if section in replaced else kept) if row.section == section]
 
 
 def _value(word: str) -> float | None:
