@@ -15,7 +15,7 @@ import random
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -307,17 +307,24 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
             submit(some)
         if not of_key:
             return
-        try:
-            future = ended.get(timeout=TELL)
-        except queue.Empty:
-            future = None
+        futures = _waited_for(ended)
         if own is not None:
-            own.replace_ended(progress=future is not None)
+            own.replace_ended(progress=bool(futures))
         if client.status != "running":
             raise ConnectionError("the scheduler is gone")
-        if future is not None:
+        for future in futures:
             _take(future, of_key.pop(future.key), count)
         count.tell()
+
+
+def _waited_for(ended: queue.SimpleQueue[Any]) -> list[Any]:
+    """Everything in the queue, after waiting a moment for the first."""
+    found = []
+    with suppress(queue.Empty):
+        found.append(ended.get(timeout=TELL))
+        while True:
+            found.append(ended.get_nowait())
+    return found
 
 
 def _take(future: Any, task: Task, count: _Count) -> None:
