@@ -10,7 +10,7 @@ import resource
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,7 +29,7 @@ from springpot.simulation.simulation import Simulation, simulation_of
 from springpot.studies import Study, read_study, run_study
 from springpot.studies.tasks import compute, tasks
 
-__all__ = ["many_cores"]
+__all__ = ["many_cores", "table"]
 
 SECTION = "a study of 10^12 path-steps"
 PATH_STEPS = 10**12
@@ -114,6 +114,22 @@ def many_cores(quick: bool) -> list[Row]:
             Row(SECTION, "Dask: worker, for each task", 1e3 * work, "ms CPU", note="its computation included: 0.2 ms"),
         ]
     return rows + _simulated(Measured(both, python, start, task, path, hand_out, work), quick)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The simulated times as a table for the page on studies, in s to two digits."""
+    value = {row.case: row.value for row in rows if row.section == SECTION and row.value is not None}
+    heads = " | ".join(f"{study.points:,} points" for study in STUDIES)
+    lines = [f"| | {heads} |", "|---|" + "---:|" * len(STUDIES)]
+    for case in LAYOUTS:
+        seconds = [value[f"{case}, {study.points:,} points"] for study in STUDIES]
+        cells = " | ".join(f"{_short(each)} s" for each in seconds)
+        lines.append(f"| {case} | {cells} |")
+    return "\n".join(lines)
+
+
+def _short(seconds: float) -> str:
+    return f"{float(f'{seconds:.2g}'):,g}"
 
 
 def _simulation(paths: int, steps: int, threads: int = 1) -> Simulation:

@@ -59,11 +59,11 @@ ABOUT = {
     "one oscillator": "Stationary moments of one oscillator by each method, warm, on one core.",
     "equal error": ABOUT_MEASURED,
     "a study of 10^12": (
-        "Processor times measured on this machine, and the time of a whole study **simulated** from them, event by "
-        "event: threads, the lock of Python in each process, calls drawn from the measured ones, the scheduler of Dask "
-        "(benchmarks/cores.py). The points have stationary starts, and 10^6 paths of 10^5 steps (10 points), 10^5 of "
-        "10^4 (1,000) or 10^4 of 10^4 (10,000). Each core is taken to be as fast as one of this machine while two "
-        "compute. Not counted: the start of workers, which takes seconds, and the network's and the disk's time."
+        "Processor times measured on the machine in the first row, and the time of a study **simulated** from them, "
+        "event by event: threads, the lock of Python in each process, calls drawn from those measured, the scheduler "
+        "of Dask (benchmarks/cores.py). The points have stationary starts, and 10^6 paths of 10^5 steps (10 points), "
+        "10^5 of 10^4 (1,000) or 10^4 of 10^4 (10,000). Each core is taken to be as fast as one of that machine while "
+        "two compute. Not counted: the start of workers, which takes seconds, and the network's and the disk's time."
     ),
     "machine": "All measurements were made on this machine.",
 }  # fmt: skip

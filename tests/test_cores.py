@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks.cores import Cores, Costs, Work, bounds, simulated
+from benchmarks.many_cores import table
+from benchmarks.report import read
+
+ROOT = Path(__file__).parents[1]
 
 RNG = np.random.default_rng(3)
 _CORES = [Cores(1, 1), Cores(1, 5), Cores(3, 4), Cores(40, 1)]
@@ -72,3 +77,8 @@ def test_no_limit_is_beaten_and_the_rest_is_waiting_for_the_last(tasks: int, cor
     free = Costs(SPREAD, python=0.0)
     last = 25 * SPREAD.max() if tasks > 1 else SPREAD.max()
     assert simulated(work, cores, free, seed=1) <= bounds(work, cores, free)["busy"] + spread / workers + last
+
+
+def test_the_page_on_studies_has_the_numbers_of_the_table() -> None:
+    page = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    assert table(read(ROOT / "benchmarks" / "results" / "table.csv")) in page
