@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.cores import Cores, Costs, Work, bounds, simulated
-from benchmarks.measure import Row, best_wall, machine
+from benchmarks.measure import Row, best_cpu, best_wall, machine
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.crew import work_together
 from springpot.simulation.lanes import LANES
@@ -88,12 +88,11 @@ class Measured:
 def many_cores(quick: bool) -> list[Row]:
     """Rows of the section on a study of 10^12 path-steps."""
     processor, *_ = machine()
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     alone, both = _calls(1, quick), _calls(2, quick)
     python = float(np.median(_small_calls(quick)))
     start, task, path = _of_a_task(quick)
     rows = [
-        Row(SECTION, "where these rows were measured", None, "", note=f"{processor.note}; load {load:.1f} before"),
+        Row(SECTION, "where these rows were measured", None, "", note=f"{processor.note}; load {_load():.1f} before"),
         *(_row_of_calls(f"a call, {CALLS[size][1]:,} steps", CALLS[size], times) for size, times in alone.items()),
         *(
             _row_of_calls(f"the same while two threads compute ({size})", CALLS[size], times, float(alone[size].mean()))
@@ -130,6 +129,10 @@ def table(rows: Sequence[Row]) -> str:
 
 def _short(seconds: float) -> str:
     return f"{float(f'{seconds:.2g}'):,g}"
+
+
+def _load() -> float:
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
 
 
 def _simulation(paths: int, steps: int, threads: int = 1) -> Simulation:
@@ -203,11 +206,11 @@ def _of_a_task(quick: bool) -> tuple[float, float, float]:
 
 def _two_threads(quick: bool) -> Row:
     """Wall time of one run, on one thread and on two by turns."""
-    steps, blocks = (100, 16) if quick else (10_000, 128)
+    steps, blocks = (100, 16) if quick else (10_000, 64)
     one, two = (_simulation(LANES * blocks, steps, threads) for threads in (1, 2))
-    taken = [(best_wall(one.advance, 1), best_wall(two.advance, 1)) for _ in range(1 if quick else 5)]
+    taken = [(best_wall(one.advance, 1), best_wall(two.advance, 1)) for _ in range(1 if quick else 20)]
     single, double = (min(times) for times in zip(*taken, strict=True))
-    note = f"least of {len(taken)} turns each; one thread {single:.3g} s"
+    note = f"least of {len(taken)} turns each; one thread {single:.3g} s; load {_load():.1f}"
     return Row(SECTION, "two threads", double, "s wall", single / double, "one thread's speed", note)
 
 
@@ -217,7 +220,7 @@ def _sleeping(quick: bool) -> list[Row]:
     for threads in (16, 64):
         calls, sleep, python = 10 if quick else 30, 0.01, 0.0003
         spins = _spins(python)
-        least = min(_slept(threads, calls, sleep, spins) for _ in range(1 if quick else 5))
+        least = min(_slept(threads, calls, sleep, spins) for _ in range(1 if quick else 10))
         model = simulated(Work(threads, calls), Cores(1, threads), Costs(np.array([sleep]), python))
         note = f"measured; the model says {model:.3g} s: {calls} calls each of {1e3 * python} ms of Python"
         case = f"{threads} threads that sleep {1e3 * sleep:g} ms for a call"
@@ -232,7 +235,7 @@ def _spin(times: int) -> None:
 
 def _spins(seconds: float) -> int:
     trial = 1_000_000
-    return max(1, round(trial * seconds / best_wall(lambda: _spin(trial), 5)))
+    return max(1, round(trial * seconds / best_cpu(lambda: _spin(trial), 10)))
 
 
 def _slept(threads: int, calls: int, sleep: float, spins: int) -> float:
