@@ -162,10 +162,9 @@ def test_the_cost_of_a_random_design_is_that_of_a_fine_grid(number: int) -> None
 def judged(number: int) -> tuple[bool, float]:
     """Whether a design holds its limit in a fresh run; its cost over the best of a fine grid.
 
-    The grid is of theory times the ratio that the fresh run has at the design.  The run has 10 times the paths of the
-    first one of the design, and more where the rate hardly depends on the damper (in problem 6 it goes like C^-0.03, so
-    that 0.1 % of the rate is 3 % of the cost): as many as it takes to know the best of the grid to some tenths of a per
-    cent, up to those of the finest run of a design.
+    The grid is of theory times the ratio that the fresh run has at the design.  The run has 10 times the paths that all
+    rounds of the design have together: in problem 6 the rate goes like C^-0.03, so that 0.1 % of it is 3 % of the cost,
+    and the design knows it to 0.02 %.
     """
     random = np.random.default_rng(number)
     order, c = float(random.uniform(0.3, 1.0)), float(random.uniform(0.1, 0.5))
@@ -178,10 +177,11 @@ def judged(number: int) -> tuple[bool, float]:
     def by_theory(value: float) -> float:
         return theory_values(with_values(model, {"C": value}), "envelope")[0]["impact_rate"]
 
-    low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
-    exponent = abs(math.log(by_theory(high) / by_theory(low)) / math.log(high / low))
-    rtol = min(0.01 / math.sqrt(10.0), max(0.02 * exponent, 0.01 / 16.0))
+    (promise,), first = found.promises, found.history[0]
+    coarse = first.measured_errors["impact_rate"] / first.measured["impact_rate"]  # at rtol = 0.01
+    rtol = max(0.01 / math.sqrt(10.0) * min(promise.error / promise.value / coarse, 1.0), 1e-4)
     fresh = sp.run(found.model, rtol=rtol, quantities=("impact_rate",), seed=1000 + number)
+    low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
     ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
     grid = np.geomspace(low, high, 106)  # half a per cent apart
     best = min(float(each) for each in grid if ratio * by_theory(float(each)) <= limit)
