@@ -313,7 +313,10 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
         if client.status != "running":
             raise ConnectionError("the scheduler is gone")
         for future in futures:
-            _take(future, of_key.pop(future.key), count)
+            if future.status in ("lost", "pending"):  # its worker died with the answer: the cluster asks another one
+                future.add_done_callback(ended.put)
+            else:
+                _take(future, of_key.pop(future.key), count)
         count.tell()
 
 
