@@ -81,6 +81,7 @@ def _reach(scheme, wall):
 
 @njit(**INLINE)
 def dip(scheme):
+    """How far below both ends of a half step a path may go, over the wall's distance; see `_reach`."""
     turn = scheme.frequency * scheme.step
     return turn * turn * typed(1.01 / 32.0, turn)
 

@@ -70,6 +70,7 @@ def _begin_pair(scheme, wall, x, v, early, accumulators, lane, weight):
 
 @answers(bounce, Splitting, Pair)
 def bounce_between(scheme, wall, x, v, accumulators, lane, before, after):
+    """Both halves of a step."""
     xm, vm = half_step_between(scheme, wall, x, v, accumulators, lane, before)
     xn, vn = half_step_between(scheme, wall, xm, vm, accumulators, lane, after)
     return xm, vm, xn, vn
@@ -145,6 +146,7 @@ def _gather_between(wall, struck, accumulators, clear, within):
 
 @njit(**INLINE)
 def half_step_between(scheme, wall, x, v, accumulators, lane, weight):
+    """Half a step with what is on either side; what takes longer is called only near it."""
     moved, change, _, _ = drift(scheme, x, v)
     xh, vh = x + moved, v + change
     low, high = _reaches(scheme, wall.low, wall.high)
@@ -161,8 +163,7 @@ def strike(wall: Any, scheme: Any, x: Any, v: Any, accumulators: Any, lane: Any,
 @answers(strike, Pair)
 def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
     if _between(scheme, wall):
-        moved, change, _, _ = drift(scheme, x, v)
-        moved, change, down, up, sure = _flight_between(scheme, wall, x, v, moved, change)
+        moved, change, down, up, sure = _meet_in_half_between(scheme, wall, x, v)
         if sure:
             if down + up > 0.0:
                 add_impacts(accumulators, lane, weight, 1.0, down + up)
