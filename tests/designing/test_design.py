@@ -60,7 +60,7 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
     assert best < found.values["c"] < 1.12 * best
     assert exact_rate(found.values["c"]) < 0.2
     (promise,) = found.promises
-    assert promise.probability >= 0.95
+    assert promise.probability >= 0.99
     assert abs(promise.value - exact_rate(found.values["c"])) < 3.5 * promise.error
     assert isinstance(found.model, sp.System)
     assert found.model.of(sp.Dashpot) == (sp.Dashpot(found.values["c"]),)
@@ -78,7 +78,7 @@ def test_without_theory_surfaces_through_short_runs_are_searched() -> None:
     assert found.method == "monte_carlo"
     assert best < found.values["c"] < 1.15 * best
     (promise,) = found.promises
-    assert promise.probability >= 0.95
+    assert promise.probability >= 0.99
     assert abs(promise.value - exact_rate(found.values["c"])) < 3.5 * promise.error
 
 
@@ -147,10 +147,6 @@ PROBLEMS = range(20)
 
 
 @pytest.mark.validation
-@pytest.mark.xfail(strict=False, reason=(
-    "18 of 20 held; problems 4 and 18 ended at their limits, beyond by 0.003 +- 0.07 % and 0.002 +- "
-    "0.03 %: two misses of 20 are not rare where each holds with 95 to 97 %"
-))  # fmt: skip
 def test_limits_of_random_designs_hold_in_fresh_runs() -> None:
     """In runs of ten times the paths or more, 95 of 100 times."""
     assert sum(judged(number)[0] for number in PROBLEMS) >= 0.95 * len(PROBLEMS)

@@ -78,7 +78,7 @@ def design(
             group=_WISHES, negative="", metavar="NAME LIMIT", help="A result with its lower limit; may be repeated."
         ),
     ] = None,
-    probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.95,
+    probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.99,
     method: Annotated[
         str | None,
         Parameter(help='Of the search: "monte_carlo" or the name of a method; the recommended one if not given.'),

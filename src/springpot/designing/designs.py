@@ -40,7 +40,7 @@ def design(
     seed: int = 1,
     rtol: float = 0.02,
     cost_rtol: float = 0.02,
-    probability: float = 0.95,
+    probability: float = 0.99,
     method: str | None = None,
     max_time: float | None = None,
     threads: int | None = None,
@@ -64,7 +64,8 @@ def design(
         By how much the distance to the limits may raise the cost, relative to it, in [1e-3, 0.5].  Later runs are as
         precise as this needs, down to a 16th of ``rtol``.
     probability : float
-        With which all limits must hold, in [0.5, 0.999].
+        With which all limits must hold, in [0.5, 0.999].  The default is higher than the usual 0.95, since the cheapest
+        design is as close to its limits as this allows, and whoever repeats the simulation has an error too.
     method : str
         Of the search: the name of an analytical method, or ``"monte_carlo"``.  If left out, the recommended method or
         the best guess; where there is none, smooth surfaces through short runs by Monte Carlo.
@@ -102,7 +103,7 @@ def design(
     >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     >>> device = sp.System(sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
     >>> found = sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.05)
-    >>> found.promises[0].probability > 0.95, 0.15 < found.values["c"] < 0.18
+    >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
     """
     problem = checked_model(model, "model")
