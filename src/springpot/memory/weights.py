@@ -23,7 +23,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 __all__ = ["Family", "Floats", "Target", "at_lags", "density", "direct"]
 
@@ -64,7 +63,7 @@ def direct(family: Family, order: float, count: int) -> Floats:
     # (j + 1)^p - j^p without the cancellation
     power = 1.0 - order
     weights[1:] = j[1:] ** power * np.expm1(power * np.log1p(1.0 / j[1:]))
-    return weights / special.gamma(2.0 - order)
+    return weights / math.gamma(2.0 - order)
 
 
 def at_lags(target: Target, order: float, lags: Floats) -> Floats:
@@ -93,7 +92,7 @@ def at_lags(target: Target, order: float, lags: Floats) -> Floats:
         return np.asarray(lags**-order)
     if target == "average":
         power = 1.0 - order
-        return np.asarray(lags**power * np.expm1(power * np.log1p(1.0 / lags)) / special.gamma(2.0 - order))
+        return np.asarray(lags**power * np.expm1(power * np.log1p(1.0 / lags)) / math.gamma(2.0 - order))
     # c(t) = c(t + 1) (t + 1) / (t + 1 - alpha), up to lags where Stirling's series is exact to rounding
     last = lags + _STIRLING
     shifts = np.arange(1.0, _STIRLING + 1.0)[:, None]
@@ -109,7 +108,7 @@ def _gamma_ratio(z: Floats, order: float) -> Floats:
 
     # the logarithm of z^alpha times the ratio, free of the cancellation of two long logarithms
     logarithm = (z - order - 0.5) * np.log1p(-order / z) + order + series(z - order) - series(z)
-    return np.asarray(z**-order * np.exp(logarithm) / special.gamma(1.0 - order))
+    return np.asarray(z**-order * np.exp(logarithm) / math.gamma(1.0 - order))
 
 
 def density(target: Target, order: float, rates: Floats) -> Floats:
@@ -135,7 +134,7 @@ def density(target: Target, order: float, rates: Floats) -> Floats:
     """
     scale = math.sin(math.pi * min(order, 1.0 - order)) / math.pi  # no cancellation near order 1
     if target == "power":
-        return np.full_like(rates, 1.0 / special.gamma(order))
+        return np.full_like(rates, 1.0 / math.gamma(order))
     decayed = -np.expm1(-rates) / rates
     if target == "grunwald":
         return np.asarray(scale * np.exp(-rates * (1.0 - order)) * decayed ** (order - 1.0))

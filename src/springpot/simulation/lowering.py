@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from springpot.faults import NotCovered
 from springpot.memory import power_law_sum
@@ -398,6 +397,8 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
     A springpot's kernel is a sum of exponentials from a fraction of a step on; what that leaves of its integral near
     time 0 is white.  The sum is that of a run whose step is one of ``parts`` of this one.
     """
+    from scipy import special  # slow to import, and most runs need none of it
+
     step, steps = step / parts, steps * parts
     theta, white, modes = total.temperature, 0.0, [(arm.strength, arm.rate * step) for arm in total.arms]
     for order, coefficient in total.springpots:

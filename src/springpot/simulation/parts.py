@@ -70,9 +70,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from numba.extending import overload
-from scipy import special
 
 from springpot.simulation.lanes import INLINE, typed
+from springpot.zeta import zeta_beyond_one
 
 __all__ = [
     "Euler", "Forcing", "Splitting", "Start", "Sweep", "answer_of_springpot",
@@ -192,9 +192,24 @@ def weight_of_last_impulse(order: float) -> float:
     Summed over all earlier kicks the correction is -1 / Gamma(4 - alpha) - zeta(alpha - 1) / Gamma(2 - alpha).  All of
     it is given to the last kick, which has most of it; for smooth motion only the sum matters up to order h^2.
     """
-    # first moments of the kernel over all earlier steps, summed
-    moment = -(1.0 + float(special.zetac(order - 1.0))) / math.gamma(2.0 - order)
-    return moment - 1.0 / math.gamma(4.0 - order)
+    return _summed_moments(order) - 1.0 / math.gamma(4.0 - order)
+
+
+def _summed_moments(order: float) -> float:
+    """First moments of the kernel over all earlier steps, summed: -zeta(alpha - 1) / Gamma(2 - alpha).
+
+    By the functional equation this is (2 pi)^(alpha - 1) cos(pi alpha / 2) zeta(2 - alpha) / pi.
+
+    Examples
+    --------
+    >>> _summed_moments(1.0), round(_summed_moments(0.5), 12)
+    (0.5, 0.234574485391)
+    """
+    rest = 1.0 - order
+    if rest == 0.0:
+        return 0.5
+    zeta = float(zeta_beyond_one(rest))
+    return math.pow(2.0 * math.pi, -rest) * math.sin(0.5 * math.pi * rest) * zeta / math.pi
 
 
 def newest_weights_splitting(order: float) -> tuple[float, float]:

@@ -208,7 +208,8 @@ class Run:
             coordinates["barrier"] = ("barrier", walls)
         biases = self._step_biases()
         if self.settings.record:
-            coordinates = {"path": np.arange(self.settings.record), "time": ("time", self.time, {"units": "s"})}
+            coordinates = {"path": ("path", np.arange(self.settings.record))}
+            coordinates["time"] = ("time", self.time, {"units": "s"})
             data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
             data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
         for name, (at, error, unit) in self._quantiles().items():
@@ -243,7 +244,15 @@ class Run:
             "warnings": list(self.warnings),
             "Conventions": "CF-1.11",
         }
-        return xarray.Dataset(data, coordinates, attributes)
+        # as arrays of NumPy: xarray imports all of dask, where that is installed, to ask whether they are dask's
+        variables, places = (
+            {
+                name: xarray.Variable(axes, np.asarray(values), attrs=dict(*words), fastpath=True)
+                for name, (axes, values, *words) in columns.items()
+            }
+            for columns in (data, coordinates)
+        )
+        return xarray.Dataset(variables, places, attributes)
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 from springpot.crew import work_together
 from springpot.oscillator import Oscillator
@@ -175,6 +174,8 @@ class Simulation:
         law, units = self.parts.law, self.parts.units
         if law is None or self.settings.start != "stationary":
             return self.parts.start.states
+        from scipy import special  # slow to import, and most runs need none of it
+
         normals = start_normals(self.settings.seed, skipped, paths, stream=stream).astype(float)
         x = law.drawn(special.ndtr(normals[:, 0])) / units.length
         v = math.sqrt(law.temperature) / units.speed * normals[:, 1]

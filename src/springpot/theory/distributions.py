@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 __all__ = ["finite_array", "hoyt", "modulus_correlation", "normal", "numbers_only", "rayleigh", "real_array"]
 
@@ -93,6 +92,8 @@ def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
     >>> float(hoyt(np.array(1.0), 1.0, 1.0).round(4)), float(hoyt(np.array(1.0), 1.0, 0.25).round(4))
     (0.6065, 0.6565)
     """
+    from scipy import special  # slow to import, and runs need none of it
+
     wide = max(first, second)
     a = np.clip(value, 0.0, _FAR * math.sqrt(wide))
     # I0(z) exp(-a^2 (1/first + 1/second) / 4) with z = a^2 |1/first - 1/second| / 4, scaled so that nothing overflows

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 from springpot.arguments import finite_number
 
@@ -265,6 +264,8 @@ def _by_size(z: FloatArray, near: _Branch, far: _Branch) -> FloatArray:
 @lru_cache(maxsize=32)
 def _jacobi(alpha: float) -> tuple[FloatArray, FloatArray]:
     """Rule for int_0^1 g(u) u^-alpha du with g(0) = 0: nodes u and weights for g(u)."""
+    from scipy import special  # slow to import, and most runs need none of it
+
     x, w = special.roots_jacobi(_NODES, 0.0, 1.0 - alpha)
     u = (x + 1.0) / 2.0
     return u, w * 2.0 ** (alpha - 2.0) / u
@@ -272,6 +273,8 @@ def _jacobi(alpha: float) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=1)
 def _laguerre() -> tuple[FloatArray, FloatArray]:
+    from scipy import special  # slow to import, and most runs need none of it
+
     x, w = special.roots_laguerre(_NODES)
     return x, w
 

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 from springpot.arguments import finite_number
 from springpot.oscillator import Oscillator
@@ -18,6 +17,7 @@ from springpot.theory.distributions import finite_array, hoyt, modulus_correlati
 from springpot.theory.problem import Units, checked, endless
 from springpot.theory.reliability import map_warnings
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
+from springpot.zeta import zeta_beyond_one
 
 __all__ = ["Averaging", "averaging", "harmonic_sum", "stiffness_sum"]
 
@@ -57,7 +57,7 @@ def harmonic_sum(alpha: float) -> float:
     """
     a = finite_number(alpha, "alpha", low=0.0, high=1.0)
     k = np.arange(_SERIES_TERMS)
-    terms = (k + 1.0) * 0.25**k * special.zeta(2.0 * k + 3.0 - a, 1.0)
+    terms = (k + 1.0) * 0.25**k * zeta_beyond_one(2.0 * k + 2.0 - a)
     return math.exp2(a - 5.0) * math.fsum(terms.tolist())
 
 
@@ -141,6 +141,8 @@ class Averaging(DensitiesOfAmplitude):
         >>> float(averaging(Oscillator(springpot=Springpot(order=0.0, coefficient=1.0))).mean_square(10.0))
         10.0
         """
+        from scipy import special  # slow to import, and most runs need none of it
+
         start = finite_number(initial, "initial", low=0.0)
         t = real_array(time, "time")
         if np.any(np.isnan(t)):
@@ -388,7 +390,7 @@ def stiffness_sum(alpha: float) -> float:
     0.0
     """
     k = np.arange(_SERIES_TERMS)
-    terms = (k + 1.0) * 0.25**k * special.zeta(2.0 * k + 4.0 - alpha, 1.0)
+    terms = (k + 1.0) * 0.25**k * zeta_beyond_one(2.0 * k + 3.0 - alpha)
     return math.exp2(alpha - 4.0) * math.fsum(terms.tolist())
 
 
@@ -514,6 +516,8 @@ def _line_strength(power: FloatArray, harmonic: int) -> FloatArray:
 
     That is C(2k-2, k-1) 4^(1-k) / (2k (2k-1)) times C(2k, k-harmonic) 4^-k, twice that for harmonic > 0.
     """
+    from scipy import special  # slow to import, and most runs need none of it
+
     k, log_gamma = power, special.gammaln
     with np.errstate(divide="ignore"):
         coefficient = log_gamma(2.0 * k - 1.0) - 2.0 * log_gamma(k) - np.log(2.0 * k * (2.0 * k - 1.0))

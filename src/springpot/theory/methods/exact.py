@@ -9,7 +9,6 @@ from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 from springpot.oscillator import Oscillator
 from springpot.system import System
@@ -357,6 +356,8 @@ def _law(oscillator: Oscillator, moments: Moments) -> _Normals | None:
 
 def _hazard(k: float) -> float:
     """phi(k) / (1 - Phi(k)), the inverse of Mills' ratio; 0 where it is below double precision."""
+    from scipy import special  # slow to import, and most runs need none of it
+
     return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
 
 
@@ -386,6 +387,8 @@ def _times(value: FloatArray, name: str) -> FloatArray:
 
 def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
     """Normal density on value >= wall, normalised there."""
+    from scipy import special  # slow to import, and most runs need none of it
+
     k = wall / spread
     z = np.clip(value / spread - k, -1.0, _FAR + abs(k))
     if k > 0.0:  # k^2 is taken out by hand: under a deep preload it is huge
@@ -397,6 +400,8 @@ def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
 
 def _cut_rayleigh(amplitude: FloatArray, spread: float, wall: float) -> FloatArray:
     """Rayleigh density of an amplitude whose phase is uniform on the arc beyond the wall."""
+    from scipy import special  # slow to import, and most runs need none of it
+
     k = wall / spread
     a = np.clip(amplitude / spread, 0.0, _FAR + abs(k))
     with np.errstate(divide="ignore", invalid="ignore"):
