@@ -88,3 +88,33 @@ def test_a_step_of_0_02_is_within_1_per_cent_of_a_step_of_0_001(
         assert error < NEAR / 3.0, name
         assert abs(change) + 2.0 * error < NEAR, f"{name}: {change} +- {error}"
     assert np.isfinite([fine.values[name] for name in names]).all()
+
+
+@pytest.mark.parametrize(
+    ("frequency", "coefficient", "position"),
+    [(1.0, 1.0, 0.0), (2.0, 0.3, -0.4), validation(1.0, 0.5, 0.3), validation(0.5, 1.0, -1.0), (1.0, 1.0, None)],
+)
+def test_with_a_dashpot_a_step_of_two_has_no_error(
+    frequency: float, coefficient: float, position: float | None
+) -> None:
+    """Flights and elastic impacts keep the energy, kicks keep the velocity normal: the law is exact at every step."""
+    problem = oscillator(1.0, coefficient, frequency, 1.0, position, 1.0)
+    step = 2.0 / max(frequency, coefficient)
+    settings = {"paths": 40_960, "duration": 200.0 * step, "window": (50.0 * step, 200.0 * step), "seed": 3}
+    found = sp.run(problem, step=step, start="rest", **settings)
+    assert any("no error of the step at order 1, but transients" in sentence for sentence in found.warnings)
+    law = sp.theory.exact(problem)
+    names = ["x_mean_square", "v_mean_square", "amplitude_mean_square"]
+    names += [] if position is None else ["x_mean", "impact_rate", "impact_speed_mean"]
+    for name in names:
+        value, error, exact = found.values[name], found.errors[name], getattr(law, name)
+        assert error < 0.003 * abs(exact), name
+        assert abs(value - exact) < 4.0 * error, name
+
+
+def test_only_what_has_no_error_may_have_such_a_step() -> None:
+    for problem in (sp.Oscillator(), oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 0.9)):
+        with pytest.raises(ValueError, match=r"too coarse .* use at most 0\.5 s"):
+            sp.run(problem, step=1.0, duration=100.0)
+    with pytest.raises(ValueError, match=r"too coarse .* use at most 2 s"):
+        sp.run(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=2.1, duration=100.0)

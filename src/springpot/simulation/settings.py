@@ -38,6 +38,7 @@ __all__ = [
     "checked_seed",
     "checked_threads",
     "default_start",
+    "keeps_the_law",
     "resolve",
     "whole_number",
 ]
@@ -50,6 +51,7 @@ LONGEST_SINGLE = 5_000_000  # steps; in longer runs the rounding of single-preci
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 _WHOSE = ("an oscillator whose fastest rate (the larger of Omega and C^(1/(2-alpha)))", "a system whose fastest rate")
 COARSEST = 0.5  # largest step * fastest rate that is accepted
+COARSEST_EXACT = 2.0  # where the step has no error (`keeps_the_law`): a half step is less than a quarter of a cycle
 
 
 @dataclass(frozen=True)
@@ -277,6 +279,29 @@ def _initial_velocity(given: float | None) -> float:
     return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
 
 
+def keeps_the_law(problem: Oscillator | System, scheme: Scheme) -> bool:
+    """Whether a scheme leaves the stationary law as it is, however long the step.
+
+    The default scheme does so for a dashpot and white noise: flights and elastic impacts keep the energy exactly, and
+    the kick between them, an implicit midpoint rule, keeps the velocity normal with its exact variance q / (2 C) while
+    x does not move.  So stationary averages at the steps, and of impacts, have no error of the step.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> keeps_the_law(Oscillator(springpot=Springpot(1.0, 0.3)), "default"), keeps_the_law(Oscillator(), "default")
+    (True, False)
+    """
+    return (
+        isinstance(problem, Oscillator)
+        and scheme == "default"
+        and problem.springpot.order == 1.0
+        and problem.springpot.coefficient > 0.0
+        and problem.excitation.intensity > 0.0
+        and (problem.barrier is None or problem.restitution == 1.0)
+    )
+
+
 def _grid(
     problem: Oscillator | System, duration: float | None, step: float | None, scheme: Scheme
 ) -> tuple[float, float, int]:
@@ -292,16 +317,17 @@ def _grid(
     if step > duration:
         raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
     fastest = scales.fastest_rate
-    if step * fastest > COARSEST:
+    coarsest = COARSEST_EXACT if keeps_the_law(problem, scheme) else COARSEST
+    if step * fastest > coarsest:
         raise ValueError(
             f"step is {step:g} s, too coarse for {_WHOSE[isinstance(problem, System)]} is "
-            f"{fastest:g} per s: use at most {COARSEST / fastest:.3g} s, or about "
+            f"{fastest:g} per s: use at most {coarsest / fastest:.3g} s, or about "
             f"{0.01 / fastest:.3g} s for errors well below 1 %."
         )
     ratio = duration / step
     if ratio > MOST_STEPS:
         advice = f"a duration of at most {MOST_STEPS * step:.3g} s"
-        if duration / MOST_STEPS * fastest <= COARSEST:
+        if duration / MOST_STEPS * fastest <= coarsest:
             advice = f"a step of at least {duration / MOST_STEPS:.3g} s or {advice}"
         raise ValueError(
             f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s, but at most {MOST_STEPS:,} are "

@@ -16,7 +16,7 @@ from springpot.simulation.cost import per_cent
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
 from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import SINGLE_PRECISION, default_start
+from springpot.simulation.settings import SINGLE_PRECISION, default_start, keeps_the_law
 from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import (
     impacts_are_countable,
@@ -132,9 +132,12 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
     oscillator, settings, scales = simulation.oscillator, simulation.settings, simulation.scales
     fastest, limit = scales.fastest_rate, settings.numerical_scheme.coarsest_step
     if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
+        so_long = f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: "
         sentences.append(
-            f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: expect errors of "
-            f"about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
+            f"{so_long}stationary averages have no error of the step at order 1, but transients, spectra and first "
+            f"passages have; use at most {limit / fastest:.2g} s for these."
+            if keeps_the_law(oscillator, settings.scheme)
+            else f"{so_long}expect errors of about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
         )
     left = transient_left(oscillator, settings)
     if oscillator.excitation.intensity > 0.0 and left > MOST_TRANSIENT and not bounded:
