@@ -322,14 +322,19 @@ def test_the_control_takes_out_most_of_the_spread_and_no_mean() -> None:
 def test_slow_impacts_that_the_steps_miss_are_made_good(
     restitution: float, c: float, position: float, left: float
 ) -> None:
-    """Against the Fokker-Planck equation: no seed's impacts are off by more than is said, nor all to one side."""
+    """Against the Fokker-Planck equation: what is said holds for 95 of 100 seeds, and they are not all off to one side.
+
+    Of four seeds two may miss it in 1.4 % of all tests, but none by twice as much.
+    """
     problem = oscillator(1.0, c, position=position, restitution=restitution)
     exact = sp.theory.fokker_planck(problem)
     runs = [run(problem, rtol=0.02, quantities=("impact_rate",), seed=seed) for seed in range(1, 5)]
     for name in ("impact_rate", "impact_speed_mean", "impact_speed_mean_square"):
         wanted = getattr(exact, name)
         off = [found.values[name] - wanted for found in runs]
-        assert all(abs(gap) < found.budgets[name].total for gap, found in zip(off, runs, strict=True))
+        ratios = sorted(abs(gap) / found.budgets[name].total for gap, found in zip(off, runs, strict=True))
+        assert ratios[-2] < 1.0
+        assert ratios[-1] < 2.0
         assert abs(sum(off)) / len(off) < left * wanted
 
 

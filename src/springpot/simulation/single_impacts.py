@@ -23,24 +23,23 @@ def flight(frequency, place, side, restitution, x, v, moved, change):
     ``side`` is 1 for a wall at ``place`` below the motion, -1 above it.  Returns the changes, the speed of the impact
     or 0 if there is none, and whether this is sure: not if a preload brings the mass back to the wall at once.
 
-    Let the free flight end at X, V.  Its energy gives the speed H at the wall, and with this the cosine and the sine of
-    the phase that is left there; the rebound adds a flight from the wall's place with velocity (1 + r) H.
+    Let the free flight end at X, V.  The energy, which it keeps, gives the speed H at the wall, and with this the
+    cosine and the sine of the phase that is left there; the rebound adds a flight from the wall's place with velocity
+    (1 + r) H.  The energy is that of the beginning, so that a processor finds H while it turns x and v.
     """
-    nothing = typed(0.0, x)
+    nothing, one = typed(0.0, x), typed(1.0, x)
     p, start, leaving = side * place, side * x, side * v
     x1, v1 = start + side * moved, leaving + side * change
     square = frequency * frequency
-    total = v1 * v1 + square * (x1 * x1)
-    at_wall = v1 * v1 + square * ((x1 - p) * (x1 + p))
+    total = leaving * leaving + square * (start * start)
+    at_wall = leaving * leaving + square * ((start - p) * (start + p))
+    speed = at_wall * (one / math.sqrt(at_wall))  # which processors do sooner than the root itself; NaN if not possible
+    share = (one + restitution) * speed / total
     possible = at_wall > nothing
     # with a gap it may also have turned round behind the wall
     dipped = (p < nothing) & (leaving < nothing) & (v1 > nothing) & possible
     beyond = x1 < p
     struck = (beyond | dipped) & possible
-    one = typed(1.0, x)
-    root = at_wall if struck else one
-    speed = root * (one / math.sqrt(root))  # which processors do sooner than the root itself
-    share = (one + restitution) * speed / (total if struck else one)
     x2 = x1 - share * (speed * x1 + p * v1)
     v2 = v1 + share * (square * p * x1 - speed * v1)
     sure = (possible | (not beyond)) & (((p <= nothing) | (x2 >= p)) | (not struck))
