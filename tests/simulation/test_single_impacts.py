@@ -100,3 +100,33 @@ def test_each_impact_is_shown_to_the_observers(problem: Any) -> None:
         assert float(seen.values[name]) == float(alone.values[name])
     assert seen.values["count"] == pytest.approx(float(alone.values["impact_rate"]), rel=1e-12)
     assert float(seen.values["count"]) > 0.05
+
+
+@pytest.mark.parametrize(("position", "window"), [(0.33, (0.0, 0.4)), (0.33, (0.4, 0.8)), (0.26, (0.0, 0.3))])
+def test_an_impact_near_an_end_of_the_window_is_counted_on_its_side(
+    position: float, window: tuple[float, float]
+) -> None:
+    """The first impacts come at an end of the window; the half step of 0.05 s beside it has a tenth of them or more.
+
+    Two windows end with a group of four coarse steps, the third within one.
+    """
+    problem = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0), excitation=sp.WhiteNoise(0.1))
+    begun: dict[str, Any] = {"initial_position": position, "initial_velocity": -1.0, "start": "rest"}
+    coarse, fine = (
+        sp.run(problem, paths=30_000, duration=1.2, step=step, window=window, seed=seed, **begun)
+        for seed, step in ((1, 0.1), (2, 0.0125))
+    )
+    expected = float(fine.values["impact_rate"])
+    error = np.hypot(float(coarse.errors["impact_rate"]), float(fine.errors["impact_rate"]))
+    assert error < 0.012 * expected
+    assert abs(float(coarse.values["impact_rate"]) - expected) < 4.0 * error
+
+
+def test_impacts_of_two_windows_are_those_of_both() -> None:
+    problem = sp.Oscillator(barrier=sp.Barrier(-0.2, 0.5))
+    given: dict[str, Any] = {"paths": 640, "duration": 160.0, "step": 0.2, "start": "rest", "seed": 4}
+    counts = [
+        round(float(sp.run(problem, window=window, **given).values["impact_rate"]) * 640 * (window[1] - window[0]))
+        for window in ((0.0, 80.0), (80.0, 160.0), (0.0, 160.0))
+    ]
+    assert counts[0] + counts[1] == counts[2] > 1000

@@ -177,7 +177,7 @@ def block(
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     for number in range(blocks):
-        crowded = False
+        crowded = in_lanes(scheme, wall)  # all may start at a wall
         path_0 = first + number * LANES
         for i in range(modes * LANES):
             z[i] = zero
@@ -213,7 +213,7 @@ def block(
             cut = not within and n < high and n + GROUP > low  # by an end of the window
             marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
             shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
-            direct = crowded and not (cut or marked)
+            direct = crowded and not cut
             if direct:
                 sweep_lanes(
                     sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, yes(), yes()
@@ -233,7 +233,7 @@ def block(
             for lane in range(LANES):
                 least = min(least, clear[lane])
             if direct:
-                near = gather(wall, struck, accumulators, clear, within)
+                near = gather(wall, struck, accumulators, clear, within, low <= n + GROUP < high)
             elif least <= quick:
                 for lane in range(LANES):
                     near += 1 if clear[lane] <= quick else 0

@@ -71,7 +71,7 @@ def _not_limited(wall, x):
 
 
 @answers(gather, object)
-def _gather_nothing(wall, struck, accumulators, clear, within):
+def _gather_nothing(wall, struck, accumulators, clear, within, beyond):
     return 0
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from numba import njit, types
 from numba.extending import intrinsic
 
-from springpot.simulation.lanes import GROUP, INLINE, LANES, f64
+from springpot.simulation.lanes import GROUP, INLINE, LANES, f64, typed
 
 __all__ = [
     "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
@@ -120,10 +120,26 @@ def show_steps(observers, x, v, step, n, low, high):
 
 
 @njit(**INLINE)
-def show_impacts(observers, speeds, clear):
-    """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none."""
+def last_struck(speeds, lane, within, beyond):
+    """Count, speed and its square that a group's last half step adds to the group's, or takes from it.
+
+    It belongs to the next step: ``beyond`` tells whether that one is in the window, ``within`` whether the group is.
+    """
+    speed = speeds[(2 * GROUP - 1) * LANES + lane]
+    nothing, one = typed(0.0, speed), typed(1.0, speed)
+    sign = nothing if within == beyond else one if beyond else -one
+    return (sign if speed > nothing else nothing), sign * speed, sign * speed * speed
+
+
+@njit(**INLINE)
+def show_impacts(observers, speeds, clear, within, beyond):
+    """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none.
+
+    ``within`` and ``beyond`` are those of `last_struck`.
+    """
+    first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
     for i in range(observers.on_impacts.size):
-        for half in range(2 * GROUP if observers.on_impacts[i] != 0 else 0):
+        for half in range(first, end if observers.on_impacts[i] != 0 else 0):
             for lane in range(LANES):
                 speed = f64(speeds[half * LANES + lane])
                 if clear[lane] * speed > 0.0:

@@ -34,9 +34,9 @@ Of a scheme and a wall:
 ``meet(scheme, wall, x, v)``
     The drift with the wall, in vector code, where lanes with impacts are many: the changes as of ``drift``, the speeds
     of the impacts (below and above the motion) in either half, 0 for none, and whether no impact is missed.
-``gather(wall, struck, accumulators, clear, within)``
+``gather(wall, struck, accumulators, clear, within, beyond)``
     In how many lanes ``meet`` found impacts in a group.  ``within`` the window those of lanes whose ``clear`` is 1, not
-    0, are added to the accumulators.
+    0, are added to the accumulators; those of the last half step if the step ``beyond`` the group is in the window.
 ``limited(wall, x)``
     ``x``, or the place of the wall if ``x`` is beyond it by rounding.
 ``in_lanes(scheme, wall)``.
@@ -298,7 +298,7 @@ def meet(scheme: Any, wall: Any, x: Any, v: Any) -> Any:
     raise NotImplementedError
 
 
-def gather(wall: Any, struck: Any, accumulators: Any, clear: Any, within: Any) -> Any:
+def gather(wall: Any, struck: Any, accumulators: Any, clear: Any, within: Any, beyond: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.lanes import INLINE, LANES, LINKED, typed
-from springpot.simulation.observers import add_impacts, show_impacts
+from springpot.simulation.observers import add_impacts, last_struck, show_impacts
 from springpot.simulation.parts import (
     Splitting,
     answers,
@@ -126,21 +126,28 @@ def _limited_between(wall, x):
 
 
 @answers(gather, Pair)
-def _gather_between(wall, struck, accumulators, clear, within):
+def _gather_between(wall, struck, accumulators, clear, within, beyond):
     found = 0
     for lane in range(LANES):
-        share = clear[lane] if within else typed(0.0, clear[lane])
-        count = struck.low_count[lane] + struck.high_count[lane]
-        found += 1 if count > typed(0.0, count) else 0
-        accumulators.impacts[lane] += share * count
-        accumulators.speeds[lane] += share * (struck.low_speeds[lane] + struck.high_speeds[lane])
-        accumulators.squares[lane] += share * (struck.low_squares[lane] + struck.high_squares[lane])
-        accumulators.extras[lane] += share * struck.high_count[lane]
-        accumulators.extras[LANES + lane] += share * struck.high_speeds[lane]
-        accumulators.extras[2 * LANES + lane] += share * struck.high_squares[lane]
-    if within:
-        show_impacts(accumulators.observers, struck.low, clear)
-        show_impacts(accumulators.observers, struck.high, clear)
+        nothing = typed(0.0, clear[lane])
+        found += 1 if struck.low_count[lane] + struck.high_count[lane] > nothing else 0
+        share = clear[lane] if within else nothing
+        count, speed, square = last_struck(struck.low, lane, within, beyond)
+        low_count = share * struck.low_count[lane] + clear[lane] * count
+        low_speed = share * struck.low_speeds[lane] + clear[lane] * speed
+        low_square = share * struck.low_squares[lane] + clear[lane] * square
+        count, speed, square = last_struck(struck.high, lane, within, beyond)
+        high_count = share * struck.high_count[lane] + clear[lane] * count
+        high_speed = share * struck.high_speeds[lane] + clear[lane] * speed
+        high_square = share * struck.high_squares[lane] + clear[lane] * square
+        accumulators.impacts[lane] += low_count + high_count
+        accumulators.speeds[lane] += low_speed + high_speed
+        accumulators.squares[lane] += low_square + high_square
+        accumulators.extras[lane] += high_count
+        accumulators.extras[LANES + lane] += high_speed
+        accumulators.extras[2 * LANES + lane] += high_square
+    show_impacts(accumulators.observers, struck.low, clear, within, beyond)
+    show_impacts(accumulators.observers, struck.high, clear, within, beyond)
     return found
 
 
