@@ -302,7 +302,7 @@ def _order_one(quick: bool, turns: int, paths: int) -> tuple[dict[str, list[AtSt
     oscillator = Oscillator(springpot=Springpot(1.0, 1.0))
     result = exact(oscillator)
     law = np.array([getattr(result, name) for name in QUANTITIES])
-    coarse, fine = (2.0, 1.6, 1.0, 0.5, 0.2, 0.05), (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025)
+    coarse, fine = (2.5, 2.0, 1.6, 1.0, 0.5, 0.2, 0.05), (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025)
     works: dict[str, tuple[_Work, tuple[float, ...], int]] = {
         OURS: (partial(_ours, oscillator, "default"), coarse, 16 * paths),  # so many that the call itself is little
         PLAIN: (partial(_plain, oscillator), fine[:3] if quick else fine, paths),

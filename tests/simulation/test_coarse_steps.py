@@ -94,12 +94,12 @@ def test_a_step_of_0_02_is_within_1_per_cent_of_a_step_of_0_001(
     ("frequency", "coefficient", "position"),
     [(1.0, 1.0, 0.0), (2.0, 0.3, -0.4), validation(1.0, 0.5, 0.3), validation(0.5, 1.0, -1.0), (1.0, 1.0, None)],
 )
-def test_with_a_dashpot_a_step_of_two_has_no_error(
+def test_with_a_dashpot_the_longest_step_has_no_error(
     frequency: float, coefficient: float, position: float | None
 ) -> None:
     """Flights and elastic impacts keep the energy, kicks keep the velocity normal: the law is exact at every step."""
     problem = oscillator(1.0, coefficient, frequency, 1.0, position, 1.0)
-    step = 2.0 / max(frequency, coefficient)
+    step = 2.5 / max(frequency, coefficient)
     settings = {"paths": 40_960, "duration": 200.0 * step, "window": (50.0 * step, 200.0 * step), "seed": 3}
     found = sp.run(problem, step=step, start="rest", **settings)
     assert any("no error of the step at order 1, but transients" in sentence for sentence in found.warnings)
@@ -116,5 +116,5 @@ def test_only_what_has_no_error_may_have_such_a_step() -> None:
     for problem in (sp.Oscillator(), oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 0.9)):
         with pytest.raises(ValueError, match=r"too coarse .* use at most 0\.5 s"):
             sp.run(problem, step=1.0, duration=100.0)
-    with pytest.raises(ValueError, match=r"too coarse .* use at most 2 s"):
-        sp.run(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=2.1, duration=100.0)
+    with pytest.raises(ValueError, match=r"too coarse .* use at most 2.5 s"):
+        sp.run(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=2.6, duration=100.0)

@@ -51,7 +51,7 @@ LONGEST_SINGLE = 5_000_000  # steps; in longer runs the rounding of single-preci
 SINGLE_PRECISION = 1e-7  # memory tolerance below which the memory is kept in double precision
 _WHOSE = ("an oscillator whose fastest rate (the larger of Omega and C^(1/(2-alpha)))", "a system whose fastest rate")
 COARSEST = 0.5  # largest step * fastest rate that is accepted
-COARSEST_EXACT = 2.0  # where the step has no error (`keeps_the_law`): a half step is less than a quarter of a cycle
+COARSEST_EXACT = 2.5  # where the step has no error (`keeps_the_law`): a half step is less than a quarter of a cycle
 
 
 @dataclass(frozen=True)
