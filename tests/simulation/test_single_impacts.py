@@ -13,25 +13,27 @@ from springpot.simulation.restitution import Fixed
 from springpot.simulation.rigid_wall import fly
 from springpot.simulation.single_impacts import flight
 from springpot.theory import exact
+from tests.simulation.systems import NEARLY_LINEAR
 
 FREQUENCY = 1.7
 
 
-@njit
+@njit(_nrt=False)  # without counting of references, and number by number: a fifth of the time to compile
 def _both(place, rule, states, phases, sums, found):  # type: ignore[no-untyped-def]
     """Of each state: x, v and speed by one flight, whether it is sure, and x, v, impacts and speed by the exact one."""
     for n in range(phases.size):
-        x, v, phase = states[n, 0], states[n, 1], phases[n]
+        x, v, phase = states[0, n], states[1, n], phases[n]
         c, s = np.cos(phase), np.sin(phase)
         moved, change = (c - 1.0) * x + s / FREQUENCY * v, (c - 1.0) * v - s * FREQUENCY * x
         dx, dv, speed, sure = flight(FREQUENCY, place, 1.0, rule.restitution, x, v, moved, change)
         above, up, again, certain = flight(FREQUENCY, -place, -1.0, rule.restitution, -x, -v, -moved, -change)
         sums.impacts[0] = sums.speeds[0] = 0.0
         xn, vn = fly(place, rule, FREQUENCY, x, v, phase, sums, 0, 1.0)
-        found[n] = x + dx, v + dv, speed, 1.0 if sure else 0.0, xn, vn, sums.impacts[0], sums.speeds[0]
+        found[0, n], found[1, n], found[2, n], found[3, n] = x + dx, v + dv, speed, 1.0 if sure else 0.0
+        found[4, n], found[5, n], found[6, n], found[7, n] = xn, vn, sums.impacts[0], sums.speeds[0]
         same = above == -dx and up == -dv and again == speed and certain == sure
         if not same:
-            found[n, 0] = np.nan
+            found[0, n] = np.nan
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.6, 0.0])
@@ -40,15 +42,15 @@ def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution
     """Starts near the wall, so that a fifth of them strike; above and below the motion alike, to the last bit."""
     rng = np.random.default_rng(1)
     count = 20_000
-    states = np.column_stack([place + rng.exponential(0.5, count), FREQUENCY * rng.normal(size=count)])
+    states = np.stack([place + rng.exponential(0.5, count), FREQUENCY * rng.normal(size=count)])
     sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES), NO_OBSERVERS)
-    found = np.empty((count, 8))
+    found = np.empty((8, count))
     longest = 1.4 if place <= 0.0 else 0.5
     _both(place, Fixed(restitution), states, rng.uniform(0.0, longest, count), sums, found)
-    sure = found[:, 3] == 1.0
-    assert np.mean(found[:, 2] > 0.0) > 0.15
+    sure = found[3] == 1.0
+    assert np.mean(found[2] > 0.0) > 0.15
     assert sure.all() if place <= 0.0 else sure.mean() > 0.8  # a preload brings some back at once
-    x, v, speed, _, x_exact, v_exact, impacts, speeds = found[sure].T
+    x, v, speed, _, x_exact, v_exact, impacts, speeds = found[:, sure]
     assert impacts.max() == (0.0 if place > 0.0 == restitution else 1.0)
     np.testing.assert_array_equal(impacts, speed > 0.0)
     np.testing.assert_allclose([x, v, speed], [x_exact, v_exact, speeds], atol=1e-9)
@@ -70,7 +72,7 @@ def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int)
 
 def _pair(restitution: float) -> sp.System:
     walls = sp.Barrier(-0.5, restitution), sp.Barrier(0.7, restitution, side="below")
-    return sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), *walls)
+    return sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), NEARLY_LINEAR, *walls)
 
 
 def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:

@@ -371,7 +371,7 @@ def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
         sp.run(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
 
 
-@njit
+@njit(_nrt=False)
 def _flown(wall, frequency, x, v, phase, sums, lane, weight):  # type: ignore[no-untyped-def]
     return fly_between(wall, frequency, x, v, phase, sums, lane, weight)
 
