@@ -22,7 +22,7 @@ KINDS = (
     (sp.System(*FEW, NEARLY_LINEAR, *AWAY), "default", SINGLE),
     (sp.Oscillator(), "default", SINGLE), (sp.Oscillator(), "default", DOUBLE), (QUIET, "default", SINGLE),
     (FREE, "default", SINGLE), (FREE, "default", DOUBLE),
-    (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),
+    (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),
 )  # fmt: skip
 
 

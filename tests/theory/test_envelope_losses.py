@@ -46,7 +46,10 @@ def test_densities_are_near_those_of_the_fokker_planck_equation(
         assert integrate.trapezoid(np.abs(between[0] - between[1]), place) < largest
 
 
-@pytest.mark.parametrize(("order", "c", "b", "r"), [(1.0, 0.1, 1.0, 0.5), (0.5, 1.0, 0.0, 0.5), (0.3, 0.3, -0.7, 0.3)])
+@pytest.mark.parametrize(
+    ("order", "c", "b", "r"),
+    [validation(1.0, 0.1, 1.0, 0.5), validation(0.5, 1.0, 0.0, 0.5), (0.3, 0.3, -0.7, 0.3)],
+)
 def test_densities_have_the_moments(order: float, c: float, b: float, r: float) -> None:
     found = envelope(make(order, c, b, r))
     x, v, u = np.linspace(b, b + 40.0, 80_001), np.linspace(-30.0, 30.0, 60_001), np.linspace(0.0, 30.0, 60_001)

@@ -262,12 +262,12 @@ def test_joint_density_at_the_wall_carries_the_impacts():
     np.testing.assert_allclose(result.joint_density(0.06, -u[1:]), at_wall[1:], rtol=0.1)
 
 
-@pytest.mark.parametrize("places", [[0.5], validation([0.1, 0.5, 1.2])])
-def test_densities_in_units_and_in_the_mirror(places):
+@pytest.mark.validation  # every day: the speeds in test_units_and_mirror
+def test_densities_in_units_and_in_the_mirror():
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
     asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
     scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
-    x, v = np.array(places)[:, None], np.array([-0.7, 0.4])
+    x, v = np.array([0.1, 0.5, 1.2])[:, None], np.array([-0.7, 0.4])
     np.testing.assert_allclose(
         scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v), rtol=1e-8
     )

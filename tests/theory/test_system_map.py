@@ -145,18 +145,22 @@ def test_a_method_is_recommended_from_the_map() -> None:
     assert averaging_amplitude(exact).warnings == envelope(exact).warnings == ()
 
 
-def test_beside_the_map_the_errors_are_unknown() -> None:
-    pump = sp.System(*HARD, sp.Springpot(0.5, 0.3), sp.VanDerPol(0.1), WHITE)
-    wide = sp.System(*HARD, sp.Springpot(0.5, 8.0), WHITE)
-    for far in (pump, wide):
-        answers, _ = solve_all(far)
-        best, why = trusted(far, answers)
-        assert best == ""
-        assert "the validity map has no cell near this system. The best guess is envelope" in why
-        assert best_guess(far, answers) == "envelope"
-        assert any("has no cell near" in sentence for sentence in envelope(far).warnings)
+PUMP = sp.System(*HARD, sp.Springpot(0.5, 0.3), sp.VanDerPol(0.1), WHITE)
+
+
+@pytest.mark.parametrize("far", [PUMP, validation(sp.System(*HARD, sp.Springpot(0.5, 8.0), WHITE))])
+def test_beside_the_map_the_errors_are_unknown(far: sp.System) -> None:
+    answers, _ = solve_all(far)
+    best, why = trusted(far, answers)
+    assert best == ""
+    assert "the validity map has no cell near this system. The best guess is envelope" in why
+    assert best_guess(far, answers) == "envelope"
+    assert any("has no cell near" in sentence for sentence in answers["envelope"].warnings)
+
+
+def test_a_part_that_the_map_has_not_is_named() -> None:
     with pytest.raises(NotCovered, match="not van_der_pol"):
-        cell_of(pump)
+        cell_of(PUMP)
 
 
 def test_the_map_of_systems_goes_on_where_it_was(tmp_path) -> None:

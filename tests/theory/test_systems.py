@@ -358,7 +358,7 @@ def test_matched_noise_is_equipartition() -> None:
     "part",
     [
         sp.Springpot(0.3, 0.8), validation(sp.Maxwell(1.0, 2.0)),
-        sp.Circuit(3.0, 2.0, 0.5), validation(sp.Series(POT, sp.Spring(3.0))),
+        validation(sp.Circuit(3.0, 2.0, 0.5)), validation(sp.Series(POT, sp.Spring(3.0))),
     ],
 )  # fmt: skip
 def test_the_spectrum_of_matched_noise_is_that_of_equipartition(part) -> None:
