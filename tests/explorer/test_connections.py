@@ -166,6 +166,7 @@ def test_a_tab_that_says_nothing_gives_its_place_back(server: Server) -> None:
             honest.until("estimates", complete=True)
 
 
+@pytest.mark.validation  # every day: the end of a server on which nothing hangs, in test_server.py
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_an_orderly_end_whatever_hangs_on_the_server() -> None:
     """Half requests, silent tabs, tabs that ask without an end: one line, at once."""

@@ -53,16 +53,14 @@ def test_buttons_are_on_the_first_screen(long_numbers: Tab, width: int, height: 
         assert box["y"] + box["height"] <= height
 
 
-def test_dark_and_light(browser: Browser, server: Server) -> None:
-    """As soon as the page can be moved, before its numbers come."""
-    ready = "window.springpotExplorer?.generation > 0"
-    with browser.new_context(color_scheme="dark") as context, opened(context, server, wait=False) as page:
-        page.wait(ready)
-        background = "getComputedStyle(document.body).backgroundColor"
-        dark = page.page.evaluate(background)
-        page.page.locator("#theme").click()
-        light = page.page.evaluate(background)
-        assert sum(map(int, dark[4:-1].split(","))) < 120 < 600 < sum(map(int, light[4:-1].split(",")))
-        page.page.reload()
-        page.wait(ready)
-        assert page.page.evaluate(background) == light
+def test_dark_and_light(long_numbers: Tab) -> None:
+    """As the system has it, then as it was chosen: also when the page is opened again, before its numbers come."""
+    page, background = long_numbers.page, "getComputedStyle(document.body).backgroundColor"
+    page.emulate_media(color_scheme="dark")
+    dark = page.evaluate(background)
+    page.locator("#theme").click()
+    light = page.evaluate(background)
+    assert sum(map(int, dark[4:-1].split(","))) < 120 < 600 < sum(map(int, light[4:-1].split(",")))
+    page.reload()
+    long_numbers.wait("window.springpotExplorer?.generation > 0")
+    assert page.evaluate(background) == light

@@ -114,12 +114,12 @@ def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
 
 def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
     """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
-    with running() as fresh, opened(context, fresh, wait=False) as early:
+    with running() as fresh, opened(context, fresh, f"wall=0&{QUICK}", wait=False) as early:
         early.page.get_by_role("slider", name="order").wait_for()
         assert early.page.locator("#status").inner_text() != "live"
         early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
-        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0)), paths=640)
+        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
         assert early.number() == run.values["amplitude_mean_square"]
 
 
@@ -311,7 +311,7 @@ def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, ta
             place = f"#field-{name}"
             assert second.page.locator(place).input_value() == tab.page.locator(place).input_value()
         # and a link pasted into an open page
-        second.changed(lambda: second.page.evaluate("location.hash = '#a=1&C=1&paths=640'"))
+        second.changed(lambda: second.page.evaluate("location.hash = '#a=1&C=1&wall=0&paths=640'"))
         assert second.theory("exact") == 1.0
 
 
