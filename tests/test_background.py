@@ -29,6 +29,7 @@ def test_the_page() -> None:
     assert (started.process.returncode, out, err) == (130, "", "springpot: interrupted.\n")
 
 
+@pytest.mark.validation  # every day: the page, and a study in tests/studies/test_running.py that a signal stops
 def test_a_study(tmp_path: Path) -> None:
     long = {**RUNS, "monte_carlo": {"paths": 512, "duration": 4000.0, "step": 0.02}}
     file, store = write_toml(tmp_path / "long.toml", long), tmp_path / "study.zarr"

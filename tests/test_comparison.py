@@ -85,7 +85,7 @@ def test_the_command_compares_and_draws(
         return drawn[-1]
 
     monkeypatch.setattr("springpot.figures.comparison.draw_comparison", kept)
-    flags = ["compare", "--order", "1", "--coefficient", "0.8", "--rtol", "0.05"]
+    flags = ["compare", "--order", "1", "--coefficient", "0.8", "--rtol", "0.3"]
     assert cli.main([*flags, "--plot", str(tmp_path / "a.png")]) == 0
     out = capsys.readouterr().out
     assert "exact *" in out
@@ -102,7 +102,7 @@ def test_the_command_compares_and_draws(
     points = panels[0].containers[0].lines[0]
     wanted = np.interp(points.get_xdata(), line.get_xdata(), line.get_ydata())
     assert np.max(np.abs(points.get_ydata() - wanted)) < 0.05 * wanted.max()
-    assert cli.main([*flags[:-1], "0.3", "--json"]) == 0
+    assert cli.main([*flags, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["recommended"] == "exact"
     for name in ("nowhere/a.png", "a.pdf"):
         assert cli.main([*flags, "--plot", str(tmp_path / name)]) == 2
@@ -245,7 +245,7 @@ def test_a_wall_that_is_hardly_struck_has_no_relative_mean(capsys: pytest.Captur
     assert "-100.0 %" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("order", "restitution"), [validation(1.0, 1.0), (1.0, 0.6), (0.5, 0.8)])
+@pytest.mark.parametrize(("order", "restitution"), [validation(1.0, 1.0), validation(1.0, 0.6), (0.5, 0.8)])
 def test_densities_take_any_argument(order: float, restitution: float) -> None:
     answers, _ = solve_all(oscillator(order, 0.3, restitution=restitution))
     checked = 0

@@ -14,6 +14,7 @@ from scipy import signal
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli, theory
 from springpot.device import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
+from tests.sizes import validation
 
 RATE = 1000.0  # samples per second
 SAMPLES = 2**22
@@ -44,8 +45,8 @@ def welch(samples: Any) -> tuple[float, float]:
     ("given_as", "in_si"),
     [
         ({"psd": 0.02, "psd_unit": "g2/Hz"}, 0.02 * 9.80665**2),
-        ({"psd": 0.01, "psd_unit": "g2/Hz", "sides": 2}, 0.02 * 9.80665**2),
-        ({"psd": 3.0, "psd_unit": "m2/s4/Hz", "of": "base"}, 3.0),
+        validation({"psd": 0.01, "psd_unit": "g2/Hz", "sides": 2}, 0.02 * 9.80665**2),
+        validation({"psd": 3.0, "psd_unit": "m2/s4/Hz", "of": "base"}, 3.0),
         ({"psd": 0.5, "psd_unit": "N2/Hz", "of": "force"}, 0.5 / 0.4**2),
     ],
 )

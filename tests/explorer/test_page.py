@@ -299,6 +299,7 @@ def test_reset_repeats_and_a_seed_does_not(tab: Tab) -> None:
     assert tab.page.locator("#seed").input_value() not in ("1", "123")
 
 
+@pytest.mark.validation  # every day: the link of a system, in test_systems.py
 def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, tab: Tab) -> None:
     tab.page.locator("#preset").select_option("preload")
     tab.changed(lambda: tab.page.locator("#seed").fill("77"))
@@ -398,6 +399,7 @@ def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
         assert tab.theory(method) == pytest.approx(answer.amplitude_mean_square, rel=1e-6)
 
 
+@pytest.mark.validation  # every day: other units, in test_designs.py
 def test_dimensionless_numbers_are_the_same_problem(tab: Tab) -> None:
     tab.ask("a=0.5&C=0.8&W=2&q=3&b=-0.3&r=1&paths=640")
     in_metres, length = tab.number(), (3.0 / 8.0) ** 0.5
@@ -410,6 +412,7 @@ def test_dimensionless_numbers_are_the_same_problem(tab: Tab) -> None:
     assert tab.page.locator("#field-position").input_value() == "-0.3"
 
 
+@pytest.mark.validation  # every day: a number that is not possible, in test_systems.py
 def test_a_wall_too_far_stays_where_it_was_put(tab: Tab) -> None:
     """A faster oscillator has a shorter scale: the server says so, and nothing of it is drawn, nothing else changed."""
     tab.ask(f"a=0.6&b=-3&{QUICK}")

@@ -295,6 +295,7 @@ def test_a_link_and_the_copies_have_the_changed_numbers(device: Tab, tmp_path: P
     assert shown(device) == held
 
 
+@pytest.mark.validation  # every day: an unsound link, in test_page.py
 def test_a_link_that_is_not_possible_opens_the_file(context: BrowserContext, usual: Server) -> None:
     with opened(context, usual, "upper-position=-0.01&paths=128", wait=False) as tab:
         tab.wait("springpotExplorer.generation > 0")
@@ -303,6 +304,7 @@ def test_a_link_that_is_not_possible_opens_the_file(context: BrowserContext, usu
         assert tab.page.locator("#field-upper-position").input_value() == "0.005"
 
 
+@pytest.mark.validation  # every day: what has no answer, in test_page.py
 def test_a_number_without_a_value_says_why(device: Tab) -> None:
     """White noise at a restitution that makes infinitely many impacts."""
     device.ask("lower-restitution=0.1&paths=128")

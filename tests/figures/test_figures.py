@@ -18,6 +18,7 @@ from springpot import figures
 from springpot.memory import power_law_sum
 from springpot.simulation import Run
 from tests.simulation.problems import oscillator
+from tests.sizes import validation
 
 FREQUENCIES = np.linspace(0.5, 2.4, 12)
 
@@ -121,7 +122,7 @@ def test_a_path_is_the_recorded_one() -> None:
     assert (inside.min(), inside.max()) == (pytest.approx(5.0), pytest.approx(6.0))
 
 
-@pytest.mark.parametrize(("position", "side"), [(0.0, "above"), (-0.3, "above"), (0.4, "below")])
+@pytest.mark.parametrize(("position", "side"), [validation(0.0, "above"), validation(-0.3, "above"), (0.4, "below")])
 def test_the_impacts_marked_are_those_of_the_run(position: float, side: str) -> None:
     """All paths recorded: as many marks as impacts were counted, but for those that share a step or graze."""
     problem = oscillator(0.5, 0.3, position=position, side=side)

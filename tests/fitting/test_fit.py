@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from springpot.fitting.response import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
 from springpot.free_numbers import free_numbers
 from springpot.theory.methods.systems.linear import companion_of
+from tests.sizes import validation
 
 F = np.geomspace(0.1, 100.0, 21)
 ORDER, C = sp.free("order", 0.5, (0.02, 0.98)), sp.free("C", 1.0, (0.01, 100.0))
@@ -179,11 +181,9 @@ def dense(correlation: FloatArray, values: FloatArray) -> float:
     return float(z @ z + 2.0 * np.log(np.diag(root)).sum() + values.size * np.log(2.0 * np.pi))
 
 
-@pytest.mark.parametrize(("order", "noise"), [(0.3, 0.0), (0.3, 0.05), (0.6, 0.05)])
-def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: float, noise: float) -> None:
-    """300 samples; the correlation from the modulus itself, by quadrature, without a sum of modes."""
-    system = sp.System(sp.Spring(4.0), sp.Springpot(order, 0.4), sp.WhiteNoise(1.0))
-    step, samples = 0.1, 300
+@cache
+def exact_correlation(system: sp.System, step: float, samples: int) -> FloatArray:
+    """Of the displacement, from the modulus itself, by quadrature, without a sum of modes."""
     x, weights = np.polynomial.legendre.leggauss(16)
     edges = np.concatenate(
         [np.geomspace(1e-9, 0.01, 60), np.arange(0.02, 40.0, 0.01), np.geomspace(40.0, 4000.0, 4000)]
@@ -197,6 +197,14 @@ def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: floa
     correlation[0] += last * edges[-1] / 3.0
     lags = step * np.arange(1, samples)
     correlation[1:] -= last * np.sin(2.0 * np.pi * edges[-1] * lags) / (2.0 * np.pi * lags)
+    return correlation
+
+
+@pytest.mark.parametrize(("order", "noise"), [(0.3, 0.0), (0.3, 0.05), validation(0.6, 0.05)])
+def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: float, noise: float) -> None:
+    system = sp.System(sp.Spring(4.0), sp.Springpot(order, 0.4), sp.WhiteNoise(1.0))
+    step, samples = 0.1, 300
+    correlation = exact_correlation(system, step, samples)
     spread = noise * correlation[0] ** 0.5
     values = paths_of(system, step, samples, spread, 1)
     noisy = correlation.copy()

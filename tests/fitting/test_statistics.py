@@ -211,6 +211,7 @@ def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) ->
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.validation  # every day: the command that Ctrl-C ends with the best so far
 def test_the_command_fits_a_file_of_statistics(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -87,7 +87,7 @@ def test_the_sum_holds_at_lags_it_was_not_fitted_on(tolerance: float, order: flo
 @pytest.mark.parametrize(
     ("order", "tolerance", "most"),
     [
-        (0.25, 1e-6, 21), (0.5, 1e-6, 23), (0.75, 1e-6, 25),
+        validation(0.25, 1e-6, 21), (0.5, 1e-6, 23), validation(0.75, 1e-6, 25),
         validation(0.25, 1e-10, 47), (0.5, 1e-10, 47), validation(0.75, 1e-10, 47),
     ],
 )  # fmt: skip

@@ -158,6 +158,7 @@ def test_a_tighter_tolerance_gives_no_worse_result() -> None:
     assert tight.settings.precision == "float64"
 
 
+@pytest.mark.validation
 def test_a_strong_springpot_needs_no_run_of_many_creep_times() -> None:
     """C = 50: slow displacements are forgotten like a power of the time, and are a small part of <A^2>."""
     strong = oscillator(0.5, 50.0, restitution=0.8)

@@ -13,6 +13,7 @@ import springpot as sp
 from springpot import cli
 from springpot.simulation import PassageTimes, run
 from tests.simulation.problems import oscillator
+from tests.sizes import validation
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -101,6 +102,7 @@ def test_rare_passages_of_x_come_at_rices_rate() -> None:
     assert abs(distance.mean[0] / mean - 0.5) < 0.1
 
 
+@pytest.mark.validation
 def test_the_step_hardly_shows() -> None:
     """A coarse step beside one a fifth of it: for x, and for v and energy, which noise drives."""
     problem = oscillator(1.0, 0.3, restitution=0.9)
@@ -210,7 +212,7 @@ def test_an_observable_passes_like_the_quantity_it_is() -> None:
     np.testing.assert_allclose(found["own"].times, found["energy"].times, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("order", "position"), [(1.0, 0.0), (0.5, None)])
+@pytest.mark.parametrize(("order", "position"), [validation(1.0, 0.0), (0.5, None)])
 def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, position: float | None) -> None:
     """Within 10 % for x, where the amplitude passes the same level in about half of the time."""
     problem = oscillator(order, 0.1, position=position)

@@ -1,6 +1,7 @@
 """What the step misses of slow impacts, and what a run says of it, against the Fokker-Planck equation at order 1."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from springpot.simulation.slow_impacts import (
     slow_impacts,
 )
 from springpot.theory.mckean import slow_impact_power
+from tests.sizes import validation
 
 from .problems import oscillator
 
@@ -58,7 +60,7 @@ def test_quantiles_of_the_impact_speed_say_what_the_step_does_to_them(restitutio
     assert np.all(bias[low] < 1.7 * gap[low] + 3.0 * error[low])  # and says little more
 
 
-@pytest.mark.parametrize(("restitution", "position"), [(0.5, 2.0), (0.3, 1.0)])
+@pytest.mark.parametrize(("restitution", "position"), [(0.5, 2.0), validation(0.3, 1.0)])
 def test_behind_a_preload_the_lowest_may_be_too_low(restitution: float, position: float) -> None:
     """A step longer than `extrapolation_step` ends in chattering, whose impacts are slower than those under noise."""
     found, (speed, below) = observed(restitution, position).to_dict(), truth(restitution, position)
@@ -132,7 +134,8 @@ def test_a_sentence_names_the_quantiles() -> None:
 
 
 def test_numbers_without_slow_impacts_have_no_such_bound() -> None:
-    quiet = run(oscillator(1.0, 0.3, intensity=0.0), paths=16, duration=5.0, start="rest", distributions=True).to_dict()
+    given: dict[str, Any] = {"paths": 16, "duration": 5.0, "start": "rest", "memory_tolerance": 1e-9}
+    quiet = run(oscillator(1.0, 0.3, intensity=0.0), distributions=True, **given).to_dict()
     assert "impact_speed_quantile_step_bias" not in quiet
     collapsed = run(
         oscillator(1.0, 0.3, restitution=0.1), paths=16, duration=5.0, start="rest", distributions=True

@@ -163,11 +163,11 @@ def _folder_to_file(place: Path) -> None:
     [
         lambda path: _flip(path / "labelled/simulation/x_mean/c/0/0/0"),
         validation(lambda path: _flip(path / "labelled/theory/said/zarr.json")),
-        lambda path: _flip(path / "labelled/zarr.json"),
+        validation(lambda path: _flip(path / "labelled/zarr.json")),
         lambda path: (path / "labelled/theory/x_mean/c/0/0/0/0").unlink(),
         validation(lambda path: (path / "labelled/zarr.json").write_text("[" * 100_000)),
         lambda path: os.mkfifo(path / "labelled/theory/pipe"),
-        lambda path: _folder_to_file(path / "labelled"),
+        validation(lambda path: _folder_to_file(path / "labelled")),
         validation(lambda path: shutil.rmtree(path / "labelled")),
         lambda path: (path / "zarr.json").write_bytes(
             (path / "zarr.json").read_bytes().replace(b'"labelled/simulation/x_mean"', b'"labelled/simulation/y_mean"')
@@ -183,6 +183,7 @@ def test_damage_is_found_and_mended(damage: Any, copy: Path, whole: Path) -> Non
     assert content(copy) == content(whole)
 
 
+@pytest.mark.validation  # every day: failed tasks, and the kills of test_running.py
 def test_a_kill_while_it_is_written_leaves_none(copy: Path, whole: Path) -> None:
     shutil.rmtree(copy / "labelled")
     code = (

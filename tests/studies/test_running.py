@@ -64,13 +64,13 @@ def stamps(store: Path) -> dict[str, tuple[int, bytes]]:
 @pytest.mark.parametrize(
     ("change", "new"),
     [
-        ({"axes": {**RUNS["axes"], "order": [0.2, 0.4, 0.7, 1.0]}}, 4),
-        ({"axes": {**RUNS["axes"], "restitution": [0.8, 0.9, 1.0]}}, 6),
+        validation({"axes": {**RUNS["axes"], "order": [0.2, 0.4, 0.7, 1.0]}}, 4),
+        validation({"axes": {**RUNS["axes"], "restitution": [0.8, 0.9, 1.0]}}, 6),
         ({"axes": {"restitution": [0.8, 1.0], "order": [1.0, 0.7, 0.4]}}, 0),
         ({"axes": {**RUNS["axes"], "order": {"linspace": [0.4, 1.0, 5]}}}, 8),
         ({"methods": ["monte_carlo", "averaging", "averaging_printed"]}, 6),
-        ({"methods": ["averaging"], "monte_carlo": None}, 0),
-        ({"quantities": ["x_mean"]}, 0),
+        validation({"methods": ["averaging"], "monte_carlo": None}, 0),
+        validation({"quantities": ["x_mean"]}, 0),
     ],
     ids=["longer axis", "value between", "other order", "finer linspace", "another method", "fewer", "quantities"],
 )
@@ -132,6 +132,7 @@ def test_a_cluster_gives_the_same_files(
     assert content(tmp_path / "study.zarr") == content(runs)
 
 
+@pytest.mark.validation  # every day: the next test, which asks one for two tasks
 def test_a_scheduler_elsewhere(runs: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
@@ -142,7 +143,7 @@ def test_a_scheduler_elsewhere(runs: Path, tmp_path: Path) -> None:
     assert content(tmp_path / "study.zarr") == content(runs)
 
 
-@pytest.mark.parametrize(("count", "each"), [(1, 5), (2, 2), (3, 1)])
+@pytest.mark.parametrize(("count", "each"), [validation(1, 5), (2, 2), validation(3, 1)])
 def test_few_tasks_share_the_threads_of_their_worker(
     count: int, each: int, runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -522,6 +523,7 @@ def test_sigterm_is_obeyed_as_before_afterwards(tmp_path: Path) -> None:
         signal.signal(signal.SIGTERM, before)
 
 
+@pytest.mark.validation  # every day: one that is not there
 def test_a_scheduler_that_goes_away(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The client tries to find it again for a while, then says what has happened."""
     script = (

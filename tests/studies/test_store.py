@@ -27,6 +27,7 @@ from springpot.studies.layout import SENTENCES, metadata
 from springpot.studies.running import run_study
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Answer, Task, columns_of, compute, tasks
+from tests.sizes import validation
 from tests.studies.samples import THEORY, chunks, content, given, orphans
 
 STUDY = given(THEORY)
@@ -335,6 +336,7 @@ import sys
 from springpot.studies.question import read_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import compute, tasks
+from tests.sizes import validation
 from tests.studies.samples import THEORY
 store = open_store(sys.argv[1], read_study(THEORY))
 answers = [(task, compute(task)) for task in tasks(store.study)]
@@ -345,9 +347,10 @@ while True:
 """
 
 
-def test_a_writer_killed_in_the_middle_leaves_whole_files(copy: Path, whole: Path) -> None:
+@pytest.mark.parametrize("times", [1, validation(3)])
+def test_a_writer_killed_in_the_middle_leaves_whole_files(times: int, copy: Path, whole: Path) -> None:
     """Killed while it does nothing but write: each answer is whole, and at most one partial file stays behind."""
-    for number in range(3):
+    for number in range(times):
         with subprocess.Popen([sys.executable, "-c", WRITER, str(copy)], stdout=subprocess.PIPE, text=True) as writer:
             assert writer.stdout is not None
             assert writer.stdout.readline() == "ready\n"
@@ -425,6 +428,7 @@ def test_a_disk_that_can_only_be_read(small_disk: Path) -> None:
 LIMITED = """
 import resource, sys
 from springpot.studies import read_study, run_study
+from tests.sizes import validation
 from tests.studies.samples import THEORY
 run_study(read_study(THEORY), sys.argv[1], threads=1)  # what is needed for it is loaded
 resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))

@@ -78,6 +78,7 @@ def test_labels_and_units(place: Path) -> None:
     assert "x_mean_error" not in simulation
 
 
+@pytest.mark.validation  # every day: the exports of a study of oscillators, in test_dataset.py and test_labelled.py
 def test_a_finished_store_opens_without_us_and_exports_hold_the_same(place: Path, tmp_path: Path) -> None:
     tree = sp.open_study(place)
     with xarray.open_datatree(place, engine="zarr", group="labelled") as found:

@@ -30,7 +30,7 @@ COEFFICIENTS = [1e-6, 0.01, 0.3, 1.0, 2.0, 10.0, 1e6]
     ("alpha", "c"),
     [
         validation(0.001, 0.3),
-        (0.001, 1e6),
+        validation(0.001, 1e6),
         (0.5, 1e-6),
         validation(0.4, 2.0),
         validation(0.9, 1e6),

@@ -69,6 +69,7 @@ def test_van_der_pol_with_rayleigh_and_a_wall() -> None:
     assert found.impact_speed_mean == pytest.approx(1.08581, abs=2e-5)
 
 
+@pytest.mark.validation
 def test_van_der_pol_of_another_length_and_frequency_is_the_same_in_other_units() -> None:
     """x -> 2 x, t -> t / 3: what the coefficients become."""
     length, time = 2.0, 1.0 / 3.0
