@@ -280,6 +280,7 @@ def test_units_do_not_matter_to_trust() -> None:
         assert trust(other, method).gaps == pytest.approx(trust(unit, method).gaps)
 
 
+@pytest.mark.validation  # every day: the map of systems, in tests/theory/test_system_map.py
 def test_a_map_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     path = tmp_path / "map.csv"
     cells = [(1.0, 1.0, 1.0, 0.0), (1.0, 3.0, 1.0, 0.5)]

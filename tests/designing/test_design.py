@@ -109,6 +109,7 @@ def test_a_system_that_no_method_covers_is_designed() -> None:
     assert 0.4 * 0.98 < fresh.values["v_mean_square"] < 0.4
 
 
+@pytest.mark.validation  # every day: the same in test_rounds.py, without a simulation
 def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
     with pytest.raises(
         ValueError, match=r"impact_rate < 0.0001 is missed least with .* % beyond the limit, at c = 0.5"

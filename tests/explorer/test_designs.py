@@ -80,6 +80,7 @@ def test_millimetres_hertz_and_spectral_densities(device: Tab) -> None:
     assert [page.evaluate(CUT), page.evaluate(OVERLAPPING), page.locator(".scroll.cut").count()] == [[], [], 0]
 
 
+@pytest.mark.validation
 def test_no_gaps_and_no_star_beside_a_transient_run(device: Tab) -> None:
     device.ask("a=0.5&start=rest&paths=640")
     page, gaps = device.page, "#table [data-method] .gap"

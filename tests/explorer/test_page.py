@@ -112,6 +112,7 @@ def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
         yield made
 
 
+@pytest.mark.validation  # every day: a question before the kernel, in test_server.py
 def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
     """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
     with running() as fresh, opened(context, fresh, f"wall=0&{QUICK}", wait=False) as early:
@@ -316,6 +317,7 @@ def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, ta
         assert second.theory("exact") == 1.0
 
 
+@pytest.mark.validation  # every day: what is copied from the page of a system
 def test_what_is_copied_runs(tab: Tab, capsys: pytest.CaptureFixture[str]) -> None:
     """The command and the program give the page's numbers."""
     tab.changed(lambda: tab.page.locator("#preset").select_option("pounding"))
@@ -439,6 +441,7 @@ def test_what_has_no_answer_is_said(tab: Tab) -> None:
     assert tab.page.locator("#slider-restitution").is_disabled()
 
 
+@pytest.mark.validation  # every day: what has no answer
 def test_a_wall_that_is_never_struck_is_said(tab: Tab) -> None:
     tab.ask(f"a=0.5&C=2&b=-15&{QUICK}")
     assert tab.number("impact_rate") == 0.0

@@ -44,7 +44,7 @@ def halved(
 @pytest.mark.parametrize(
     ("order", "coefficient", "restitution", "position", "start"),
     [
-        validation(0.5, 1.0, 1.0, 0.0, 0.785), (0.3, 1.0, 0.8, -0.5, 0.54),
+        validation(0.5, 1.0, 1.0, 0.0, 0.785), validation(0.3, 1.0, 0.8, -0.5, 0.54),
         validation(0.7, 0.5, 1.0, 0.3, 1.0), (0.5, 1.0, 0.5, 0.0, 0.577),
     ],
 )  # fmt: skip

@@ -18,7 +18,7 @@ from springpot.simulation.slow_impacts import (
     slow_impacts,
 )
 from springpot.theory.mckean import slow_impact_power
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 
 from .problems import oscillator
 
@@ -45,7 +45,7 @@ def truth(restitution: float, position: float) -> tuple[np.ndarray, np.ndarray]:
     return speed, below / below[-1]
 
 
-@pytest.mark.parametrize(("restitution", "position"), LOSSY)
+@pytest.mark.parametrize(("restitution", "position"), thinned(LOSSY, 2))
 def test_quantiles_of_the_impact_speed_say_what_the_step_does_to_them(restitution: float, position: float) -> None:
     """The 1 % quantile is six to fifty standard errors too high; with its step bias each interval holds the truth."""
     found, (speed, below) = observed(restitution, position).to_dict(), truth(restitution, position)

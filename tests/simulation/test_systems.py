@@ -28,6 +28,7 @@ from springpot.simulation.system_scales import system_scales
 from springpot.simulation.system_warnings import step_biases_of_system
 from springpot.simulation.two_walls import Pair, fly_between
 from springpot.simulation.units import Units
+from tests.sizes import validation
 
 from .problems import assert_agrees
 from .systems import (
@@ -130,7 +131,7 @@ def test_coloured_and_white_noise_share_their_normals() -> None:
     assert abs(found.values["damping_power"] - 0.341966 - 0.4) < 4 * found.errors["damping_power"]
 
 
-@pytest.mark.parametrize("order", [0.05, 0.9])
+@pytest.mark.parametrize("order", [validation(0.05), 0.9])
 def test_springpot_in_series_with_a_spring(order: float) -> None:
     series, pot = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0)), sp.Springpot(0.9, 0.3)
     exact = filtered(lambda p: 1.0 + series.modulus(p) + pot.modulus(p), white(1.0), (1.0, 1.4))
@@ -175,7 +176,7 @@ def test_van_der_pol_and_rayleigh_with_a_wall() -> None:
 
 @pytest.mark.parametrize(
     ("contact", "known"),
-    [(sp.Contact(-0.2, 50.0), (0.52414, 0.75815)), (sp.Contact(-0.2, 20.0, 1.0), (0.51677, 0.7574))],
+    [validation(sp.Contact(-0.2, 50.0), (0.52414, 0.75815)), (sp.Contact(-0.2, 20.0, 1.0), (0.51677, 0.7574))],
 )
 def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
     exact = dict(zip(("x_mean", "x_mean_square"), known, strict=True)) | {"v_mean_square": 1.0}
@@ -183,8 +184,9 @@ def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937476), (0.6, 0.711950)])
-@pytest.mark.parametrize("exponent", [1.0, 1.5])
-@pytest.mark.parametrize("side", ["above", "below"])
+@pytest.mark.parametrize(
+    ("exponent", "side"), [validation(1.0, "above"), (1.5, "above"), (1.0, "below"), validation(1.5, "below")]
+)
 def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: float, side: Any) -> None:
     """chi v (1 + e) = ln[(1 + chi v) / (1 - chi v e)], for any exponent and stiffness."""
     sign = 1.0 if side == "above" else -1.0

@@ -267,6 +267,7 @@ def test_a_task_that_fails_does_not_stop_the_others(
     assert content(path) == content(runs)
 
 
+@pytest.mark.validation
 def test_nor_on_a_cluster(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")
     path = tmp_path / "study.zarr"

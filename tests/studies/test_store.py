@@ -27,7 +27,7 @@ from springpot.studies.layout import SENTENCES, metadata
 from springpot.studies.running import run_study
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Answer, Task, columns_of, compute, tasks
-from tests.sizes import validation
+from tests.sizes import thinned, validation
 from tests.studies.samples import THEORY, chunks, content, given, orphans
 
 STUDY = given(THEORY)
@@ -137,7 +137,7 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+@pytest.mark.parametrize("damage", thinned(DAMAGE.values(), 2), ids=DAMAGE)
 def test_damage_is_found_and_mended(damage: Callable[[Path], object], copy: Path, whole: Path) -> None:
     damage(copy)
     found = status(open_store(copy))
@@ -242,7 +242,10 @@ def test_a_newer_version_is_refused_with_the_reason(use: Callable[[Path], object
         (copy / "zarr.json").write_bytes(before)
 
 
-@pytest.mark.parametrize("version", ["9\x1b[2J", "9\nspringpot: all is well.", "9" * 1000, ["9"], None])
+@pytest.mark.parametrize(
+    "version",
+    ["9\x1b[2J", validation("9\nspringpot: all is well."), validation("9" * 1000), validation(["9"]), None],
+)
 def test_a_version_that_is_none_is_damage_and_not_shown(version: object, copy: Path) -> None:
     def hostile(ours: dict[str, object]) -> None:
         ours["format"], ours["versions"] = 99, [{"springpot": version, "numba": "1", "numpy": "3"}]
@@ -336,7 +339,6 @@ import sys
 from springpot.studies.question import read_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import compute, tasks
-from tests.sizes import validation
 from tests.studies.samples import THEORY
 store = open_store(sys.argv[1], read_study(THEORY))
 answers = [(task, compute(task)) for task in tasks(store.study)]
@@ -428,7 +430,6 @@ def test_a_disk_that_can_only_be_read(small_disk: Path) -> None:
 LIMITED = """
 import resource, sys
 from springpot.studies import read_study, run_study
-from tests.sizes import validation
 from tests.studies.samples import THEORY
 run_study(read_study(THEORY), sys.argv[1], threads=1)  # what is needed for it is loaded
 resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
@@ -439,6 +440,7 @@ except OSError as error:
 """
 
 
+@pytest.mark.validation
 def test_a_limit_on_files_loses_nothing(copy: Path) -> None:
     """For machines on which nothing can be mounted: sentences are larger than the limit, numbers are not."""
     assert resource.getrlimit(resource.RLIMIT_FSIZE)[1] == resource.RLIM_INFINITY
@@ -488,7 +490,7 @@ def _replace(place: Path, make: Callable[[Path], object]) -> None:
     make(place)
 
 
-@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda place: place.symlink_to(place)])
+@pytest.mark.parametrize("make", [validation(Path.mkdir), os.mkfifo, lambda place: place.symlink_to(place)])
 def test_what_is_no_file_is_replaced(make: Callable[[Path], object], copy: Path, whole: Path) -> None:
     task = next(tasks(STUDY))
     for place in (f"theory/averaging/numbers/{task.slot}.0", "theory/averaging/numbers/zarr.json", "zarr.json"):

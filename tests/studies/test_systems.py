@@ -343,6 +343,7 @@ def test_panels_of_walls(place: Path) -> None:
     assert one.axes[0].get_ylabel() == "power (W)"
 
 
+@pytest.mark.validation  # every day: that of oscillators, killed
 def test_an_interrupted_study_is_completed_to_the_same_bytes(place: Path, tmp_path: Path) -> None:
     path = tmp_path / "study.zarr"
     assert run_study(given(STOPS), path, threads=1, shard=(2, 3)).computed == 8

@@ -256,7 +256,7 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
 
 
 @pytest.mark.parametrize("asked", [
-    validation(oscillator(0.5, 1)), oscillator(0.2, 0.05, 0.6, 0.8), free(0.4, 0.2, omega=0.5),
+    validation(oscillator(0.5, 1)), validation(oscillator(0.2, 0.05, 0.6, 0.8)), free(0.4, 0.2, omega=0.5),
     validation(oscillator(0.8, 0.5, 0.9, -0.15, omega=3.0, q=2.0)),
     validation(oscillator(0.5, 0.3, 0.7, -0.3, side="below")),
 ])  # fmt: skip

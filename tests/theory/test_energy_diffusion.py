@@ -7,6 +7,7 @@ import pytest
 from scipy import integrate
 
 from springpot.theory.numerics.energy_diffusion import FirstPassage, make_energy_diffusion
+from tests.sizes import validation
 
 
 def linear(cells=160):
@@ -63,7 +64,7 @@ def test_first_passage_against_the_exact_mean_time(level):
     assert linear().first_passage(level).mean_time == pytest.approx(exact_passage(level), rel=0.01)
 
 
-@pytest.mark.parametrize("level", [0.5, 4.0])
+@pytest.mark.parametrize("level", [validation(0.5), 4.0])
 def test_survival_falls_from_one_to_zero_and_its_area_is_the_mean_time(level):
     passage = linear().first_passage(level)
     t = np.linspace(0.0, 40.0 * passage.mean_time, 100_001)

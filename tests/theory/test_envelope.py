@@ -187,11 +187,11 @@ def test_against_monte_carlo(order, c, r, b, square, mean, rate, within):
 @pytest.mark.parametrize(
     ("order", "c", "b", "r"),
     [
-        (0.5, 1.0, -1.0, 0.8),
+        validation(0.5, 1.0, -1.0, 0.8),
         (0.3, 0.1, 0.5, 0.5),
         (0.4, 1.0, None, 1.0),
-        (0.1, 1.0, 0.0, 1.0),
-        (1.0, 0.5, 1.0, 1.0),
+        validation(0.1, 1.0, 0.0, 1.0),
+        validation(1.0, 0.5, 1.0, 1.0),
         (0.9, 3.0, -0.2, 1.0),  # near grazing its cycles cross
         (0.5, 3.0, -1.0, 0.7),
     ],
@@ -233,7 +233,7 @@ def test_joint_density_has_mass_one_in_energy_and_angle(order, c, b, r):
     assert total == pytest.approx(1.0, abs=1e-10)
 
 
-@pytest.mark.parametrize("b", [0.0, 1.0, None])
+@pytest.mark.parametrize("b", [validation(0.0), 1.0, validation(None)])
 def test_joint_density_of_a_dashpot_has_mass_one_in_the_plane(b):
     result = envelope(make(1.0, 0.5, b))
     x, dx = panel_rule(np.linspace(-10.0 if b is None else b, 11.0, 8), 30)

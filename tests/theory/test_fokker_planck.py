@@ -304,6 +304,7 @@ def test_light_damping_with_a_wide_gap_or_a_preload(c, r, position):
     assert result.v_mean_square <= 0.5 / c * (1 + 1e-6)
 
 
+@pytest.mark.validation  # every day: other refusals
 def test_an_answer_without_digits_is_refused():
     with pytest.raises(NotCovered, match="numerical solution is accurate; here two grids differ"):
         fokker_planck(oscillator(0.02, 0.3, 19.0))

@@ -182,6 +182,7 @@ def test_a_mirror_image(damper) -> None:
     assert one.barrier_impact_rate == pytest.approx(other.barrier_impact_rate, rel=1e-8)
 
 
+@pytest.mark.validation  # every day: the mirror image, and other units of the losses at one wall
 def test_other_units_of_length_and_time_and_a_mass() -> None:
     """x -> L x, t -> T t, and everything times m."""
     length, time, mass, a = 1e-3, 0.02, 0.2, 0.5
