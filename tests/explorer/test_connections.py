@@ -19,6 +19,7 @@ import pytest
 import uvicorn
 from websockets.exceptions import ConnectionClosed
 
+import springpot as sp
 from springpot.explorer import connections
 from springpot.explorer.connections import MOST_CONNECTIONS, REQUEST_SECONDS
 from springpot.explorer.engine import Engine
@@ -211,6 +212,35 @@ def test_work_that_is_dropped_before_it_begins_leaves_no_warning() -> None:
         asyncio.run(hurried())
         gc.collect()
     assert [str(warning.message) for warning in said] == []
+
+
+def test_what_is_asked_before_the_kernel_is_there_is_answered_with_it() -> None:
+    async def asked() -> dict[str, Any]:
+        engine = Engine()
+        session, said = Session(engine), dict[str, Any]()
+        computing = asyncio.create_task(session.compute())
+
+        async def hear(kind: str) -> None:
+            while kind not in said:
+                texts = [json.loads(text) for text in session.due() if isinstance(text, str)]
+                said.update({text["kind"]: text for text in texts})
+                await asyncio.sleep(0.01)
+
+        session.receive(Problem(generation=1, wall=False, paths=64))
+        await hear("accepted")
+        assert (said["status"]["theory"], said["status"]["kernel"]) == (False, False)
+        assert "estimates" not in said
+        await engine.load()
+        await hear("estimates")
+        computing.cancel()
+        await asyncio.gather(computing, return_exceptions=True)
+        engine.close()
+        return said
+
+    said = asyncio.run(asked())
+    run = sp.run(sp.Oscillator(barrier=None), paths=64)
+    assert said["status"]["kernel"]
+    assert said["estimates"]["values"]["x_mean_square"] == run.values["x_mean_square"]
 
 
 def test_frames_cut_off_in_the_middle_hurt_nobody(server: Server) -> None:

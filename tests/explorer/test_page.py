@@ -112,7 +112,7 @@ def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
         yield made
 
 
-@pytest.mark.validation  # every day: a question before the kernel, in test_server.py
+@pytest.mark.validation  # every day: a question before the kernel, in test_connections.py
 def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
     """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
     with running() as fresh, opened(context, fresh, f"wall=0&{QUICK}", wait=False) as early:
@@ -346,6 +346,7 @@ def test_numbers_share_their_power_of_ten_with_their_error(tab: Tab) -> None:
 
 
 def test_a_chart_tells_its_numbers(tab: Tab) -> None:
+    tab.complete()
     over = tab.page.locator("#growth .u-over")
     over.scroll_into_view_if_needed()
     over.hover()

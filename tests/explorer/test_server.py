@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import random
 import signal
@@ -20,11 +19,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-import springpot as sp
-from springpot.explorer.engine import Engine
-from springpot.explorer.protocol import LONGEST_MESSAGE, Problem
+from springpot.explorer.protocol import LONGEST_MESSAGE
 from springpot.explorer.server import MOST_SESSIONS, allowed_hosts
-from springpot.explorer.session import Session
 from tests.explorer.conftest import COMMAND, Server, running
 from tests.explorer.talk import Tab, tab
 from tests.signals import in_a_terminal
@@ -311,35 +307,6 @@ def test_a_pause_stops_time_and_paths(server: Server) -> None:
 
 
 # --- beginning and end ---------------------------------------------------------------------------------------------
-
-
-def test_what_is_asked_before_the_kernel_is_there_is_answered_with_it() -> None:
-    async def asked() -> dict[str, Any]:
-        engine = Engine()
-        session, said = Session(engine), dict[str, Any]()
-        computing = asyncio.create_task(session.compute())
-
-        async def hear(kind: str) -> None:
-            while kind not in said:
-                texts = [json.loads(text) for text in session.due() if isinstance(text, str)]
-                said.update({text["kind"]: text for text in texts})
-                await asyncio.sleep(0.01)
-
-        session.receive(Problem(generation=1, wall=False, paths=64))
-        await hear("accepted")
-        assert (said["status"]["theory"], said["status"]["kernel"]) == (False, False)
-        assert "estimates" not in said
-        await engine.load()
-        await hear("estimates")
-        computing.cancel()
-        await asyncio.gather(computing, return_exceptions=True)
-        engine.close()
-        return said
-
-    said = asyncio.run(asked())
-    run = sp.run(sp.Oscillator(barrier=None), paths=64)
-    assert said["status"]["kernel"]
-    assert said["estimates"]["values"]["x_mean_square"] == run.values["x_mean_square"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
