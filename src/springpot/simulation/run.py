@@ -359,7 +359,8 @@ def simulate(
         Simulated time in s; if left out, 100 / Omega or longer, so that half of it outlasts the transient.
     step : float
         Time step in s, shortened to divide the duration; if left out, a hundredth (default scheme) or a thousandth
-        (``"grunwald"``) of the shortest time scale, 1 / Omega or C^(-1 / (2 - alpha)).
+        (``"grunwald"``) of the shortest time scale, 1 / Omega or C^(-1 / (2 - alpha)); at most half of it, or 2.5 of it
+        where the step has no error in stationary averages (a dashpot, white noise, no losses at the wall).
     window : (float, float)
         Averages are taken over window[0] < t <= window[1]; the second half of the run if left out.
     seed : int
