@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from benchmarks.measure import Row, best_cpu
+from benchmarks.measure import Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator
 from springpot.simulation import compose
@@ -172,6 +172,11 @@ def parts_of(
 
 def block_cpu(parts: Parts, times: int = 5) -> float:
     """Processor time in s of one block of LANES paths, with averages over the second half."""
+    return best_cpu(_block(parts), times)
+
+
+def _block(parts: Parts) -> Callable[[], None]:
+    """One block of LANES paths, compiled."""
     kernel, steps = parts.kernel, parts.steps
     k0, k1 = key_words(1)
     rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, steps + 1, 2)), np.zeros(1, np.uint8)
@@ -185,11 +190,11 @@ def block_cpu(parts: Parts, times: int = 5) -> float:
         )  # fmt: skip
 
     run(GROUP)
-    return best_cpu(run, times)
+    return run
 
 
-def _division(parts: Parts) -> dict[str, float]:
-    """Processor time in s of the parts of a block, each alone."""
+def _division(parts: Parts) -> dict[str, Callable[[], Any]]:
+    """The parts of a block, each alone, compiled."""
     kernel, groups = parts.kernel, parts.steps // GROUP
     (_, sweep), (x, v) = kernel.of_kernel(), kernel.start.states[0, :2]
     k0, k1 = key_words(1)
@@ -200,21 +205,22 @@ def _division(parts: Parts) -> dict[str, float]:
     }
     for driver in drivers.values():
         driver(1)
-    return {name: best_cpu(lambda driver=driver: driver(groups)) for name, driver in drivers.items()}
+    return {name: partial(driver, groups) for name, driver in drivers.items()}
 
 
 # --- the plain kernel ---------------------------------------------------------------------------------------------
 
 
-def _plain_cpu(oscillator: Oscillator, steps: int, precision: str, times: int = 5) -> float:
-    """Processor time in s of one block of LANES paths of the plain kernel with MODES modes."""
+def _plain(oscillator: Oscillator, steps: int, precision: str) -> Callable[[], None]:
+    """One block of LANES paths of the plain kernel with MODES modes, compiled."""
     plain, key = plain_of(oscillator, steps, modes=MODES, precision=precision), key_words(1)
     plain.run(GROUP, GROUP // 2, key)
-    found: list[npt.NDArray[np.float64]] = []
-    taken = best_cpu(lambda: found.append(plain.run(steps, steps // 2, key)), times)
-    if not np.isfinite(found[-1]).all():
-        raise ArithmeticError("the plain kernel blew up, so its time means nothing.")
-    return taken
+
+    def run() -> None:
+        if not np.isfinite(plain.run(steps, steps // 2, key)).all():
+            raise ArithmeticError("the plain kernel blew up, so its time means nothing.")
+
+    return run
 
 
 # --- the rows -----------------------------------------------------------------------------------------------------
@@ -230,13 +236,13 @@ def one_core(quick: bool) -> list[Row]:
         most = peak(precision, 2_000 if quick else 200_000)
         parts = parts_of(oscillator, steps, modes=MODES, precision=precision)
         per_step = 1e9 / (LANES * steps)
-        whole = per_step * block_cpu(parts)
-        division = {name: per_step * seconds for name, seconds in _division(parts).items()}
-        division["walls, sums and the rest"] = whole - sum(division.values())
-        plain = per_step * _plain_cpu(oscillator, steps, precision)
-        needed = parts_of(oscillator, steps, precision=precision)
+        needed, alone = parts_of(oscillator, steps, precision=precision), _division(parts)
         modes, tolerance = needed.kernel.memory.powers.size // 4, 1e-6 if precision == "float32" else 9e-8
-        as_run = per_step * block_cpu(needed)
+        kernels = {"whole": _block(parts), "plain": _plain(oscillator, steps, precision), "needed": _block(needed)}
+        taken = {name: per_step * seconds for name, seconds in cpu_by_turns({**kernels, **alone}).items()}
+        whole, plain, as_run = (taken[name] for name in kernels)
+        division = {name: taken[name] for name in alone}
+        division["walls, sums and the rest"] = whole - sum(division.values())
         flops = MODES * FLOPS_PER_MODE_STEP
         section = f"one core, {word} memory"
         first += [

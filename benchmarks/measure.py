@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +17,7 @@ from numba.core.config import CPU_NAME
 
 from springpot.processors import threads_available
 
-__all__ = ["Row", "best_cpu", "best_wall", "exponent", "machine"]
+__all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "machine"]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,15 @@ def _best(clock: Callable[[], float], work: Callable[[], object], times: int) ->
 def best_cpu(work: Callable[[], object], times: int = 5) -> float:
     """Least processor time in s of ``work``: for one thread, and little disturbed by others on the machine."""
     return _best(time.process_time, work, times)
+
+
+def cpu_by_turns(works: Mapping[str, Callable[[], object]], turns: int = 9) -> dict[str, float]:
+    """Least processor time in s of each, run by turns: what is compared has the same chances on a busy machine."""
+    least = dict.fromkeys(works, math.inf)
+    for _ in range(turns):
+        for name, work in works.items():
+            least[name] = min(least[name], best_cpu(work, 1))
+    return least
 
 
 def best_wall(work: Callable[[], object], times: int = 3) -> float:

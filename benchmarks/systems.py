@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from benchmarks.measure import Row
+from benchmarks.measure import Row, cpu_by_turns
 from springpot import (
     Barrier,
     ColouredNoise,
@@ -48,12 +48,7 @@ def systems(quick: bool) -> list[Row]:
         prepared[name] = simulation_of(problem, replace(settings, initial_position=0.0))
         prepared[name].but(duration=0.1, window=(0.0, 0.1)).advance()
         first[name] = time.perf_counter() - begun
-    least = dict.fromkeys(prepared, float("inf"))
-    for _ in range(turns):
-        for name, simulation in prepared.items():
-            begun = time.process_time()
-            simulation.advance()
-            least[name] = min(least[name], time.process_time() - begun)
+    least = cpu_by_turns({name: simulation.advance for name, simulation in prepared.items()}, turns)
     base, *_ = least.values()
     return [
         Row(section, name, 1e9 * taken / (256 * steps), "ns per path-step", taken / base, "the oscillator",
