@@ -120,7 +120,7 @@ def _eight_tenths(speed: float) -> float:
 
 
 def test_a_law_of_restitution_that_is_a_number() -> None:
-    """The laws have kernels of their own, which round in another way; the start is given, since pilot runs round too."""
+    """The laws have kernels of their own, which round in another way; the start is given: pilot runs round too."""
     parts = SPRING, sp.Springpot(0.5, 0.5), WHITE
     stop = sp.Barrier(0.5, 0.8, "below")
     given = {"paths": 500, "duration": 25.0, "window": (10.0, 25.0), "step": 0.02, "seed": 3, "memory_tolerance": 1e-8}

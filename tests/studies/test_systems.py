@@ -20,6 +20,7 @@ from springpot.studies.export import export
 from springpot.studies.question import Study, read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
+from springpot.studies.template import of_system
 from springpot.system_numbers import numbers_of, with_numbers
 from tests.studies.samples import DEVICE, STOPS, chunks, content, given, orphans, with_device, write_toml
 
@@ -359,3 +360,9 @@ def test_a_task_is_the_run_of_its_system() -> None:
     run = run_as_given(task.problem, **task.settings, seed=task.seed)
     numbers = dict(zip(tasks.columns_of("monte_carlo", task.system), tasks.compute(task).numbers, strict=True))
     assert {name: numbers[name] for name in run.values} == pytest.approx(run.values, rel=0.0, abs=0.0, nan_ok=True)
+
+
+def test_the_example_of_a_system_names_theories_that_answer() -> None:
+    linear = sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)
+    assert of_system(sp.System(*linear))["methods"] == '"envelope", "linearisation", "monte_carlo"'
+    assert of_system(sp.System(*linear, sp.Barrier(-1.0)))["methods"] == '"envelope", "monte_carlo"'

@@ -8,8 +8,11 @@ from springpot.studies.tables import ALL_METHODS
 from springpot.system import System
 from springpot.system_numbers import numbers_of, unit_of, with_numbers
 from springpot.theory.registry import METHODS
+from springpot.theory.solve import solve_one
 
 __all__ = ["TEMPLATE", "TEMPLATE_OF_SYSTEM", "of_system"]
+
+_TRIED = "envelope", "linearisation"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\
 # A study: a grid of oscillators, each computed by every method below.  It takes ten seconds.
@@ -60,11 +63,7 @@ name = {name}
 seed = 1             # every point's own seed is made from this and the point's numbers
 system = {system}    # its place, from this file
 # methods: METHODS
-methods = [
-    "envelope",
-    "linearisation",
-    "monte_carlo",
-]
+methods = [{methods}]
 # {quantities}
 quantities = {chosen}  # what rtol controls and charts show; the store keeps them all
 
@@ -80,14 +79,19 @@ paths = 1000         #   the settings of a run: paths, duration, step, window, s
 
 
 def of_system(device: System) -> dict[str, str]:
-    """What the file says of a system: its quantities, and an axis for each number, of which the first is in use.
+    """What the file says of a system: methods, quantities, and an axis for each number, of which the first is in use.
 
     Examples
     --------
     >>> from springpot.parts import Spring, WhiteNoise
-    >>> print(of_system(System(Spring(80.0), WhiteNoise(0.02)))["axes"])
+    >>> words = of_system(System(Spring(80.0), Barrier(-0.02), WhiteNoise(0.02)))
+    >>> print(words["axes"])
     parts.spring.stiffness = [64.0, 80.0]  # s-2
+    # parts.barrier.position = [-0.02]  # m
+    # parts.barrier.restitution = [1.0]
     # parts.white_noise.intensity = [0.02]  # m2 s-3
+    >>> words["methods"]  # nothing dissipates, so no theory has an answer
+    '"monte_carlo"'
     """
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
@@ -98,11 +102,13 @@ def of_system(device: System) -> dict[str, str]:
         values = f"[{float(f'{0.8 * value:.12g}')!r}, {value!r}]" if name == first else f"[{value!r}]"
         unit = unit_of(device, name)
         lines.append(f"{'' if name == first else '# '}{name} = {values}" + (f"  # {unit}" if unit != "1" else ""))
+    theories = [name for name in _TRIED if solve_one(device, name)[0] is not None]
     chosen = ["x_mean_square", *(["impact_rate"] if device.of(Barrier, Contact) else [])]
     return {
         "axes": "\n".join(lines),
         "quantities": ", ".join(scalars_of(device)),
         "chosen": "[" + ", ".join(f'"{name}"' for name in chosen) + "]",
+        "methods": ", ".join(f'"{name}"' for name in (*theories, "monte_carlo")),
     }
 
 
