@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import cfunc
 
 from springpot.oscillator import Oscillator
+from springpot.simulation.cache import callback
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.forgetting import MOST_TRANSIENT, is_stationary
-from springpot.simulation.lanes import FAST, GROUP, LANES
+from springpot.simulation.lanes import GROUP, LANES
 from springpot.simulation.observers import HEADER, ON_STEPS, Observer
 from springpot.simulation.settings import Settings, default_start
 from springpot.simulation.simulation import Simulation
@@ -58,7 +58,7 @@ def _growth_part() -> Any:
                     total += x[j * LANES + lane] ** 2 + reach * reach
                 array[first + (n + j) * BINS // high] += array[length] ** 2 * total
 
-    return cfunc(ON_STEPS, **FAST)(on_steps)
+    return callback(ON_STEPS)(on_steps)
 
 
 @cache
@@ -74,7 +74,7 @@ def _square_part() -> Any:
                     total += x[j * LANES + lane] ** 2
                 array[first + (n + j) * BINS // high] += array[length] ** 2 * total
 
-    return cfunc(ON_STEPS, **FAST)(on_steps)
+    return callback(ON_STEPS)(on_steps)
 
 
 class Gathering:

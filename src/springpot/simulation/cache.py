@@ -1,9 +1,9 @@
 """A disk cache of compiled kernels that never returns a wrong one.
 
 Numba's own cache checks only the file in which a function is defined, but a kernel is compiled from several.  So the
-key also contains a digest of every source file of this folder.  Numba also numbers its files in one index, and two
-processes that compile at the same time can mix them up; here each kernel has its own file, named by its key, with the
-key and a checksum in it.
+key also contains a digest of every source file of this folder, and of the function's own file.  Numba also numbers its
+files in one index, and two processes that compile at the same time can mix them up; here each function has its own
+file, named by its key, with the key and a checksum in it.
 
 A kernel with a part that is defined outside this folder is not cached, because changes of that code are not detected.
 
@@ -26,12 +26,15 @@ from typing import Any
 import llvmlite
 import numba
 from numba.core import caching
+from numba.core.ccallback import CFunc
 from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
 
 from springpot.files import write
+from springpot.simulation.lanes import FAST
 from springpot.trusted import make_folder, read, reason_against, say_unused
 
-__all__ = ["cached", "find_folder"]
+__all__ = ["cached", "callback", "find_folder"]
 
 _SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))
 _COMPILER = f"{numba.__version__} {llvmlite.__version__}"
@@ -120,17 +123,23 @@ class _SourceCache(caching.FunctionCache):  # type: ignore[misc]
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         self._cache_file = _Files(self._cache_path, self._impl.filename_base)
+        self._own = hashlib.sha256(Path(inspect.getfile(function)).read_bytes()).hexdigest()
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (*super()._index_key(sig, codegen), _DIGEST)
+        return (*super()._index_key(sig, codegen), _DIGEST, self._own)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        return None if any(map(_from_elsewhere, sig)) else super().load_overload(sig, target_context)
+        return None if any(map(_from_elsewhere, _arguments(sig))) else super().load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        if not any(map(_from_elsewhere, sig)):
+        if not any(map(_from_elsewhere, _arguments(sig))):
             with contextlib.suppress(OSError):  # a full or failing disk costs the next process a compilation, no more
                 super().save_overload(sig, data)
+
+
+def _arguments(sig: Any) -> Any:
+    """The types of the arguments; a callback's come with that of what it returns."""
+    return getattr(sig, "args", sig)
 
 
 class _NoCache(caching.NullCache):  # type: ignore[misc]
@@ -148,11 +157,30 @@ class _NoCache(caching.NullCache):  # type: ignore[misc]
 
 def cached(dispatcher: Any) -> Any:
     """Give a Numba dispatcher the disk cache, if there is a folder for it, and return it."""
-    try:
-        dispatcher._cache = _SourceCache(dispatcher.py_func)
-    except RuntimeError as error:
-        dispatcher._cache = _NoCache(str(error))
+    dispatcher._cache = _cache_of(dispatcher.py_func)
     return dispatcher
+
+
+def callback(signature: Any) -> Callable[[Callable[..., None]], Any]:
+    """As ``numba.cfunc`` with the disk cache, for functions that hold nothing but numbers of their own.
+
+    Another compiled function in it would have another key in every process.
+    """
+
+    def compiled(function: Callable[..., None]) -> Any:
+        made: Any = CFunc(function, normalize_signature(signature), {}, dict(FAST))
+        made._cache = _cache_of(function)
+        made.compile()
+        return made
+
+    return compiled
+
+
+def _cache_of(function: Any) -> Any:
+    try:
+        return _SourceCache(function)
+    except RuntimeError as error:
+        return _NoCache(str(error))
 
 
 def find_folder(dispatcher: Any) -> tuple[str | None, str | None]:

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import cfunc
 
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier
-from springpot.simulation.lanes import FAST, LANES
+from springpot.simulation.cache import callback
+from springpot.simulation.lanes import LANES
 from springpot.simulation.observers import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.simulation import Simulation
 from springpot.simulation.slow_impacts import impacts_are_countable
@@ -79,7 +79,7 @@ def counts_of_fast_impacts(simulation: Simulation) -> Observer:
 
 @cache
 def _counter() -> Any:
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def count_fast(count, speed, lane, array):  # type: ignore[no-untyped-def]
         limit = array[_FIRST + lane]
         if speed > limit:

@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import cfunc, njit
+from numba import njit
 
 from springpot.oscillator import Oscillator
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, bits_of, f32, i32
+from springpot.simulation.cache import callback
+from springpot.simulation.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.simulation import Simulation
 
@@ -66,7 +67,7 @@ def _bin(value):
 
 @cache
 def _sketch_parts() -> tuple[Any, Any]:
-    @cfunc(ON_STEPS, **FAST)
+    @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         j = max(low - n, 0)
         if n + j < min(high, n + GROUP):
@@ -78,7 +79,7 @@ def _sketch_parts() -> tuple[Any, Any]:
                 reach = speed / array[_FREQUENCY]
                 array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
 
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         if lane < array[_LANES]:
             array[_SPEED + _bin(speed)] += count

@@ -19,6 +19,7 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.faults import cause_of
+from springpot.simulation.cache import callback
 from springpot.simulation.distributions import SKETCHED
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -127,7 +128,7 @@ def faster_than(speed: float) -> Observer:
 
 @cache
 def _on_fast_impacts() -> Any:
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         before = abs(array[_SPEED_UNIT]) * speed
         if before >= array[FIRST + 3 * LANES + lane]:
@@ -150,7 +151,7 @@ def extremes() -> Observer:
 
 @cache
 def _extreme_parts() -> tuple[Any, Any]:
-    @cfunc(ON_STEPS, **FAST)
+    @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
         for j in range(GROUP):
@@ -162,7 +163,7 @@ def _extreme_parts() -> tuple[Any, Any]:
                     at = FIRST + 2 * LANES + lane
                     array[at] = max(array[at], speed * abs(v[j * LANES + lane]))
 
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         # the state just before the impact is an extreme of the step
         wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed

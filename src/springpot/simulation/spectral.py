@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import cfunc
 
 from springpot.arguments import LARGEST, finite_number
-from springpot.simulation.lanes import FAST, GROUP, LANES
+from springpot.simulation.cache import callback
+from springpot.simulation.lanes import GROUP, LANES
 from springpot.simulation.observers import HEADER, ON_STEPS, Observer
 from springpot.simulation.settings import Settings
 
@@ -99,7 +99,7 @@ def _spectral_part(count: int) -> Any:
     first = len(HEADER)
     cosines, sines, weighed = first + count * LANES, first + 2 * count * LANES, first + 3 * count * LANES
 
-    @cfunc(ON_STEPS, **FAST)
+    @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         if low <= n < high:
             taper = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2
