@@ -39,7 +39,6 @@ Of a scheme and a wall:
     0, are added to the accumulators; those of the last half step if the step ``beyond`` the group is in the window.
 ``limited(wall, x)``
     ``x``, or the place of the wall if ``x`` is beyond it by rounding.
-``in_lanes(scheme, wall)``.
 ``in_lanes(scheme, wall)``
     Whether ``meet`` finds impacts; otherwise it is not used.
 ``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
