@@ -123,7 +123,10 @@ def side_of_the_wall() -> tuple[Finding, ...]:
     def with_wall(side: Literal["above", "below"]) -> FloatArray:
         oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
         away = 1.0 if side == "above" else -1.0
-        return run(oscillator, paths=1, record=1, duration=duration, step=step, initial_velocity=away).record[0, :, 0]
+        found = run(
+            oscillator, paths=1, record=1, duration=duration, step=step, initial_velocity=away, memory_tolerance=1e-9
+        )
+        return found.record[0, :, 0]
 
     printed, corrected = with_wall("below"), with_wall("above")
     first = round(math.pi / 2.0 / step)
