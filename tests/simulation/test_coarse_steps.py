@@ -110,6 +110,17 @@ def test_with_a_dashpot_the_longest_step_has_no_error(
         value, error, exact = found.values[name], found.errors[name], getattr(law, name)
         assert error < 0.003 * abs(exact), name
         assert abs(value - exact) < 4.0 * error, name
+    assert not any("slow impacts" in sentence for sentence in found.warnings)
+    assert found.to_dict().get("impact_rate_step_bias", 0.0) == 0.0
+
+
+def test_the_power_of_a_dashpot_has_an_error_of_the_step_and_the_warning_says_so() -> None:
+    """The velocity in it is the mean of those before and after a kick, which has less than their mean square."""
+    settings = {"paths": 10_240, "duration": 250.0, "window": (50.0, 250.0), "seed": 3}
+    found = sp.run(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=1.0, start="rest", **settings)
+    assert any("springpot_power" in sentence for sentence in found.warnings)
+    assert found.errors["springpot_power"] < 0.001
+    assert abs(found.values["springpot_power"] - 1.0 / (2.0 + 1.0)) < 4.0 * found.errors["springpot_power"]
 
 
 def test_only_what_has_no_error_may_have_such_a_step() -> None:

@@ -133,6 +133,12 @@ def test_a_sentence_names_the_quantiles() -> None:
     assert not any("these quantiles" in line for line in _elastic().warnings)
 
 
+def test_an_elastic_wall_misses_none() -> None:
+    found = _elastic().to_dict()
+    assert found["impact_rate_step_bias"] == found["impact_speed_mean_step_bias"] == 0.0
+    np.testing.assert_allclose(found["impact_speed_quantile_step_bias"], 0.0, atol=1e-12)
+
+
 def test_numbers_without_slow_impacts_have_no_such_bound() -> None:
     given: dict[str, Any] = {"paths": 16, "duration": 5.0, "start": "rest", "memory_tolerance": 1e-9}
     quiet = run(oscillator(1.0, 0.3, intensity=0.0), distributions=True, **given).to_dict()

@@ -134,8 +134,9 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
     if settings.step * fastest > limit * (1.0 + 1e-9) and not bounded:
         so_long = f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: "
         sentences.append(
-            f"{so_long}stationary averages have no error of the step at order 1, but transients, spectra and first "
-            f"passages have; use at most {limit / fastest:.2g} s for these."
+            f"{so_long}stationary averages of motion and impacts have no error of the step at order 1, but transients, "
+            "spectra, extremes, first passages and springpot_power have; use at most "
+            f"{limit / fastest:.2g} s for these."
             if keeps_the_law(oscillator, settings.scheme)
             else f"{so_long}expect errors of about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
         )
