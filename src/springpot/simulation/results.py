@@ -208,7 +208,7 @@ class Run:
             coordinates["barrier"] = ("barrier", walls)
         biases = self._step_biases()
         if self.settings.record:
-            coordinates = {"path": ("path", np.arange(self.settings.record))}
+            coordinates["path"] = ("path", np.arange(self.settings.record))
             coordinates["time"] = ("time", self.time, {"units": "s"})
             data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
             data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
