@@ -56,7 +56,10 @@ class Parts:
     frequency : float
         Of the spring that is followed exactly (Omega of an oscillator), in the kernel's units.
     expected_power : float
-        Mean input power of the noise in this scheme, q/2 plus terms of the order of the step; in m^2/s^3.
+        Mean input power of the noise, q/2; in m^2/s^3.
+    taken_at_once : float
+        What springpots and dashpots take of it within the kick that brings it, before the velocity is changed; the sums
+        of a run do not have it.  In m^2/s^3.
     units : Units
     history : ExponentialSum
         The memory without units.
@@ -78,6 +81,7 @@ class Parts:
     drive: npt.NDArray[np.floating]
     frequency: float
     expected_power: float
+    taken_at_once: float
     units: Units
     history: ExponentialSum
     named: tuple[Named, ...] = ()
@@ -159,7 +163,8 @@ def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scal
         start=_start(x0, v0, frequency, early),
         drive=drive,
         frequency=frequency,
-        expected_power=0.5 * oscillator.excitation.intensity * at_this_step.share,
+        expected_power=0.5 * oscillator.excitation.intensity,
+        taken_at_once=0.5 * oscillator.excitation.intensity * (1.0 - at_this_step.share),
         units=units,
         history=history,
     )
@@ -195,6 +200,7 @@ def _compose_system(
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    power = 0.5 * (total.white + total.poisson) * units.speed**2 / units.time
     return Parts(
         scheme=at_this_step,
         wall=wall_of(total, touching / units.speed, math.sqrt(scales.law.variance) / units.length, units.speed, step),
@@ -203,7 +209,8 @@ def _compose_system(
         start=_start(x0, v0, frequency, 0.0),
         drive=np.zeros(0, settings.precision),
         frequency=frequency,
-        expected_power=0.5 * (total.white + total.poisson) * at_this_step.share * units.speed**2 / units.time,
+        expected_power=power,
+        taken_at_once=power * (1.0 - at_this_step.share),
         units=units,
         history=history,
         named=named,

@@ -284,8 +284,7 @@ def keeps_the_law(problem: Oscillator | System, scheme: Scheme) -> bool:
 
     The default scheme does so for a dashpot and white noise: flights and elastic impacts keep the energy exactly, and
     the kick between them, an implicit midpoint rule, keeps the velocity normal with its exact variance q / (2 C) while
-    x does not move.  So stationary averages at the steps, and of impacts, have no error of the step; the power of the
-    springpot has one, as the velocity in it is the mean of those before and after the kick: it is q / (2 + C h).
+    x does not move.  So stationary averages at the steps, and of impacts, have no error of the step.
 
     Examples
     --------

@@ -198,8 +198,8 @@ class Simulation:
         column = dict(zip(COLUMNS, rows.T, strict=True))
         stiffness = oscillator.natural_frequency**2
         restitution = 1.0 if oscillator.barrier is None else oscillator.restitution
-        spent = column["power"] / steps
-        spent = spent + 0.5 * (1.0 - restitution**2) * column["impact_speed_squares"] / time
+        taken = column["power"] / steps + self.parts.taken_at_once
+        spent = taken + 0.5 * (1.0 - restitution**2) * column["impact_speed_squares"] / time
         gained = (column["energy_last"] - column["energy_first"]) / time
         per_path = {
             "x_mean": column["x"] / steps,
@@ -208,7 +208,7 @@ class Simulation:
             "amplitude_mean_square": (column["x_square"] + column["v_square"] / stiffness) / steps,
             "impact_rate": column["impacts"] / time,
             "springpot_force_mean": column["force"] / steps,
-            "springpot_power": column["power"] / steps,
+            "springpot_power": taken,
             "springpot_virial": column["virial"] / steps,
             "energy_residual": residual(spent + gained, self.parts.expected_power, column["energy_first"] / time),
             "x_mean_end": column["x_end"],

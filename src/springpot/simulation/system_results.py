@@ -95,14 +95,15 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
         found["amplitude_mean_square"] = (column["x_square"] + column["v_square"] / square) / steps
     if system.of(Barrier, Contact):
         found["impact_rate"] = column["impacts"] / time
+    damped = column["power"] / steps + parts.taken_at_once
     if _has_damping(system):
         found["damping_force_mean"] = mass * column["force"] / steps
-        found["damping_power"] = mass * column["power"] / steps
+        found["damping_power"] = mass * damped
         found["damping_virial"] = mass * column["virial"] / steps
     works = {named: column[f"work of {named.name}"] / time for named in parts.named}
     gained = (column["energy_last"] - column["energy_first"]) / time
     # the rest of the balance: the work of noise whose increments are independent
-    fed = gained + column["power"] / steps + sum(lost.values(), np.zeros(len(rows))) / time
+    fed = gained + damped + sum(lost.values(), np.zeros(len(rows))) / time
     fed = fed - sum((w for named, w in works.items() if named.does != "expected"), np.zeros(len(rows)))
     if isinstance(parts.wall, Soft):
         fed = fed - (column["contacts' work"] + sum(lost.values(), np.zeros(len(rows)))) / time
