@@ -20,6 +20,7 @@ from springpot.simulation.statistics import standard_error
 
 from ..sizes import validation
 from .problems import oscillator
+from .systems import AWAY, NEARLY_LINEAR
 
 ENERGIES = ("x_mean", "x_mean_square", "v_mean_square", "amplitude_mean_square")
 NEAR = 0.01
@@ -120,8 +121,7 @@ def test_the_power_of_a_dashpot_is_exact_at_any_step(device: bool) -> None:
     problem = oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0)
     step, name = (0.4, "damping_power") if device else (2.5, "springpot_power")
     if device:
-        parts = sp.Spring(1.0), sp.Dashpot(1.0), sp.Barrier(-3.0), sp.Barrier(3.0, side="below"), sp.WhiteNoise(1.0)
-        problem = sp.System(*parts)
+        problem = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0), NEARLY_LINEAR, *AWAY)
     found = sp.run(problem, paths=10_240, duration=250.0, window=(50.0, 250.0), step=step, start="rest", seed=3)
     assert found.errors[name] < 0.001
     assert abs(found.values[name] - 0.5) < 4.0 * found.errors[name]
