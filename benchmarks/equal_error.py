@@ -9,7 +9,6 @@ the least over the steps of (time of a path-step) x (path-steps after which bias
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.history import one_thread
-from benchmarks.measure import Row
+from benchmarks.measure import Row, load
 from benchmarks.peers import compiled_diffrax, mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.plain import plain_of
 from springpot import Oscillator, Springpot
@@ -346,12 +345,12 @@ def _order_half(quick: bool, turns: int, paths: int) -> tuple[dict[str, list[AtS
 def equal_error(quick: bool) -> list[Row]:
     """Rows of the section on equal errors."""
     turns, paths = (1, 64) if quick else (3, 1280)
-    load, begun = (os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan), time.process_time()
+    waiting, begun = load(), time.process_time()
     first, law, more = _order_one(quick, turns, paths)
     rows = [*_measured("equal error, order 1, measured", first), *more]
     times = _times(1.0, first, law, (1, 1) if quick else (4, 1))
     half, law = _order_half(quick, turns, paths)
     rows += _measured("equal error, order 0.5, measured", half)
     times += _times(0.5, half, law, (1, 1) if quick else (4, 1))
-    words = f"least of {turns} turns; {time.process_time() - begun:.0f} s CPU in all; load of the machine {load:.1f}"
+    words = f"least of {turns} turns; {time.process_time() - begun:.0f} s CPU in all; load of the machine {waiting:.1f}"
     return [Row("equal error, conditions", "processor time", None, "", note=words), *times, *rows]

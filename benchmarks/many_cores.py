@@ -5,7 +5,6 @@ Processor time is counted where it can be: it depends little on what else the ma
 
 from __future__ import annotations
 
-import os
 import resource
 import tempfile
 import threading
@@ -20,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.cores import Cores, Costs, Work, bounds, simulated
-from benchmarks.measure import Row, best_cpu, best_wall, machine
+from benchmarks.measure import Row, best_cpu, best_wall, load, machine
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.crew import work_together
 from springpot.simulation.lanes import LANES
@@ -92,7 +91,7 @@ def many_cores(quick: bool) -> list[Row]:
     python = float(np.median(_small_calls(quick)))
     start, task, path = _of_a_task(quick)
     rows = [
-        Row(SECTION, "where these rows were measured", None, "", note=f"{processor.note}; load {_load():.1f} before"),
+        Row(SECTION, "where these rows were measured", None, "", note=f"{processor.note}; load {load():.1f} before"),
         *(_row_of_calls(f"a call, {CALLS[size][1]:,} steps", CALLS[size], times) for size, times in alone.items()),
         *(
             _row_of_calls(f"the same while two threads compute ({size})", CALLS[size], times, float(alone[size].mean()))
@@ -129,10 +128,6 @@ def table(rows: Sequence[Row]) -> str:
 
 def _short(seconds: float) -> str:
     return f"{float(f'{seconds:.2g}'):,g}"
-
-
-def _load() -> float:
-    return os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
 
 
 def _simulation(paths: int, steps: int, threads: int = 1) -> Simulation:
@@ -210,7 +205,7 @@ def _two_threads(quick: bool) -> Row:
     one, two = (_simulation(LANES * blocks, steps, threads) for threads in (1, 2))
     taken = [(best_wall(one.advance, 1), best_wall(two.advance, 1)) for _ in range(1 if quick else 20)]
     single, double = (min(times) for times in zip(*taken, strict=True))
-    note = f"least of {len(taken)} turns each; one thread {single:.3g} s; load {_load():.1f}"
+    note = f"least of {len(taken)} turns each; one thread {single:.3g} s; load {load():.1f}"
     return Row(SECTION, "two threads", double, "s wall", single / double, "one thread's speed", note)
 
 

@@ -17,7 +17,7 @@ from numba.core.config import CPU_NAME
 
 from springpot.processors import threads_available
 
-__all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "machine"]
+__all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
 
 
 @dataclass(frozen=True)
@@ -87,15 +87,20 @@ def exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
     return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
 
 
+def load() -> float:
+    """Processes that have waited for a processor in the last minute, on average; NaN where the system does not say."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
+
+
 def machine() -> list[Row]:
     """What the numbers were measured with."""
-    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+    waiting = load()
     versions = ", ".join(f"{name} {version(name)}" for name in ("springpot", "numba", "llvmlite", "numpy"))
     words = {
         "processor": f"{_processor()} (LLVM: {CPU_NAME or get_host_cpu_name()}), {threads_available()} threads",
         "system": f"{platform.system()} {platform.machine()}",
         "versions": f"Python {platform.python_version()}, {versions}",
-        "load before the run": load,
+        "load before the run": "unknown" if math.isnan(waiting) else f"{waiting:.1f}",
     }
     return [Row("machine", name, None, "", note=text) for name, text in words.items()]
 

@@ -57,9 +57,6 @@ class Parts:
         Of the spring that is followed exactly (Omega of an oscillator), in the kernel's units.
     expected_power : float
         Mean input power of the noise, q/2; in m^2/s^3.
-    taken_at_once : float
-        What springpots and dashpots take of it within the kick that brings it, before the velocity is changed; the sums
-        of a run do not have it.  In m^2/s^3.
     units : Units
     history : ExponentialSum
         The memory without units.
@@ -81,7 +78,6 @@ class Parts:
     drive: npt.NDArray[np.floating]
     frequency: float
     expected_power: float
-    taken_at_once: float
     units: Units
     history: ExponentialSum
     named: tuple[Named, ...] = ()
@@ -96,6 +92,14 @@ class Parts:
             return exact, parts.Sweep(*exact, 0.0)
         exact = exact._replace(load=with_arrays(self.load, np.float32))
         return exact, single_of(exact)
+
+    @property
+    def taken_at_once(self) -> float:
+        """What springpots and dashpots take of the expected power within the kicks that bring it; in m^2/s^3.
+
+        The sums of a run do not have it: the mean of the velocities before and after a kick does not show it.
+        """
+        return self.expected_power * (1.0 - self.scheme.share)
 
     @property
     def wall_position(self) -> float:
@@ -164,7 +168,6 @@ def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scal
         drive=drive,
         frequency=frequency,
         expected_power=0.5 * oscillator.excitation.intensity,
-        taken_at_once=0.5 * oscillator.excitation.intensity * (1.0 - at_this_step.share),
         units=units,
         history=history,
     )
@@ -200,7 +203,6 @@ def _compose_system(
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
-    power = 0.5 * (total.white + total.poisson) * units.speed**2 / units.time
     return Parts(
         scheme=at_this_step,
         wall=wall_of(total, touching / units.speed, math.sqrt(scales.law.variance) / units.length, units.speed, step),
@@ -209,8 +211,7 @@ def _compose_system(
         start=_start(x0, v0, frequency, 0.0),
         drive=np.zeros(0, settings.precision),
         frequency=frequency,
-        expected_power=power,
-        taken_at_once=power * (1.0 - at_this_step.share),
+        expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
         units=units,
         history=history,
         named=named,

@@ -120,22 +120,27 @@ def show_steps(observers, x, v, step, n, low, high):
 
 
 @njit(**INLINE)
-def last_struck(speeds, lane, within, beyond):
-    """Count, speed and its square that a group's last half step adds to the group's, or takes from it.
+def in_window(count, speeds, squares, by_half, clear, lane, within, beyond):
+    """Of the impacts of a lane at one wall those in the window: count, sum of the speeds and of their squares.
 
-    It belongs to the next step: ``beyond`` tells whether that one is in the window, ``within`` whether the group is.
+    None of a lane that is not clear.  The last half step of a group belongs to the next step: ``beyond`` tells whether
+    that one is in the window, ``within`` whether the group is.
     """
-    speed = speeds[(2 * GROUP - 1) * LANES + lane]
-    nothing, one = typed(0.0, speed), typed(1.0, speed)
-    sign = nothing if within == beyond else one if beyond else -one
-    return (sign if speed > nothing else nothing), sign * speed, sign * speed * speed
+    last, share = by_half[(2 * GROUP - 1) * LANES + lane], clear[lane]
+    nothing, one = typed(0.0, last), typed(1.0, last)
+    whole, more = share if within else nothing, nothing if within == beyond else one if beyond else -one
+    return (
+        whole * count[lane] + share * (more if last > nothing else nothing),
+        whole * speeds[lane] + share * (more * last),
+        whole * squares[lane] + share * (more * last * last),
+    )
 
 
 @njit(**INLINE)
 def show_impacts(observers, speeds, clear, within, beyond):
     """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none.
 
-    ``within`` and ``beyond`` are those of `last_struck`.
+    ``within`` and ``beyond`` are those of `in_window`.
     """
     first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
     for i in range(observers.on_impacts.size):

@@ -10,7 +10,7 @@ from numba import njit
 
 from springpot.simulation.lanes import INLINE, LANES, LINKED, typed
 from springpot.simulation.no_wall import begin_euler
-from springpot.simulation.observers import add_impacts, last_struck, show_impacts
+from springpot.simulation.observers import add_impacts, in_window, show_impacts
 from springpot.simulation.parts import (
     Euler,
     Splitting,
@@ -121,13 +121,13 @@ def _limited_below(wall, x):
 def _gather_below(wall, struck, accumulators, clear, within, beyond):
     found = 0
     for lane in range(LANES):
-        nothing = typed(0.0, clear[lane])
-        count, speed, square = last_struck(struck.low, lane, within, beyond)
-        found += 1 if struck.low_count[lane] > nothing else 0
-        share = clear[lane] if within else nothing
-        accumulators.impacts[lane] += share * struck.low_count[lane] + clear[lane] * count
-        accumulators.speeds[lane] += share * struck.low_speeds[lane] + clear[lane] * speed
-        accumulators.squares[lane] += share * struck.low_squares[lane] + clear[lane] * square
+        found += 1 if struck.low_count[lane] > typed(0.0, clear[lane]) else 0
+        count, speed, square = in_window(
+            struck.low_count, struck.low_speeds, struck.low_squares, struck.low, clear, lane, within, beyond
+        )
+        accumulators.impacts[lane] += count
+        accumulators.speeds[lane] += speed
+        accumulators.squares[lane] += square
     show_impacts(accumulators.observers, struck.low, clear, within, beyond)
     return found
 

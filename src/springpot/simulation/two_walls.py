@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.lanes import INLINE, LANES, LINKED, typed
-from springpot.simulation.observers import add_impacts, last_struck, show_impacts
+from springpot.simulation.observers import add_impacts, in_window, show_impacts
 from springpot.simulation.parts import (
     Splitting,
     answers,
@@ -129,17 +129,13 @@ def _limited_between(wall, x):
 def _gather_between(wall, struck, accumulators, clear, within, beyond):
     found = 0
     for lane in range(LANES):
-        nothing = typed(0.0, clear[lane])
-        found += 1 if struck.low_count[lane] + struck.high_count[lane] > nothing else 0
-        share = clear[lane] if within else nothing
-        count, speed, square = last_struck(struck.low, lane, within, beyond)
-        low_count = share * struck.low_count[lane] + clear[lane] * count
-        low_speed = share * struck.low_speeds[lane] + clear[lane] * speed
-        low_square = share * struck.low_squares[lane] + clear[lane] * square
-        count, speed, square = last_struck(struck.high, lane, within, beyond)
-        high_count = share * struck.high_count[lane] + clear[lane] * count
-        high_speed = share * struck.high_speeds[lane] + clear[lane] * speed
-        high_square = share * struck.high_squares[lane] + clear[lane] * square
+        found += 1 if struck.low_count[lane] + struck.high_count[lane] > typed(0.0, clear[lane]) else 0
+        low_count, low_speed, low_square = in_window(
+            struck.low_count, struck.low_speeds, struck.low_squares, struck.low, clear, lane, within, beyond
+        )
+        high_count, high_speed, high_square = in_window(
+            struck.high_count, struck.high_speeds, struck.high_squares, struck.high, clear, lane, within, beyond
+        )
         accumulators.impacts[lane] += low_count + high_count
         accumulators.speeds[lane] += low_speed + high_speed
         accumulators.squares[lane] += low_square + high_square

@@ -135,8 +135,7 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
         so_long = f"step is {settings.step:g} s, {settings.step * fastest:.2g} of the shortest time scale: "
         sentences.append(
             f"{so_long}stationary averages of motion and impacts have no error of the step at order 1, but transients, "
-            "spectra, extremes and first passages have; use at most "
-            f"{limit / fastest:.2g} s for these."
+            f"spectra, extremes and first passages have; use at most {limit / fastest:.2g} s for these."
             if keeps_the_law(oscillator, settings.scheme)
             else f"{so_long}expect errors of about 1 % above {limit:g}; use at most {limit / fastest:.2g} s."
         )
