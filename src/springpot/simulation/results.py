@@ -197,6 +197,7 @@ class Run:
         """
         import json
 
+        import pandas
         import xarray
 
         data: dict[str, Any] = {
@@ -244,10 +245,12 @@ class Run:
             "warnings": list(self.warnings),
             "Conventions": "CF-1.11",
         }
-        # as arrays of NumPy: xarray imports all of dask, where that is installed, to ask whether they are dask's
+        # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that
         variables, places = (
             {
-                name: xarray.Variable(axes, np.asarray(values), attrs=dict(*words), fastpath=True)
+                name: xarray.Variable(
+                    axes, (pandas.Index if name == axes else np.asarray)(values), attrs=dict(*words), fastpath=True
+                )
                 for name, (axes, values, *words) in columns.items()
             }
             for columns in (data, coordinates)

@@ -8,6 +8,7 @@ fastest motion of that law, the duration from its slowest; nothing else depends 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -121,7 +122,7 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     edges = [
         _edge(potential, grid[end], float(sign), limit)
         if grid[within[end]] == grid[end]
-        else _between(potential, grid[within[end] + sign], grid[within[end]], limit)
+        else _from(lambda x: potential.energy(x) > limit, grid[within[end]], grid[within[end] + sign])
         for end, sign in ((0, -1), (-1, 1))
     ]
     places = np.linspace(edges[0], edges[1], _POINTS)
@@ -143,20 +144,11 @@ def _around_the_wells(potential: Potential) -> FloatArray:
     grid = np.linspace(first, last, 2001)
     depth = potential.energy(grid)
     wells = [
-        _lowest(potential, grid[i - 1], grid[i + 1])
+        _from(lambda x: potential.force(x) > 0.0, grid[i - 1], grid[i + 1])
         for i in range(1, grid.size - 1)
         if depth[i - 1] > depth[i] <= depth[i + 1]
     ]
     return np.unique(np.concatenate([grid, inside, wells]))
-
-
-def _lowest(potential: Potential, low: float, high: float) -> float:
-    """The place between two others where the potential is least."""
-    from scipy import optimize  # slow to import, and most runs need none of it
-
-    depth = lambda x: float(potential.energy(x))  # noqa: E731
-    nearly = 1e-9 * (high - low)
-    return float(optimize.minimize_scalar(depth, bounds=(low, high), method="bounded", options={"xatol": nearly}).x)
 
 
 def _uphill(potential: Potential, start: float, sign: float) -> float:
@@ -171,22 +163,32 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
 def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
     """The farthest place on one side with less than this energy, or the wall."""
     end = potential.low if sign < 0.0 else potential.high
-    reach = max(abs(start) * 1e-12, 1e-30)
-    while not potential.energy(start + sign * reach) > energy:
-        if sign * (start + sign * reach - end) >= 0.0:
-            return end
-        reach *= 2.0
-    inside = start + 0.5 * sign * reach if float(potential.energy(start + 0.5 * sign * reach)) <= energy else start
-    place = _between(potential, inside, start + sign * reach, energy)
-    return float(min(place, end) if sign > 0.0 else max(place, end))
+    reaches = max(abs(start) * 1e-12, 1e-30) * 2.0 ** np.arange(400.0)
+    places = start + sign * reaches
+    places = np.concatenate([[start], places[sign * (end - places) > 0.0], [end]])
+    with np.errstate(all="ignore"):  # the farthest may overflow
+        beyond = potential.energy(places) > energy
+    if not beyond.any():
+        return end
+    first = int(np.argmax(beyond))
+    return _from(lambda x: potential.energy(x) > energy, places[first - 1], places[first])
 
 
-def _between(potential: Potential, one: float, other: float, energy: float) -> float:
-    """The place between two others where the potential has this energy."""
-    from scipy import optimize  # slow to import, and most runs need none of it
+def _from(holds: Callable[[FloatArray], NDArray[np.bool_]], before: float, after: float, parts: int = 64) -> float:
+    """The number between two others from which on a condition holds, to 1e-12 of their distance.
 
-    nearly = 1e-12 * abs(other - one) + 1e-300
-    return float(optimize.brentq(lambda x: float(potential.energy(x)) - energy, one, other, xtol=nearly, rtol=1e-12))
+    The distance is cut in parts again and again.  SciPy's searches would take longer to import than most runs take.
+
+    Examples
+    --------
+    >>> round(_from(lambda x: x**2 > 2.0, 0.0, 2.0), 9)
+    1.414213562
+    """
+    for _ in range(math.ceil(40.0 / math.log2(parts))):
+        numbers = np.linspace(before, after, parts + 1)
+        first = int(np.argmax(np.append(holds(numbers[1:-1]), True)))
+        before, after = numbers[first], numbers[first + 1]
+    return float(after)
 
 
 def dissipated(unit: System, law: BoltzmannLaw) -> float:
@@ -303,8 +305,6 @@ def system_scales(system: System) -> SystemScales:
 
 def _temperature(unit: System, potential: Potential) -> float:
     """kT at which as much is fed in as is taken out; that of the thermal noise where there is one."""
-    from scipy import optimize  # slow to import, and most runs need none of it
-
     if thermal := unit.of(ThermalNoise):
         return thermal[0].temperature
     size = _natural_energy(potential)
@@ -320,12 +320,8 @@ def _temperature(unit: System, potential: Potential) -> float:
                 break
             surplus = _fed(unit, law) - dissipated(unit, law)
             if surplus > 0.0 and not math.isnan(last):
-                if _surplus(unit, potential, math.exp(math.log(last))) >= 0.0:  # zero but for rounding
-                    return last
-                root = optimize.brentq(
-                    lambda t: _surplus(unit, potential, math.exp(t)), math.log(theta), math.log(last), xtol=1e-10
-                )
-                return math.exp(root)
+                taken = lambda t: np.array([_surplus(unit, potential, math.exp(t[0])) <= 0.0])  # noqa: E731
+                return math.exp(_from(taken, math.log(theta), math.log(last), parts=2))
             if surplus > 0.0:
                 break
             last = float(theta)
