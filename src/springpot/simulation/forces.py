@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, typed
+from springpot.simulation.lanes import INLINE, LANES, greater, lesser, typed
 from springpot.simulation.parts import answers, damp, push, slots, supply, wake
 
 __all__ = [
@@ -245,7 +245,7 @@ class CoulombDamper(NamedTuple):
 
 @answers(damp, CoulombDamper)
 def _damp_coulomb(force, slot, n, x, v, forcing, lane, weight, after):
-    change = -min(max(v, -force.impulse), force.impulse)
+    change = -lesser(greater(v, -force.impulse), force.impulse)
     forcing.works[slot * LANES + lane] += _work(weight, v, change)
     return change
 

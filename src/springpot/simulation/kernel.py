@@ -27,6 +27,7 @@ from springpot.simulation.lanes import (
     UNCOUNTED,
     f32,
     f64,
+    lesser,
     no,
     stack_array,
     yes,
@@ -119,12 +120,9 @@ def _counts(n, low, high):
 @njit(**INLINE)
 def _draw(group, first, stream, k0, k1, halved, g, fine):
     """The normals of four steps; with ``halved``, each combines two normals of a run with half the step."""
-    if not halved:
-        draw(group, first, stream, 0, k0, k1, g)
-        return
-    for half in range(2):
-        draw(2 * group + half, first, stream, 0, k0, k1, fine)
-        for i in range(2 * LANES):
+    for half in range(2 if halved else 1):
+        draw(2 * group + half if halved else group, first, stream, 0, k0, k1, fine if halved else g)
+        for i in range(2 * LANES if halved else 0):
             pair = i // LANES * 2 * LANES + i % LANES
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
@@ -231,7 +229,7 @@ def block(
                     seen.x[i], seen.v[i] = limited(wall, f64(glimpsed.x[i])), glimpsed.v[i]
             least, near = clear[0], 0
             for lane in range(LANES):
-                least = min(least, clear[lane])
+                least = lesser(least, clear[lane])
             if direct:
                 near = gather(wall, struck, accumulators, clear, within, low <= n + GROUP < high)
             elif least <= quick:
@@ -277,8 +275,8 @@ def block(
                         energy_first[lane] = energy if n + j == low - 1 else energy_first[lane]
                         energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
             for lane in range(record.shape[0]):
-                for j in range(min(GROUP, steps - n)):
-                    if (n + j + 1) % every == 0:
+                for j in range(GROUP):
+                    if n + j < steps and (n + j + 1) % every == 0:
                         record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
                         record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
         for lane in range(LANES):

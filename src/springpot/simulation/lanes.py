@@ -17,8 +17,8 @@ from springpot.simulation.linking import WithoutMachineCode
 
 __all__ = [
     "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "i32", "no", "stack_array", "typed",
-    "u32", "u64", "yes",
+    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no", "stack_array",
+    "typed", "u32", "u64", "yes",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -72,6 +72,23 @@ def typed(typing_context, number, like):
         return context.cast(builder, args[0], signature.args[0], like)
 
     return like(number, like), codegen
+
+
+def _chosen(comparison: str) -> Any:
+    @intrinsic
+    def choose(typing_context, one, other):
+        kind = typing_context.unify_types(one, other)
+
+        def codegen(context, builder, signature, args):
+            return builder.select(builder.fcmp_ordered(comparison, args[1], args[0]), args[1], args[0])
+
+        return kind(kind, kind), codegen
+
+    return choose
+
+
+# as `min` and `max` of two floats, of which Numba would compile a function with machine code of its own for every type
+lesser, greater = _chosen("<"), _chosen(">")
 
 
 @intrinsic

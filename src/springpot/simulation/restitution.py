@@ -23,7 +23,7 @@ from numba import float64, njit
 
 from springpot.parts import Barrier
 from springpot.parts.walls import PowerRestitution, RestitutionLaw
-from springpot.simulation.lanes import INLINE, LANES
+from springpot.simulation.lanes import INLINE, LANES, lesser
 from springpot.simulation.parts import answers
 from springpot.simulation.user_functions import inlined
 
@@ -87,7 +87,7 @@ def _takings_of_number(rule):
 @answers(rebound, Power)
 def _rebound_power(rule, arriving, frequency, accumulators, place, lane, weight):
     speed = frequency * arriving
-    share = min(1.0, rule.restitution * (speed / rule.speed) ** -rule.exponent) if speed > 0.0 else 1.0
+    share = lesser(1.0, rule.restitution * (speed / rule.speed) ** -rule.exponent) if speed > 0.0 else 1.0
     _take(accumulators, place, lane, weight, speed, share)
     return share * arriving
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, LINKED, typed
+from springpot.simulation.lanes import INLINE, LANES, LINKED, greater, lesser, typed
 from springpot.simulation.no_wall import begin_euler
 from springpot.simulation.observers import add_impacts, in_window, show_impacts
 from springpot.simulation.parts import (
@@ -52,7 +52,7 @@ def _extras_of_rigid(wall):
 def _begin_splitting(scheme, wall, x, v, early, accumulators, lane, weight):
     phase = 0.5 * scheme.frequency * scheme.step
     x, v = fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
-    return max(x + early, wall.position), v
+    return greater(x + early, wall.position), v
 
 
 answers(begin, Euler, Rigid)(begin_euler)
@@ -76,7 +76,7 @@ def _reach(scheme, wall):
     With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
     most (acceleration at the wall) (half step)^2 / 8.
     """
-    return wall.position + max(typed(0.0, wall.position), -wall.position) * dip(scheme)
+    return wall.position + greater(typed(0.0, wall.position), -wall.position) * dip(scheme)
 
 
 @njit(**INLINE)
@@ -114,7 +114,7 @@ def _meet_in_half(scheme, wall, x, v):
 
 @answers(limited, Rigid)
 def _limited_below(wall, x):
-    return max(x, wall.position)
+    return greater(x, wall.position)
 
 
 @answers(gather, Rigid)
@@ -137,7 +137,7 @@ def _half_step(scheme, wall, x, v, accumulators, lane, weight):
     """Half a step with the wall; what takes longer is called only near the wall."""
     moved, change, _, _ = drift(scheme, x, v)
     xh, vh = x + moved, v + change
-    if min(x, xh) > _reach(scheme, wall):
+    if lesser(x, xh) > _reach(scheme, wall):
         return xh, vh
     if is_single(scheme, wall.rule):
         moved, change, speed, sure = flight(
@@ -179,7 +179,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
     left = phase
     arriving = -u if x <= position and u < 0.0 else 0.0  # already there and moving in: an impact at once
     struck = False
-    x = max(x, position)
+    x = greater(x, position)
     while True:
         if arriving > 0.0:
             add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
@@ -209,7 +209,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
         arriving = height
     c = math.cos(left)
     s = math.sin(left)
-    return max(c * x + s * u, position), frequency * (c * u - s * x)
+    return greater(c * x + s * u, position), frequency * (c * u - s * x)
 
 
 @answers(clearance, Euler, Rigid)

@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, typed
+from springpot.simulation.lanes import INLINE, greater, typed
 
 __all__ = ["LONGEST", "flight"]
 
@@ -43,6 +43,6 @@ def flight(frequency, place, side, restitution, x, v, moved, change):
     x2 = x1 - share * (speed * x1 + p * v1)
     v2 = v1 + share * (square * p * x1 - speed * v1)
     sure = (possible | (not beyond)) & (((p <= nothing) | (x2 >= p)) | (not struck))
-    dx = side * (max(x2, p) - start)
+    dx = side * (greater(x2, p) - start)
     dv = side * (v2 - leaving)
     return dx if struck else moved, dv if struck else change, speed if struck else nothing, sure

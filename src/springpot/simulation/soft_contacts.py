@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, stack_array
+from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, greater, lesser, stack_array
 from springpot.simulation.no_wall import NoWall
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras
@@ -76,7 +76,7 @@ def _travel_freely(rigid, frequency, x, v, c, s, accumulators, lane, weight):
 def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
     xn, vn = c * x + s / frequency * v, c * v - s * frequency * x
     near = 2.0 * s * s  # a short flight leaves the line between its ends by less than this part of x
-    if min(x, xn) > rigid.low + near * abs(rigid.low) and max(x, xn) < rigid.high - near * abs(rigid.high):
+    if lesser(x, xn) > rigid.low + near * abs(rigid.low) and greater(x, xn) < rigid.high - near * abs(rigid.high):
         return xn, vn
     return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
 
@@ -98,7 +98,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             forces[n] = force
             pushed += wall.contacts[5 * n + 1] * force
             damped += 0.5 * force * wall.contacts[5 * n + 4]
-            deepest = max(deepest, depth)
+            deepest = greater(deepest, depth)
         if deepest > 0.0:
             later = (v * (1.0 - damped) + pushed) / (1.0 + damped)
             middle = 0.5 * (v + later)
@@ -112,7 +112,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             accumulators.extras[(own + 1) * LANES + lane] += weight * short
             if weight > 0.0:
                 place = (own + 2) * LANES + lane
-                accumulators.extras[place] = max(accumulators.extras[place], deepest)
+                accumulators.extras[place] = greater(accumulators.extras[place], deepest)
         x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
         last = v * v + square * x * x
         for n in range(count):
@@ -121,7 +121,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
                 # the speed there by the energy of the flight towards it, in which another contact may take part
                 joint = deepest > away * (place - x)
                 there = first + (last - first) * (place - before) / (x - before) if joint else first
-                speed = math.sqrt(max(there - square * place * place, 0.0))
+                speed = math.sqrt(greater(there - square * place * place, 0.0))
                 add_impacts(accumulators, lane, weight, 1.0, speed)
                 add_to(accumulators, own + 3 + 5 * n, lane, weight, 1.0, speed)
     accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - energy)

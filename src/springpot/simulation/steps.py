@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, no, typed, yes
+from springpot.simulation.lanes import INLINE, LANES, greater, lesser, no, typed, yes
 from springpot.simulation.parts import bounce, clearance, damp, drift, kick, meet, push, slots
 
 __all__ = ["State", "Struck", "Sums", "replay", "sweep_lanes"]
@@ -160,9 +160,12 @@ def sweep_lanes(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, st
             clear[lane] = typed(1.0, moved) if sure0 & sure1 & sure2 & sure3 else parts.zero
         else:
             x4 = x0 + moved
-            least = min(min(min(x0, seen0[0]), min(x1, seen1[0])), min(min(x2, seen2[0]), min(x3, min(seen3[0], x4))))
-            most = max(max(max(x0, seen0[0]), max(x1, seen1[0])), max(max(x2, seen2[0]), max(x3, max(seen3[0], x4))))
-            clear[lane] = clearance(parts.scheme, parts.wall, least, most)
+            early = lesser(lesser(x0, seen0[0]), lesser(x1, seen1[0]))
+            late = lesser(lesser(x2, seen2[0]), lesser(x3, lesser(seen3[0], x4)))
+            least = lesser(early, late)
+            early = greater(greater(x0, seen0[0]), greater(x1, seen1[0]))
+            late = greater(greater(x2, seen2[0]), greater(x3, greater(seen3[0], x4)))
+            clear[lane] = clearance(parts.scheme, parts.wall, least, greater(early, late))
         if watched:
             seen.x[lane], seen.v[lane] = seen0
             seen.x[LANES + lane], seen.v[LANES + lane] = seen1

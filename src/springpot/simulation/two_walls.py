@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, LINKED, typed
+from springpot.simulation.lanes import INLINE, LANES, LINKED, greater, lesser, typed
 from springpot.simulation.observers import add_impacts, in_window, show_impacts
 from springpot.simulation.parts import (
     Splitting,
@@ -52,20 +52,20 @@ def _extras_of_pair(wall):
 def clearance_between(scheme, wall, least, greatest):
     low, high = _reaches(scheme, wall.low, wall.high)
     below = least - low - margin(least, least, greatest)
-    return min(below, high - greatest - margin(greatest, least, greatest))
+    return lesser(below, high - greatest - margin(greatest, least, greatest))
 
 
 @njit(**INLINE)
 def _reaches(scheme, low, high):
     """As `_reach` of one wall, of both."""
     deep, nothing = dip(scheme), typed(0.0, low)
-    return low + max(nothing, -low) * deep, high - max(nothing, high) * deep
+    return low + greater(nothing, -low) * deep, high - greater(nothing, high) * deep
 
 
 @answers(begin, Splitting, Pair)
 def _begin_pair(scheme, wall, x, v, early, accumulators, lane, weight):
     x, v = half_step_between(scheme, wall, x, v, accumulators, lane, weight)
-    return min(max(x + early, wall.low), wall.high), v
+    return lesser(greater(x + early, wall.low), wall.high), v
 
 
 @answers(bounce, Splitting, Pair)
@@ -122,7 +122,7 @@ def _flight_between(scheme, wall, x, v, moved, change):
 
 @answers(limited, Pair)
 def _limited_between(wall, x):
-    return min(max(x, wall.low), wall.high)
+    return lesser(greater(x, wall.low), wall.high)
 
 
 @answers(gather, Pair)
@@ -153,7 +153,7 @@ def half_step_between(scheme, wall, x, v, accumulators, lane, weight):
     moved, change, _, _ = drift(scheme, x, v)
     xh, vh = x + moved, v + change
     low, high = _reaches(scheme, wall.low, wall.high)
-    if min(x, xh) > low and max(x, xh) < high:
+    if lesser(x, xh) > low and greater(x, xh) < high:
         return xh, vh
     return strike(wall, scheme, x, v, accumulators, lane, weight)
 
@@ -198,7 +198,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
         struck, arriving = -1, -u
     elif x >= wall.high and u > 0.0:
         struck, arriving = 1, u
-    x = min(max(x, wall.low), wall.high)
+    x = lesser(greater(x, wall.low), wall.high)
     while True:
         if struck != 0:
             add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
@@ -216,7 +216,8 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
             hop = 2.0 * math.atan2(abs(u), abs(x))
             if elastic and hop > SHORTEST_ELASTIC_HOP * phase:
                 # hops that stay clear of the other wall are counted in one go
-                whole = np.floor(left / hop) if u * u + x * x < (wall.high if pressed_down else wall.low) ** 2 else 0.0
+                other = wall.high if pressed_down else wall.low
+                whole = np.floor(left / hop) if u * u + x * x < other * other else 0.0
                 if whole > 0.0:
                     add_impacts(accumulators, lane, weight, whole, frequency * abs(u))
                     if not pressed_down:
@@ -248,4 +249,4 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
         left -= soonest
     c = math.cos(left)
     s = math.sin(left)
-    return min(max(c * x + s * u, wall.low), wall.high), frequency * (c * u - s * x)
+    return lesser(greater(c * x + s * u, wall.low), wall.high), frequency * (c * u - s * x)
