@@ -83,15 +83,17 @@ def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
 
 @njit(**LINKED)
 def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
-    """Half a step in ``substeps`` of exact flight, contacts, exact flight.  An impact is the first touch."""
+    """Half a step: exact flights, and between them the contacts, ``substeps`` times."""
     square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
-    energy = v * v + square * x * x
     short = time / wall.substeps
     forces = _by_contact(0.0)
     c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
-    for _ in range(wall.substeps):
-        before, first = x, v * v + square * x * x
-        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+    whole_c, whole_s = c * c - s * s, 2.0 * c * s
+    begun = energy = v * v + square * x * x
+    before = x
+    x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+    for left in range(wall.substeps, 0, -1):
+        _add_touches(wall, before, x, square, energy, accumulators, lane, weight)
         pushed, damped, deepest = 0.0, 0.0, 0.0
         for n in range(count):
             depth, force = _force_of_contact(wall.contacts, n, x, short)
@@ -100,7 +102,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             damped += 0.5 * force * wall.contacts[5 * n + 4]
             deepest = greater(deepest, depth)
         if deepest > 0.0:
-            later = (v * (1.0 - damped) + pushed) / (1.0 + damped)
+            later = (v * (1.0 - damped) + pushed) / (1.0 + damped) if damped > 0.0 else v + pushed
             middle = 0.5 * (v + later)
             v = later
             for n in range(count):
@@ -113,19 +115,23 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             if weight > 0.0:
                 place = (own + 2) * LANES + lane
                 accumulators.extras[place] = greater(accumulators.extras[place], deepest)
-        x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
-        last = v * v + square * x * x
-        for n in range(count):
-            place, away = wall.contacts[5 * n], wall.contacts[5 * n + 1]
-            if away * (x - place) < 0.0 <= away * (before - place):
-                # the speed there by the energy of the flight towards it, in which another contact may take part
-                joint = deepest > away * (place - x)
-                there = first + (last - first) * (place - before) / (x - before) if joint else first
-                speed = math.sqrt(greater(there - square * place * place, 0.0))
-                add_impacts(accumulators, lane, weight, 1.0, speed)
-                add_to(accumulators, own + 3 + 5 * n, lane, weight, 1.0, speed)
-    accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - energy)
+        before, energy = x, v * v + square * x * x
+        turned, turn = (c, s) if left == 1 else (whole_c, whole_s)
+        x, v = travel(wall.rigid, frequency, x, v, turned, turn, accumulators, lane, weight)
+    _add_touches(wall, before, x, square, energy, accumulators, lane, weight)
+    accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - begun)
     return x, v
+
+
+@njit(**INLINE)
+def _add_touches(wall, before, x, square, energy, accumulators, lane, weight):
+    """Impacts on contacts are first touches; their speed is that of the flight, by twice its energy."""
+    for n in range(wall.contacts.size // 5):
+        place, away = wall.contacts[5 * n], wall.contacts[5 * n + 1]
+        if away * (x - place) < 0.0 <= away * (before - place):
+            speed = math.sqrt(greater(energy - square * place * place, 0.0))
+            add_impacts(accumulators, lane, weight, 1.0, speed)
+            add_to(accumulators, extras(wall.rigid) + 3 + 5 * n, lane, weight, 1.0, speed)
 
 
 @njit(**INLINE)
