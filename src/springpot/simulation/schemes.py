@@ -33,12 +33,15 @@ class NumericalScheme(Protocol):
         The default step, and the step above which errors of 1 % are expected, in units of the shortest time scale.
     family : {"average", "grunwald"}
         The memory weights.
+    keeps_the_law : bool
+        Whether the step leaves the stationary law of a dashpot, white noise and elastic walls as it is, however long.
     """
 
     order: ClassVar[int]
     default_step: ClassVar[float]
     coarsest_step: ClassVar[float]
     family: ClassVar[Family]
+    keeps_the_law: ClassVar[bool]
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
         """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
@@ -58,12 +61,17 @@ class NumericalScheme(Protocol):
 
 @dataclass(frozen=True)
 class Splitting(NumericalScheme):
-    """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise."""
+    """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise.
+
+    Flights and elastic impacts keep the energy exactly.  With a dashpot, the kick between them, an implicit midpoint
+    rule, keeps the velocity normal with its exact variance q / (2 C) while x does not move.
+    """
 
     order: ClassVar[int] = 2
     default_step: ClassVar[float] = 0.01
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
+    keeps_the_law: ClassVar[bool] = True
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
         return parts.splitting(frequency, answer, step)
@@ -96,6 +104,7 @@ class Grunwald(NumericalScheme):
     default_step: ClassVar[float] = 0.001
     coarsest_step: ClassVar[float] = 0.005
     family: ClassVar[Family] = "grunwald"
+    keeps_the_law: ClassVar[bool] = False
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
         return parts.euler(frequency, step, self.contact_tolerance / length)

@@ -280,11 +280,9 @@ def _initial_velocity(given: float | None) -> float:
 
 
 def keeps_the_law(problem: Oscillator | System, scheme: Scheme) -> bool:
-    """Whether a scheme leaves the stationary law as it is, however long the step.
+    """Whether a scheme leaves the stationary law of this problem as it is, however long the step.
 
-    The default scheme does so for a dashpot and white noise: flights and elastic impacts keep the energy exactly, and
-    the kick between them, an implicit midpoint rule, keeps the velocity normal with its exact variance q / (2 C) while
-    x does not move.  So stationary averages at the steps, and of impacts, have no error of the step.
+    Stationary averages at the steps, and of impacts, then have no error of the step (`NumericalScheme.keeps_the_law`).
 
     Examples
     --------
@@ -294,7 +292,7 @@ def keeps_the_law(problem: Oscillator | System, scheme: Scheme) -> bool:
     """
     return (
         isinstance(problem, Oscillator)
-        and scheme == "default"
+        and scheme_of(scheme).keeps_the_law
         and problem.springpot.order == 1.0
         and problem.springpot.coefficient > 0.0
         and problem.excitation.intensity > 0.0
