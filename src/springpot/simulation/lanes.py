@@ -37,10 +37,12 @@ FAST: dict[str, Any] = {
 # arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
 UNCOUNTED: dict[str, Any] = {"_nrt": False, **FAST}
 # called from compiled code only: no wrapper for Python, which would take a quarter of the compile time
+# ("forceinline" is said here too: else it is taken over from a caller that is copied in)
 LINKED: dict[str, Any] = {
-    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **UNCOUNTED,
+    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False,
+    **UNCOUNTED,
 }  # fmt: skip
-INLINE: dict[str, Any] = {"forceinline": True, **LINKED}
+INLINE: dict[str, Any] = {**LINKED, "forceinline": True}
 
 u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.simulation.lanes import INLINE, LANES, LINKED, MOST_CONTACTS, greater, lesser, stack_array
+from springpot.simulation.lanes import INLINE, LANES, MOST_CONTACTS, greater, lesser, stack_array
 from springpot.simulation.no_wall import NoWall
 from springpot.simulation.observers import add_impacts
 from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras
@@ -81,7 +81,7 @@ def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
     return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
 
 
-@njit(**LINKED)
+@njit(**INLINE)
 def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
     """Half a step: exact flights, and between them the contacts, ``substeps`` times."""
     square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
