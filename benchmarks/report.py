@@ -27,7 +27,7 @@ ABOUT = {
     ),
     "systems": (
         "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
-        "6 to 10 s, and kept on disk; its numbers may change without a compilation."
+        "5 to 10 s, and kept on disk; its numbers may change without a compilation."
     ),
     "plain kernel": (
         "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "

@@ -183,6 +183,14 @@ def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
     check(of_many_kinds(SPRING, sp.Dashpot(0.5), contact, WHITE), exact, sharp=0.02)
 
 
+def test_a_touch_counts_also_where_a_wall_close_behind_sends_the_mass_out_within_a_short_step() -> None:
+    parts = sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0)
+    device = of_many_kinds(*parts, sp.Contact(-0.5, 100.0, 1.0), sp.Barrier(-0.501, 0.7))
+    rates = sp.run(device, paths=512, duration=40.0, seed=3).values
+    touches, all_impacts = rates["contact_impact_rate"], rates["impact_rate"]
+    assert 0.98 < touches / (all_impacts - touches) < 1.02
+
+
 @pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937476), (0.6, 0.711950)])
 @pytest.mark.parametrize(
     ("exponent", "side"), [validation(1.0, "above"), (1.5, "above"), (1.0, "below"), validation(1.5, "below")]

@@ -36,8 +36,9 @@ FAST: dict[str, Any] = {
 }
 # arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
 UNCOUNTED: dict[str, Any] = {"_nrt": False, **FAST}
-# called from compiled code only: no wrapper for Python, which would take a quarter of the compile time
-# ("forceinline" is said here too: else it is taken over from a caller that is copied in)
+# called from compiled code only: no wrapper for Python, which would take a quarter of the compile time; no closures,
+# comprehensions or tests for None in it (`springpot.simulation.linking` leaves out what they need); "forceinline" is
+# said here too, else it is taken over from a caller that is copied in
 LINKED: dict[str, Any] = {
     "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False,
     **UNCOUNTED,
@@ -84,7 +85,7 @@ def _chosen(comparison: str) -> Any:
         def codegen(context, builder, signature, args):
             return builder.select(builder.fcmp_ordered(comparison, args[1], args[0]), args[1], args[0])
 
-        return kind(kind, kind), codegen
+        return (kind(kind, kind), codegen) if isinstance(kind, types.Float) else None
 
     return choose
 

@@ -115,7 +115,7 @@ class _LoweringForCallers(NativeLowering):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def _nothing_collected() -> Iterator[None]:
-    """Without the search for unused objects, which goes through all that Numba and LLVM keep, again and again."""
+    """Without the search for unused objects, in all threads: it goes through all that Numba keeps, again and again."""
     was_on = gc.isenabled()
     gc.disable()
     try:

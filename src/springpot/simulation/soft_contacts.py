@@ -81,6 +81,21 @@ def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
     return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
 
 
+def behind(rigid: Any, away: Any) -> Any:
+    """Compiled code only: the place of the rigid wall behind a contact that pushes in this direction."""
+    raise NotImplementedError
+
+
+@answers(behind, NoWall)
+def _nothing_behind(rigid, away):
+    return -1e30 * away
+
+
+@answers(behind, Pair)
+def _wall_behind(rigid, away):
+    return rigid.low if away > 0.0 else rigid.high
+
+
 @njit(**INLINE)
 def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
     """Half a step: exact flights, and between them the contacts, ``substeps`` times."""
@@ -89,11 +104,10 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
     forces = _by_contact(0.0)
     c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
     whole_c, whole_s = c * c - s * s, 2.0 * c * s
-    begun = energy = v * v + square * x * x
-    before = x
+    begun, before, arriving = v * v + square * x * x, x, v
     x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
     for left in range(wall.substeps, 0, -1):
-        _add_touches(wall, before, x, square, energy, accumulators, lane, weight)
+        _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
         pushed, damped, deepest = 0.0, 0.0, 0.0
         for n in range(count):
             depth, force = _force_of_contact(wall.contacts, n, x, short)
@@ -115,23 +129,31 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
             if weight > 0.0:
                 place = (own + 2) * LANES + lane
                 accumulators.extras[place] = greater(accumulators.extras[place], deepest)
-        before, energy = x, v * v + square * x * x
+        before, arriving = x, v
         turned, turn = (c, s) if left == 1 else (whole_c, whole_s)
         x, v = travel(wall.rigid, frequency, x, v, turned, turn, accumulators, lane, weight)
-    _add_touches(wall, before, x, square, energy, accumulators, lane, weight)
+    _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
     accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - begun)
     return x, v
 
 
 @njit(**INLINE)
-def _add_touches(wall, before, x, square, energy, accumulators, lane, weight):
-    """Impacts on contacts are first touches; their speed is that of the flight, by twice its energy."""
+def _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight):
+    """Impacts on contacts are first touches in a flight, from ``before`` and ``arriving`` to x and v.
+
+    The flight ends in the contact, or is out of it again after an impact on the wall behind.  The speed is that of the
+    flight: where another contact acts, half of its push in a short step may be missing.
+    """
     for n in range(wall.contacts.size // 5):
         place, away = wall.contacts[5 * n], wall.contacts[5 * n + 1]
-        if away * (x - place) < 0.0 <= away * (before - place):
-            speed = math.sqrt(greater(energy - square * place * place, 0.0))
-            add_impacts(accumulators, lane, weight, 1.0, speed)
-            add_to(accumulators, extras(wall.rigid) + 3 + 5 * n, lane, weight, 1.0, speed)
+        if away * (before - place) >= 0.0:
+            last = behind(wall.rigid, away)
+            reached = arriving * arriving + square * (before - last) * (before + last) > 0.0
+            if away * (x - place) < 0.0 or (reached and away * arriving < 0.0 < away * v):
+                left = arriving * arriving + square * (before - place) * (before + place)
+                speed = math.sqrt(greater(left, 0.0))
+                add_impacts(accumulators, lane, weight, 1.0, speed)
+                add_to(accumulators, extras(wall.rigid) + 3 + 5 * n, lane, weight, 1.0, speed)
 
 
 @njit(**INLINE)

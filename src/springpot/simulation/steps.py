@@ -160,12 +160,15 @@ def sweep_lanes(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, st
             clear[lane] = typed(1.0, moved) if sure0 & sure1 & sure2 & sure3 else parts.zero
         else:
             x4 = x0 + moved
-            early = lesser(lesser(x0, seen0[0]), lesser(x1, seen1[0]))
-            late = lesser(lesser(x2, seen2[0]), lesser(x3, lesser(seen3[0], x4)))
-            least = lesser(early, late)
-            early = greater(greater(x0, seen0[0]), greater(x1, seen1[0]))
-            late = greater(greater(x2, seen2[0]), greater(x3, greater(seen3[0], x4)))
-            clear[lane] = clearance(parts.scheme, parts.wall, least, greater(early, late))
+            least = lesser(
+                lesser(lesser(x0, seen0[0]), lesser(x1, seen1[0])),
+                lesser(lesser(x2, seen2[0]), lesser(x3, lesser(seen3[0], x4))),
+            )
+            most = greater(
+                greater(greater(x0, seen0[0]), greater(x1, seen1[0])),
+                greater(greater(x2, seen2[0]), greater(x3, greater(seen3[0], x4))),
+            )
+            clear[lane] = clearance(parts.scheme, parts.wall, least, most)
         if watched:
             seen.x[lane], seen.v[lane] = seen0
             seen.x[LANES + lane], seen.v[LANES + lane] = seen1
