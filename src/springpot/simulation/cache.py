@@ -130,7 +130,7 @@ class _SourceCache(caching.FunctionCache):  # type: ignore[misc]
         return (*super()._index_key(sig, codegen), _DIGEST, self._own)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As Numba's, but it first learns all that a compilation may need, which takes longer than all the rest."""
+        """Numba's own first learns all that a compilation may need, longer than all the rest takes; this does not."""
         if any(map(_from_elsewhere, _arguments(sig))):
             return None
         rtsys.initialize(target_context)  # what unpacks the arrays

@@ -130,8 +130,8 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
                 place = (own + 2) * LANES + lane
                 accumulators.extras[place] = greater(accumulators.extras[place], deepest)
         before, arriving = x, v
-        turned, turn = (c, s) if left == 1 else (whole_c, whole_s)
-        x, v = travel(wall.rigid, frequency, x, v, turned, turn, accumulators, lane, weight)
+        cosine, sine = (c, s) if left == 1 else (whole_c, whole_s)
+        x, v = travel(wall.rigid, frequency, x, v, cosine, sine, accumulators, lane, weight)
     _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
     accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - begun)
     return x, v
