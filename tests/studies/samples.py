@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -88,7 +89,9 @@ def content(store: Path) -> dict[str, bytes]:
 
 
 def chunks(store: Path, array: str = "numbers") -> list[Path]:
-    return sorted(file for file in store.rglob(f"{array}/*") if file.name.endswith(".0"))
+    """Files of answers; unlike `Path.rglob`, a walk passes over folders that are removed meanwhile."""
+    found = ((Path(folder), names) for folder, _, names in os.walk(store))
+    return sorted(place / name for place, names in found if place.name == array for name in names if name[-2:] == ".0")
 
 
 def orphans(store: Path) -> list[str]:
