@@ -119,13 +119,8 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     depth = potential.energy(grid)
     limit = float(depth.min()) + _FARTHEST * temperature
     within = np.flatnonzero(depth <= limit)
-    edges = [
-        _edge(potential, grid[end], float(sign), limit)
-        if grid[within[end]] == grid[end]
-        else _from(lambda x: potential.energy(x) > limit, grid[within[end]], grid[within[end] + sign])
-        for end, sign in ((0, -1), (-1, 1))
-    ]
-    places = np.linspace(edges[0], edges[1], _POINTS)
+    low, high = (_edge(potential, grid[within[end]], sign, limit) for end, sign in ((0, -1.0), (-1, 1.0)))
+    places = np.linspace(low, high, _POINTS)
     energy = potential.energy(places)
     weights = np.exp(-np.minimum((energy - energy.min()) / temperature, 700.0))
     weights[[0, -1]] *= 0.5
