@@ -19,6 +19,7 @@ import numpy as np
 
 import springpot as sp
 from springpot import theory
+from tests.golden.systems import random_systems
 
 __all__ = ["FEW", "KINDS", "digested", "few", "oscillators"]
 
@@ -139,6 +140,95 @@ def runs_to_a_tolerance() -> Named:
             yield f"{name}/{rest}", value
 
 
+def _simulated(problem: Any, how: str, given: dict[str, Any]) -> Named:
+    """A run's numbers under its way, or that it is refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            found = sp.simulate(problem, **given)
+        except (TypeError, ValueError, ArithmeticError) as refusal:
+            yield f"{how}/refused", type(refusal).__name__
+            return
+    for rest, value in _of_a_dataset(found):
+        yield f"{how}/{rest}", value
+
+
+def _in_units_of(oscillator: sp.Oscillator, given: dict[str, Any]) -> dict[str, Any]:
+    """Settings for frequency 1, noise 1 and a wall at 0, for another oscillator."""
+    time = 1.0 / oscillator.natural_frequency
+    size, wall, up = float(oscillator.excitation.intensity * time**3) ** 0.5, 0.0, 1.0
+    if oscillator.barrier is not None:
+        wall, up = oscillator.barrier.position, {"above": 1.0, "below": -1.0}[oscillator.barrier.side]
+    scales = {"v": size / time, "speed": size / time, "amplitude": size, "energy": (size / time) ** 2}
+
+    def scaled(name: str, value: Any) -> Any:
+        match name:
+            case "duration" | "step":
+                return value * time
+            case "window":
+                return tuple(each * time for each in value)
+            case "spectrum":
+                return [each / time for each in value]
+            case "initial_position":
+                return wall + up * value * size
+            case "initial_velocity":
+                return value * size / time
+            case "first_passage":
+                levels = {kind: level * scales[kind] for kind, level in value.items() if kind in scales}
+                return {**levels, "x": wall + up * 0.8 * size}
+        return value
+
+    return {name: scaled(name, value) for name, value in given.items()}
+
+
+def random_runs(count: int = 200) -> Named:
+    """Random oscillators, each in two of the ways of SETTINGS in its own units, every tenth to a tolerance."""
+    ways = [*SETTINGS]
+    for number, oscillator in enumerate(oscillators(count, seed=29)):
+        for how in (ways[number % len(ways)], ways[(3 * number + 1) % len(ways)]):
+            for rest, value in _simulated(oscillator, how, _in_units_of(oscillator, SETTINGS[how])):
+                yield f"{number}/{rest}", value
+        if number % 10 == 3:
+            for rest, value in _simulated(oscillator, "rtol", {"rtol": 0.1, "seed": number}):
+                yield f"{number}/{rest}", value
+
+
+SYSTEM_SETTINGS: tuple[dict[str, Any], ...] = (
+    {**SHORT, "start": "rest"},
+    {"paths": 100, "step": 0.02, "duration": 10.0, "seed": 9},
+    {**SHORT, "window": (5.0, 15.0), "initial_position": 0.1, "initial_velocity": -0.5},
+    {**SHORT, "start": "rest", "record": 5, "record_every": 7, "spectrum": [2.0, 4.0]},
+    {**SHORT, "start": "rest", "distributions": True},
+    {**SHORT, "start": "rest", "observables": SETTINGS["observables"]["observables"]},
+    {**SHORT, "start": "rest", "first_passage": {"x": 0.15, "v": -1.0, "energy": 1.0}},
+    {**SHORT, "start": "rest", "memory_tolerance": 1e-9},
+)
+
+
+def systems(count: int = 100) -> Named:
+    """Random systems with every pair of parts, each in one of the ways above; what is refused too."""
+    for number, (names, system) in enumerate(random_systems(count)):
+        where = f"{number}-{'-'.join(names)}"
+        for rest, value in _simulated(system, "run", SYSTEM_SETTINGS[number % len(SYSTEM_SETTINGS)]):
+            yield f"{where}/{rest}", value
+        if number % 12 == 5:
+            given = {"rtol": 0.1, "seed": number, "quantities": ("v_mean_square",)}
+            for rest, value in _simulated(system, "rtol", given):
+                yield f"{where}/{rest}", value
+
+
+def methods_for_systems(count: int = 100) -> Named:
+    for number, (_, system) in enumerate(random_systems(count)):
+        answers, statements = theory.solve_all(system)
+        for method in sorted(statements):
+            yield f"{number}/{method}", "none"
+        for method in sorted(answers):
+            for rest, value in answers[method].to_dict().items():
+                if isinstance(value, bool | int | float):
+                    yield f"{number}/{method}/{rest}", float(value)
+        yield f"{number}/recommended", str(theory.recommended(system, answers))
+
+
 def _densities(result: Any, oscillator: sp.Oscillator) -> Named:
     spread = max(float(result.x_mean_square), 1e-12) ** 0.5
     speed = max(float(result.v_mean_square), 1e-12) ** 0.5
@@ -194,15 +284,36 @@ WAYS: dict[str, dict[str, Any]] = {
 }
 
 
+STUDY_OF_SYSTEMS: dict[str, Any] = {
+    "name": "golden systems",
+    "seed": 7,
+    "methods": ["envelope", "monte_carlo"],
+    "quantities": ["x_mean_square", "impact_rate"],
+    "system": {
+        "parts": [
+            {"kind": "mass", "value": 0.5},
+            {"kind": "spring", "stiffness": 2.0},
+            {"kind": "polynomial_spring", "coefficients": [0.0, 0.0, 0.1]},
+            {"kind": "springpot", "order": 0.5, "coefficient": 0.2},
+            {"kind": "barrier", "name": "stop", "position": -0.5, "restitution": 0.8},
+            {"kind": "white_noise", "intensity": 0.3},
+        ]
+    },
+    "axes": {"parts.spring.stiffness": [1.0, 2.0], "parts.stop.restitution": [1.0, 0.7]},
+    "monte_carlo": {"paths": 128, "duration": 20.0, "step": 0.02},
+}
+
+
 def studies() -> Named:
     """Every stored chunk."""
-    for how, given in WAYS.items():
+    from springpot.studies.question import read_study
+    from springpot.studies.running import run_study
+
+    given = {how: {**STUDY, "monte_carlo": way} for how, way in WAYS.items()}
+    for how, study in {**given, "systems": STUDY_OF_SYSTEMS}.items():
         with tempfile.TemporaryDirectory() as folder:
             store = Path(folder) / "golden.zarr"
-            from springpot.studies.question import read_study
-            from springpot.studies.running import run_study
-
-            run_study(read_study({**STUDY, "monte_carlo": given}), store)
+            run_study(read_study(study), store)
             for file in sorted(store.rglob("*")):
                 if file.is_file() and file.name != "zarr.json":
                     yield f"{how}/{file.relative_to(store)}", np.frombuffer(file.read_bytes(), np.uint8)
@@ -249,8 +360,11 @@ def digested(value: object) -> str:
 
 KINDS: dict[str, Callable[[], Named]] = {
     "runs": runs,
+    "random_runs": random_runs,
+    "systems": systems,
     "rtol": runs_to_a_tolerance,
     "methods": methods,
+    "methods_for_systems": methods_for_systems,
     "studies": studies,
     "page": page,
 }
