@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import shutil
 import socket
 import stat
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import google_crc32c
 
 from springpot.faults import FileFault
 
+if TYPE_CHECKING:
+    from xarray import DataTree
+
 __all__ = [
     "Damaged",
     "checksum",
     "make_room",
+    "netcdf_of",
     "partial_name",
     "read_chunk",
     "read_file",
@@ -168,7 +175,7 @@ def partial_name(name: str) -> str:
     return f".{name}.{socket.gethostname()}.{os.getpid()}.{threading.get_native_id()}"
 
 
-def write(path: str, content: bytes, *, durable: bool = False, private: bool = False) -> None:
+def write(path: str, content: bytes | memoryview, *, durable: bool = False, private: bool = False) -> None:
     """Write a file under another name and rename it.
 
     ``durable`` waits until it is on disk, so that even a power failure leaves the old file or the new one: for files
@@ -196,6 +203,13 @@ def write(path: str, content: bytes, *, durable: bool = False, private: bool = F
                 continue
             raise
         return
+
+
+def netcdf_of(tree: DataTree, encoding: Mapping[str, Mapping[str, Any]] | None = None) -> memoryview:
+    """A netCDF file in memory: HDF5 itself ends the process where the disk is full."""
+    content = io.BytesIO()
+    tree.to_netcdf(content, engine="h5netcdf", encoding=encoding)
+    return content.getbuffer()
 
 
 def _for_this_user(path: str, flags: int) -> int:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Iterator
 from pathlib import Path
 
-from springpot.files import partial_name
-
-__all__ = ["place_for", "replacing"]
+__all__ = ["place_for"]
 
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
@@ -46,26 +41,3 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     if place.exists() and not overwrite:
         raise ValueError(f"{name!r} exists already: give another name, or overwrite=True to replace it.")
     return place
-
-
-@contextlib.contextmanager
-def replacing(path: str) -> Iterator[str]:
-    """A temporary name for writing a file; it is renamed at the end, or removed if writing fails.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> place = Path(tempfile.mkdtemp()) / "words.txt"
-    >>> with replacing(str(place)) as partial:
-    ...     _ = Path(partial).write_text("whole")
-    >>> place.read_text()
-    'whole'
-    """
-    folder, name = os.path.split(path)
-    partial = os.path.join(folder, partial_name(name))
-    try:
-        yield partial
-        os.replace(partial, path)
-    finally:
-        with contextlib.suppress(OSError):
-            os.unlink(partial)

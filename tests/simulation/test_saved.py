@@ -129,20 +129,6 @@ def test_nothing_is_replaced_unless_asked_for(suffix: str, rich: Run, tmp_path: 
     assert place.stat().st_size > 1000
 
 
-def test_a_write_that_fails_leaves_what_was_there(rich: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    place = rich.save(tmp_path / "run.nc")
-    before = place.read_bytes()
-
-    def fail(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(xarray.Dataset, "to_netcdf", fail)
-    with pytest.raises(OSError, match="No space"):
-        rich.save(place, overwrite=True)
-    assert place.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [place]
-
-
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [

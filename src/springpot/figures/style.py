@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.files import write
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 if TYPE_CHECKING:
@@ -225,5 +227,7 @@ def save(figure: Figure, path: Path) -> Path:
     >>> save(figure, Path(tempfile.mkdtemp()) / "empty.png").name
     'empty.png'
     """
-    figure.savefig(path, format="png", dpi=160)
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=160)
+    write(str(path), content.getbuffer())
     return path

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import base64
-import binascii
+import collections.abc
 import dataclasses
 import json
 import math
+import types
 import typing
 import zlib
 from collections.abc import Iterator, Mapping
@@ -24,7 +25,7 @@ from springpot.system_file import read_system
 
 __all__ = ["load_run"]
 
-_MOST_BYTES = 8 * 2**30  # of one array that is read back
+_MOST_EXPANDED = 1100  # times the size of the file: zlib cannot make an array smaller than that
 _DAMAGED = "its content was damaged"
 _NOT_OURS = "it was not written by springpot"
 
@@ -72,10 +73,14 @@ def load_run(path: str | Path) -> Run:
     try:
         words, arrays = _read_netcdf(place) if place.suffix == ".nc" else _read_json(place)
         value = _put_together(words, arrays)
+        if not isinstance(value, Run):
+            raise _Foreign("it does not hold one")
+        with np.errstate(all="ignore"):
+            json.dumps(value.to_dict())  # whatever does not belong together fails here rather than later
     except _Foreign as reason:
         raise ValueError(f"{str(path)!r} cannot be read as a run: {reason}.") from None
-    if not isinstance(value, Run):
-        raise ValueError(f"{str(path)!r} cannot be read as a run: it does not hold one.")
+    except Exception:  # whatever somebody has written into the file
+        raise ValueError(f"{str(path)!r} cannot be read as a run: {_DAMAGED}.") from None
     return value
 
 
@@ -102,6 +107,33 @@ def _classes() -> dict[str, type]:
     return classes
 
 
+@cache
+def _kinds(parent: type) -> dict[str, Any]:
+    return typing.get_type_hints(parent)
+
+
+def _fits(value: object, kind: Any) -> bool:
+    """Whether a value is what the hint of a field says."""
+    origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if kind is Any:
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, one) for one in inner)
+    if origin is typing.Literal:
+        return value in inner
+    if origin is tuple and inner[1:] != (...,):
+        return isinstance(value, tuple) and len(value) == len(inner) and all(map(_fits, value, inner))
+    if origin in (tuple, list, collections.abc.Sequence):
+        return isinstance(value, tuple | list) and all(_fits(part, inner[0]) for part in value)
+    if origin in (dict, collections.abc.Mapping):
+        return isinstance(value, dict) and all(_fits(part, inner[1]) for part in value.values())
+    if kind is float:
+        return isinstance(value, float) or (type(value) is int and abs(value) < 2**1000)
+    if kind is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, origin or kind) if isinstance(origin or kind, type) else True
+
+
 def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
     """The inverse of `_taken_apart`.
 
@@ -117,7 +149,7 @@ def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
             return float(number)
         case {"array": str() as name} if name in arrays:
             return arrays[name]
-        case {"empty": [*shape], "kind": str() as kind}:
+        case {"empty": [*shape], "kind": str() as kind} if math.prod(shape) == 0:
             return np.zeros(shape, np.dtype(kind))
         case {"dict": dict() as parts}:
             return {key: _put_together(part, arrays) for key, part in parts.items()}
@@ -132,6 +164,9 @@ def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
                 raise _Foreign("it is from another version of springpot") from None
         case {"class": str() as name, "fields": dict() as parts} if name in _classes():
             given = {key: _put_together(part, arrays) for key, part in parts.items()}
+            kinds = _kinds(_classes()[name])
+            if not all(_fits(part, kinds[key]) for key, part in given.items() if key in kinds):
+                raise _Foreign(_DAMAGED)
             try:
                 return _classes()[name](**given)
             except (TypeError, ValueError):
@@ -149,28 +184,32 @@ def _read_netcdf(path: Path) -> tuple[Any, Arrays]:
     import h5py
 
     # h5py itself rather than xarray: its errors are clear, and it decodes nothing
+    largest = _largest(path)
     try:
         with h5py.File(path, "r") as file:
             own = file.get(GROUP)
             if not isinstance(own, h5py.Group) or not isinstance(own.get(WORDS), h5py.Dataset):
                 raise _Foreign(_NOT_OURS)
             _check_format(int(np.ravel(own.attrs.get("format", 0))[0]))
-            words = _numbers(own[WORDS]).tobytes().decode()
+            words = _numbers(own[WORDS], largest).tobytes().decode()
             names = _array_names(words)
-            arrays = {name: _numbers(own[name]) for name in names if name != RECORD}
+            arrays = {name: _numbers(own[name], largest) for name in names if name != RECORD}
             if RECORD in names:
-                arrays[RECORD] = np.stack([_numbers(file["x"]), _numbers(file["v"])], axis=-1)
+                arrays[RECORD] = np.stack([_numbers(file["x"], largest), _numbers(file["v"], largest)], axis=-1)
             checksum = own.attrs.get("checksum")
-    except _Foreign:
-        raise
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError) as reason:
+    except OSError as reason:
         raise _Foreign(_NOT_OURS if "file signature not found" in str(reason) else _DAMAGED) from None
     return _checked(words, arrays, checksum.decode() if isinstance(checksum, bytes) else checksum)
 
 
-def _numbers(dataset: Any) -> npt.NDArray[Any]:
-    if dataset.size * dataset.dtype.itemsize > _MOST_BYTES:
-        raise _Foreign("an array in it is too large")
+def _largest(path: Path) -> int:
+    """The most bytes that an array in a file of this size can have."""
+    return _MOST_EXPANDED * path.stat().st_size
+
+
+def _numbers(dataset: Any, largest: int) -> npt.NDArray[Any]:
+    if dataset.size * dataset.dtype.itemsize > largest or dataset.dtype.kind not in "fiub":
+        raise _Foreign(_DAMAGED)
     return np.asarray(dataset[()])
 
 
@@ -187,10 +226,7 @@ def _array_names(words: str) -> set[str]:
             for inner in part:
                 yield from walk(inner)
 
-    try:
-        return set(walk(json.loads(words)))
-    except RecursionError:
-        raise _Foreign(_DAMAGED) from None
+    return set(walk(json.loads(words)))
 
 
 def _check_format(version: int) -> None:
@@ -200,13 +236,13 @@ def _check_format(version: int) -> None:
         raise _Foreign(_NOT_OURS)
 
 
-def _unpacked(packed: Any) -> npt.NDArray[Any]:
+def _unpacked(packed: Any, largest: int) -> npt.NDArray[Any]:
     kind, shape = np.dtype(packed["kind"]), tuple(packed["shape"])
     if kind.kind not in "fiub" or not all(isinstance(n, int) and n >= 0 for n in shape):
         raise _Foreign(_DAMAGED)
     size = math.prod(shape) * kind.itemsize
-    if size > _MOST_BYTES:
-        raise _Foreign("an array in it is too large")
+    if size > largest:
+        raise _Foreign(_DAMAGED)
     content = zlib.decompressobj().decompress(base64.b64decode(packed["zlib_base64"], validate=True), size + 1)
     if len(content) != size:
         raise _Foreign(_DAMAGED)
@@ -221,11 +257,6 @@ def _read_json(path: Path) -> tuple[Any, Arrays]:
     own = content.get(GROUP) if isinstance(content, dict) else None
     if not isinstance(own, dict) or not isinstance(own.get(WORDS), str):
         raise _Foreign(_NOT_OURS)
-    try:
-        _check_format(int(own["format"]))
-        arrays = {name: _unpacked(packed) for name, packed in own["arrays"].items()}
-    except _Foreign:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, binascii.Error, zlib.error):
-        raise _Foreign(_DAMAGED) from None
+    _check_format(int(own["format"]))
+    arrays = {name: _unpacked(packed, _largest(path)) for name, packed in own["arrays"].items()}
     return _checked(own[WORDS], arrays, own.get("checksum"))

@@ -32,8 +32,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.files import write
-from springpot.places import place_for, replacing
+from springpot.files import netcdf_of, write
+from springpot.places import place_for
 
 if TYPE_CHECKING:
     from springpot.simulation.results import Run
@@ -189,9 +189,8 @@ def _write_netcdf(run: Run, path: Path) -> None:
         if name != RECORD:  # it is stored as x and v at the top
             own[name] = (tuple(f"{name}.{axis}" for axis in range(array.ndim)), array)
     packed = {name: {"zlib": True, "complevel": 2, "shuffle": True} for name in own.data_vars}
-    with replacing(str(path)) as partial:
-        run.to_dataset().to_netcdf(partial, engine="h5netcdf")
-        own.to_netcdf(partial, engine="h5netcdf", mode="a", group=GROUP, encoding=packed)
+    tree = xarray.DataTree.from_dict({"/": run.to_dataset(), f"/{GROUP}": own})
+    write(str(path), netcdf_of(tree, {f"/{GROUP}": packed}))
 
 
 # --- JSON -----------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import os
 import shutil
 from pathlib import Path
 
-from springpot.files import partial_name
+from springpot.files import netcdf_of, partial_name, write
 from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
 from springpot.studies.store import Store, is_store, metadata_of
@@ -55,9 +55,9 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
             os.rename(partial, path)
             return path
         if path.suffix == ".nc":
-            open_tree(store).to_netcdf(partial, engine="h5netcdf")
-        else:
-            _write_table(store, partial)
+            write(str(path), netcdf_of(open_tree(store)))
+            return path
+        _write_table(store, partial)
         partial.replace(path)
     finally:
         if partial.is_dir():

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
     from springpot.theory.methods.systems.energy import ExactLaw
+    from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearisation import Linearisation, linearisation
     from springpot.theory.methods.systems.path_integration import path_integration
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
     from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
-    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "LinearResponse",
+    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "HalfCycles", "LinearResponse",
     "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods",
-    "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact", "fokker_planck", "linear",
+    "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact", "fokker_planck", "half_cycles", "linear",
     "linearisation", "path_integration", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 _PLACES = {
@@ -37,6 +38,7 @@ _PLACES = {
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
     "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),
     "methods.systems.energy": ("ExactLaw",),
+    "methods.systems.half_cycles": ("HalfCycles", "half_cycles"),
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearisation": ("Linearisation", "linearisation"),
     "methods.systems.path_integration": ("path_integration",),

@@ -33,13 +33,16 @@ class Cell(NamedTuple):
     Attributes
     ----------
     walls : int
-        0, 1 or 2; two walls are on both sides of the equilibrium, at the same distance.
+        0, 1 or 2; two walls are on both sides of the equilibrium.
     position : float
-        With one wall its place (positive for a preload) in sqrt(q / Omega^3).  With two their distance from the
-        equilibrium over the root mean square of x that averaging gives without walls and without hardening,
+        With one wall its place (positive for a preload) in sqrt(q / Omega^3).  With two the distance of the nearer one
+        from the equilibrium over the root mean square of x that averaging gives without walls and without hardening,
         sqrt(q / (2 C Omega^(alpha+1) sin(alpha pi/2))).  0 without walls.
+    apart : float
+        How much farther from the equilibrium the other one of two walls is, in the same unit; otherwise 0.
     restitution : float
-        The same of all walls; 1 without walls.
+        1 without walls.  Of two walls the mean, weighed by exp(-(distance / root mean square)^2 / 2), which is how
+        often they are reached without each other; of one wall that is much nearer it is nearly that one's.
     colour : float
         Correlation time times Omega; 0 for white noise.
     hardening : float
@@ -50,6 +53,7 @@ class Cell(NamedTuple):
 
     walls: int
     position: float
+    apart: float
     restitution: float
     colour: float
     hardening: float
@@ -67,9 +71,9 @@ def system_of(cell: Cell) -> System:
 
     Examples
     --------
-    >>> cell = Cell(2, 1.5, 0.8, 0.0, 1.0, 0.5, 0.1)
-    >>> cell_of(system_of(cell)) == cell
-    True
+    >>> cell = Cell(2, 1.5, 0.5, 0.8, 0.0, 1.0, 0.5, 0.1)
+    >>> [round(number, 9) for number in cell_of(system_of(cell))]
+    [2, 1.5, 0.5, 0.8, 0.0, 1.0, 0.5, 0.1]
     """
     parts: list[object] = [Spring(1.0), Springpot(cell.order, cell.c)]
     if cell.hardening > 0.0:
@@ -77,8 +81,9 @@ def system_of(cell: Cell) -> System:
     if cell.walls == 1:
         parts.append(Barrier(cell.position, cell.restitution))
     elif cell.walls == 2:
-        place = cell.position * _free_spread(cell.order, cell.c)
-        parts += [Barrier(-place, cell.restitution), Barrier(place, cell.restitution, side="below")]
+        spread = _free_spread(cell.order, cell.c)
+        near, far = cell.position * spread, (cell.position + cell.apart) * spread
+        parts += [Barrier(-near, cell.restitution), Barrier(far, cell.restitution, side="below")]
     if cell.colour > 0.0:
         parts.append(ColouredNoise((1.0 + cell.colour**2) / (2.0 * cell.colour), cell.colour))
     else:
@@ -87,8 +92,8 @@ def system_of(cell: Cell) -> System:
 
 
 _REACH = (
-    "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, walls of "
-    "one restitution, and white or coloured noise"
+    "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, a wall "
+    "or one on either side of the equilibrium, and white or coloured noise"
 )
 
 
@@ -116,20 +121,24 @@ def cell_of(system: System) -> Cell:
     intensity, colour = _noise(unit)
     walls, c = unit.of(Barrier), coefficient * omega ** (order - 2.0)
     length = math.sqrt(intensity / omega**3)
-    position = 0.0
-    if len({wall.restitution for wall in walls}) > 1:
-        raise NotCovered(f"{_REACH}; here the walls have several restitutions.")
+    position, apart, restitution = 0.0, 0.0, 1.0
     if len(walls) == 1:
         position = (1.0 if walls[0].side == "above" else -1.0) * walls[0].position / length + 0.0
+        restitution = slow_restitution(walls[0])  # a number
     elif len(walls) == 2:
-        low, high = unit.potential.low, unit.potential.high
-        if not math.isclose(-low, high, rel_tol=1e-6):
-            raise NotCovered(f"{_REACH}; here the two walls are not at the same distance from the equilibrium.")
-        position = 0.5 * (high - low) / (length * _free_spread(order, c))
+        gaps = [(w.position if w.side == "below" else -w.position) / (length * _free_spread(order, c)) for w in walls]
+        position, apart = min(gaps), abs(gaps[1] - gaps[0])
+        if position < 0.0:
+            raise NotCovered(f"{_REACH}; here the two walls are not on both sides of it.")
+        reached = [math.exp(0.5 * (position**2 - gap**2)) for gap in gaps]
+        lost = math.fsum(often * slow_restitution(wall) for often, wall in zip(reached, walls, strict=True))
+        restitution = lost / math.fsum(reached)
+        apart = 0.0 if apart < 1e-6 * position else apart
     return Cell(
         walls=len(walls),
         position=position,
-        restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
+        apart=apart,
+        restitution=restitution,
         colour=colour * omega,
         hardening=kappa * intensity / omega**5,
         order=order,

@@ -88,6 +88,8 @@ _FOR_SYSTEMS = (
            (1.0, 1.5), mapped=True),
     Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0), mapped=True),
     Method("envelope", "envelope", "envelope.method.envelope", "vermilion", mapped=True),
+    Method("half_cycles", "half cycles", "systems.half_cycles.half_cycles", "orange",
+           (5.0, 1.5, 1.0, 1.5, 1.0, 1.5), mapped=True),
     Method("path_integration", "path integration", "systems.path_integration.path_integration", "sky", (6.0, 1.5),
            mapped=True),
     Method("linear", "linear", "systems.linear.linear", "black", (4.0, 2.0), exact=True),

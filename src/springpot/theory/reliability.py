@@ -53,7 +53,7 @@ GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
 """Moments whose gaps are on the map of oscillators, and the gaps in per cent up to which no warning is given."""
 SYSTEMS_GOOD = {
     "x_mean": 3.0, "x_mean_square": 3.0, "v_mean_square": 3.0,
-    "impact_rate": 5.0, "impact_speed_mean": 5.0, "impact_speed_mean_square": 5.0,
+    "impact_rate": 5.0, "impact_speed_mean": 5.0, "impact_speed_mean_square": 5.0, "rarest_impact_rate": 10.0,
 }  # fmt: skip
 """The same of the map of systems."""
 
@@ -65,7 +65,10 @@ _WORDS = {
     "impact_rate": "impact rate",
     "impact_speed_mean": "mean impact speed",
     "impact_speed_mean_square": "mean square impact speed",
+    "rarest_impact_rate": "impact rate of the wall that is struck least",
 }
+
+_FARTHEST = 4.3  # of the map's walls, in the unit of their place
 
 Floats = npt.NDArray[np.float64]
 
@@ -108,13 +111,13 @@ _OSCILLATORS = _Map(
 _SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
-        ("walls", 0.0), ("position", 0.25), ("restitution", 0.05), ("colour", 0.2), ("hardening", 0.1), ("order", 0.1),
+        ("walls", 0.0), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05), ("colour", 0.2), ("hardening", 0.1), ("order", 0.1),
         ("c", 0.1),
     ),
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
     judged=SYSTEMS_JUDGED,
-    guesses=("path_integration", "envelope", "linearisation", "averaging_amplitude"),
+    guesses=("path_integration", "half_cycles", "envelope", "linearisation", "averaging_amplitude"),
 )  # fmt: skip
 
 
@@ -263,6 +266,8 @@ def exists(name: str, here: Mapping[str, float]) -> bool:
     if name == "x_mean":
         return walls == 1.0
     countable = here["restitution"] == 1.0 or here.get("colour", 0.0) == 0.0
+    if name == "rarest_impact_rate":  # of two walls, where Monte Carlo sees the other one struck
+        return walls == 2.0 and countable and here["position"] + here["apart"] <= _FARTHEST
     return not name.startswith("impact") or (walls > 0.0 and countable)
 
 

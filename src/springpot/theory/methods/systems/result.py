@@ -11,7 +11,10 @@ from springpot.parts import Barrier, Contact
 from springpot.system import System
 from springpot.theory.result import MOMENTS, Moments, NoStationaryState, no_answer
 
-__all__ = ["SystemMoments", "SystemResult", "at_all_walls", "checked_system", "walls_of"]
+__all__ = ["SYSTEM_MOMENTS", "SystemMoments", "SystemResult", "at_all_walls", "checked_system", "walls_of"]
+
+SYSTEM_MOMENTS = (*MOMENTS, "rarest_impact_rate")
+"""Names of the moments of systems on the validity map."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,11 @@ class SystemMoments(Moments):
     barrier_impact_rate: tuple[float, ...] = ()
     barrier_impact_speed_mean: tuple[float, ...] = ()
     harvested_power: float = math.nan
+
+    @property
+    def rarest_impact_rate(self) -> float:
+        """The impact rate of the wall or contact that is struck least often; NaN without one."""
+        return min(self.barrier_impact_rate, default=math.nan)
 
 
 def at_all_walls(rates: Sequence[float], means: Sequence[float], squares: Sequence[float]) -> dict[str, Any]:
@@ -108,7 +116,7 @@ class SystemResult:
         return {**numbers, "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
 
 
-_NAMES = (*MOMENTS, "barrier_impact_rate", "barrier_impact_speed_mean", "harvested_power")
+_NAMES = (*SYSTEM_MOMENTS, "barrier_impact_rate", "barrier_impact_speed_mean", "harvested_power")
 
 
 def _plain(value: float | tuple[float, ...]) -> object:

@@ -1,0 +1,356 @@
+"""Half cycles: a mass between two stops on both sides of its equilibrium, under white noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springpot.faults import NotCovered
+from springpot.parts import Barrier, Dashpot, Mass, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
+from springpot.parts.walls import restitution_at, slow_restitution
+from springpot.system import System
+from springpot.theory.distributions import real_array
+from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
+from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
+from springpot.theory.methods.systems.half_cycle_chain import FASTEST, Chain, HardSpring, Problem, Stop, chain_of
+from springpot.theory.methods.systems.linear import linear
+from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
+from springpot.theory.reliability import map_warnings
+
+__all__ = ["HalfCycles", "half_cycles"]
+
+FloatArray = NDArray[np.float64]
+
+_REACH = "The half cycles cover one rigid wall on either side of the equilibrium 0"
+_ROUNDS, _SETTLED = 200, 1e-9  # of the linear spring with the mean square of a hardening one
+_SHORT = 0.5  # of the flight to the turning point and of that to the other side: longer returns are due to springs
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """The motion without walls: the standard deviation of x, its frequency, the damping at it, and the mass."""
+
+    length: float
+    frequency: float
+    damping: float
+
+    @property
+    def speed(self) -> float:
+        return self.length * self.frequency
+
+
+@dataclass(frozen=True)
+class HalfCycles(SystemResult):
+    """The chain of half cycles of a system between two walls.
+
+    Notes
+    -----
+    The parameters are those of `SystemResult`, and the chain.
+    """
+
+    chain: Chain | None
+    scales: _Scales | None
+
+    def x_density(self, displacement: ArrayLike) -> FloatArray:
+        """Density of x, per m; 0 beyond the walls.
+
+        Parameters
+        ----------
+        displacement : array_like
+            In m.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If a displacement is not a number.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, side="below")
+        >>> found = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), *stops))
+        >>> found.x_density([-2.0, 0.0, 3.0]).round(2).tolist()
+        [0.0, 0.44, 0.0]
+        """
+        chain, scales = self._known()
+        x = real_array(displacement, "displacement") / scales.length
+        return np.asarray(_x_density(chain, x) / scales.length)
+
+    def impact_speed_density(self, speed: ArrayLike, wall: str) -> FloatArray:
+        """Density of the speed just before an impact on a wall, per m/s.
+
+        Parameters
+        ----------
+        speed : array_like
+            In m/s.
+        wall : str
+            Its name in the system.
+
+        Raises
+        ------
+        NoStationaryState
+            If there is no stationary state.
+        TypeError
+            If a speed is not a number.
+        ValueError
+            If the system has no such wall, or its impacts have no density: it is never struck, or infinitely often.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, side="below")}
+        >>> found = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), **stops))
+        >>> found.impact_speed_density([0.0, 1.0], "far").round(2).tolist()
+        [0.0, 0.71]
+        """
+        chain, scales = self._known()
+        u = real_array(speed, "speed") / scales.speed
+        walls = {name: part for name, part in self.system.per_unit_mass.named() if isinstance(part, Barrier)}
+        if wall not in walls:
+            raise ValueError(f"wall must be one of {', '.join(walls)}, not {wall!r}.")
+        found = _impacts(chain, walls[wall], scales)
+        if found is None or not found.speeds.size:
+            raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")
+        return np.asarray(np.interp(u, found.speeds, found.density, left=0.0, right=0.0) / scales.speed)
+
+    def _known(self) -> tuple[Chain, _Scales]:
+        self.moments  # noqa: B018 - raises where there is no stationary state
+        assert self.chain is not None
+        assert self.scales is not None
+        return self.chain, self.scales
+
+
+def half_cycles(system: System) -> HalfCycles:
+    """Solve a system between two walls by a chain of half cycles.
+
+    Parameters
+    ----------
+    system : System
+        Linear springs, and cubic ones that harden; dashpots and springpots; white noise; one rigid wall on either side
+        of the equilibrium at 0, at any distances and with any restitutions, also laws of the speed.
+
+    Returns
+    -------
+    HalfCycles
+
+    Raises
+    ------
+    NotCovered
+        If the system is another; the sentence names the part.
+    TypeError
+        If it is not a System.
+
+    Notes
+    -----
+    The envelope spreads the loss of an impact over the whole cycle.  Between stops of unlike distances this is wrong:
+    a mass that has just lost its speed at the near stop does not reach the far one.  Here the state is the speed at
+    the equilibrium, four times in a cycle, and its law goes from one half of a cycle to the next: noise and damping act
+    along a flight, and an impact at its end.  The work of springpots over a flight follows from the mean path before
+    it, with its impacts [1]_; what they take beyond a damper decides how often a far stop is struck.  After a slow
+    impact on a lossy wall noise alone may bring the mass back: such short returns are counted by McKean's law.
+
+    Without memory, and with elastic walls, the chain agrees with the exact law where damping is light.
+
+    References
+    ----------
+    .. [1] The chain is new here.  Its step of a flight is stochastic averaging over half a cycle: R. L. Stratonovich,
+       "Topics in the theory of random noise", vol. 2, Gordon and Breach (1967).
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, side="below")
+    >>> result = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), *stops))
+    >>> [round(rate, 4) for rate in result.barrier_impact_rate]  # Monte Carlo: 0.0494 and 0.0088
+    [0.0492, 0.0089]
+    """
+    unit = checked_system(system).per_unit_mass
+    lower, upper = _walls(unit)
+    chain = scales = None
+    stationary: SystemMoments | str
+    warnings: tuple[str, ...] = ()
+    if not sum(noise.intensity for noise in unit.of(WhiteNoise)) > 0.0:
+        stationary = "There is no random stationary state: nothing excites the motion."
+    else:
+        linear_part, scales = _motion_without_walls(unit)
+        chain = chain_of(_problem(unit, lower, upper, linear_part, scales))
+        stationary = _moments(system, chain, scales)
+        warnings = (*_warnings(unit, scales), *map_warnings(system, "half_cycles"))
+    return HalfCycles(
+        method="half_cycles",
+        system=system,
+        stationary=stationary,
+        assumptions=(
+            "A flight between two passages of the equilibrium changes the energy little, except in an impact.",
+            "Springpots act as on the mean path that leads to the present speed, with its impacts.",
+            "After a slow impact on a lossy wall short returns are due to noise alone.",
+        ),
+        warnings=warnings,
+        chain=chain,
+        scales=scales,
+    )
+
+
+def _walls(unit: System) -> tuple[Barrier, Barrier]:
+    """The lower and the upper wall, where everything else is covered too.
+
+    Raises
+    ------
+    NotCovered
+        Where it is not.
+    """
+    for name, part in unit.named():
+        bent = isinstance(part, PolynomialDashpot) and not part.is_linear
+        kinds = Mass | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
+        if bent or not isinstance(part, kinds):
+            raise NotCovered(f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white "
+                             f"noise, not {name}.")  # fmt: skip
+    walls = unit.of(Barrier)
+    below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
+    above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
+    if len(walls) != 2 or not (below and above):
+        raise NotCovered(f"{_REACH}; here the walls are others.")
+    coefficients = (*unit.potential.coefficients, *[0.0] * 10)
+    if any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
+        raise NotCovered(f"{_REACH}, and linear springs and cubic ones that harden; here the springs are others.")
+    if not any(pot.dissipates for pot in unit.of(Springpot)) and not unit.damping > 0.0:
+        raise NotCovered(f"{_REACH} with a dashpot or springpot; here there is none.")
+    if not coefficients[1] > 0.0 and not any(pot.remembers for pot in unit.of(Springpot)):
+        raise NotCovered(f"{_REACH} and a spring that draws the mass there; here there is none.")
+    return below[0], above[0]
+
+
+def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
+    """The springs with the stiffness of the springpots in it, in units of the motion without walls, and these units.
+
+    The cubic spring is replaced by the linear one that differs least in mean square.
+    """
+    coefficients = (*unit.potential.coefficients, *[0.0] * 4)
+    stiffness, cubic = coefficients[1], coefficients[3]
+    q = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    others = unit.of(Springpot, Dashpot, PolynomialDashpot)
+    square = 0.0
+    for _ in range(_ROUNDS):
+        spring = Spring(stiffness + 3.0 * cubic * square)
+        found = linear(System(spring, *others, WhiteNoise(q)))
+        before, square = square, found.x_mean_square
+        if cubic == 0.0 or abs(square - before) < _SETTLED * square:
+            break
+        square = math.sqrt(square * before) if before > 0.0 else 0.1 * square
+    speed = found.v_mean_square
+    scales = _Scales(math.sqrt(square), math.sqrt(speed / square), 0.5 * q / speed)
+    bend = cubic * square / scales.frequency**2
+    return HardSpring(1.0 - 3.0 * bend, bend), scales
+
+
+def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, scales: _Scales) -> Problem:
+    w = scales.frequency
+    return Problem(
+        spring=spring,
+        damping=scales.damping / w,
+        memory=tuple(
+            Springpot(pot.order, pot.coefficient * w ** (pot.order - 2.0)) for pot in unit.of(Springpot) if pot.remembers
+        ),
+        upper=Stop(upper.position / scales.length, _rebound(upper, scales.speed)),
+        lower=Stop(-lower.position / scales.length, _rebound(lower, scales.speed)),
+    )
+
+
+def _rebound(wall: Barrier, unit_of_speed: float) -> Callable[[FloatArray], FloatArray]:
+    if not callable(wall.restitution):
+        constant = wall.restitution
+        return lambda speed: constant * speed
+
+    def rebound(speed: FloatArray) -> FloatArray:
+        r = [min(max(restitution_at(wall, v * unit_of_speed), 0.0), 1.0) for v in speed.tolist()]
+        return np.asarray(np.array(r) * speed)
+
+    return rebound
+
+
+def _moments(system: System, chain: Chain, scales: _Scales) -> SystemMoments:
+    per_time = 1.0 / chain.period
+    x = scales.length * per_time * chain.total(lambda stage: stage.side * stage.flights.first)
+    x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
+    v_square = scales.speed**2 * per_time * chain.total(lambda stage: stage.flights.action)
+    rates, means, squares = [], [], []
+    for wall in system.per_unit_mass.of(Barrier):
+        found = _impacts(chain, wall, scales)
+        rates.append(math.nan if found is None else found.rate * scales.frequency)
+        means.append(math.nan if found is None else found.speed_mean * scales.speed)
+        squares.append(math.nan if found is None else found.speed_mean_square * scales.speed**2)
+    omega = system.natural_frequency
+    return SystemMoments(
+        amplitude_mean_square=x_square + v_square / omega**2 if omega > 0.0 else math.nan,
+        x_mean=x,
+        x_mean_square=x_square,
+        v_mean_square=v_square,
+        **at_all_walls(rates, means, squares),
+    )
+
+
+def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:
+    """The impacts on one wall in the chain's units; None where there are infinitely many."""
+    slow = slow_restitution(wall)
+    if slow <= COLLAPSE_BELOW:
+        return None
+    first = 0 if wall.side == "below" else 2
+    out, back = chain.stages[first], chain.stages[first + 1]
+    hits, spring = out.hits, chain.problem.spring
+    if not np.any(hits):
+        return Impacts(0.0, math.nan, math.nan, np.zeros(0), np.zeros(0))
+    needed = spring.speed_to(out.stop.distance) ** 2
+    speed = np.sqrt(chain.speeds[hits] ** 2 - needed)
+    ends = np.sqrt(np.maximum(chain.edges[np.r_[hits, False] | np.r_[False, hits]] ** 2 - needed, 0.0))
+    struck = chain.probabilities[first + 1][hits] / chain.period
+    flux = struck / np.diff(ends)
+    regular = tuple(float(struck @ speed**power) for power in (0, 1, 2))
+    likely = flux > 1e-13 * flux.max()
+    if not regular[0] > 0.0:
+        return Impacts(0.0, math.nan, math.nan, np.zeros(0), np.zeros(0))
+    if np.count_nonzero(likely) < 5:
+        return Impacts(regular[0], regular[1] / regular[0], regular[2] / regular[0], np.zeros(0), np.zeros(0))
+    onward = chain.stages[(first + 2) % 4]
+    flight = back.flights.time[hits] + np.interp(back.start[hits], chain.speeds, onward.flights.time)
+    pull = float(spring.linear * out.stop.distance + spring.cubic * out.stop.distance**3)
+
+    def limit(v: FloatArray) -> FloatArray:
+        """The longest short return: until the spring has turned the speed, or part of the way to the next impact."""
+        intensity = 2.0 * chain.problem.damping
+        return np.asarray(intensity / (1.0 / np.interp(v, speed, _SHORT * flight) + pull / v))
+
+    return with_short_returns(speed[likely], flux[likely], limit, out.stop.rebound, slow_impact_power(slow), regular)
+
+
+def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
+    """Time at x over that of a cycle: 1 / sqrt(V^2 - 2 U(x)), averaged over a cell, in which V^2 is uniform."""
+    found = np.zeros_like(x)
+    least = 2.0 * chain.problem.spring.energy(x)
+    for stage, p in zip(chain.stages, chain.probabilities, strict=True):
+        here = (np.sign(stage.side) * x >= 0.0) & (np.abs(x) <= stage.stop.distance)
+        edges = chain.edges
+        if stage.back and math.isfinite(stage.stop.distance):
+            needed = chain.problem.spring.speed_to(stage.stop.distance) ** 2
+            left = np.sqrt(np.maximum(edges**2 - needed, 0.0))
+            edges = np.where(left > 0.0, np.sqrt(needed + stage.stop.rebound(left) ** 2), edges)
+        left = np.sqrt(np.maximum(edges[:, None] ** 2 - least[here], 0.0))
+        found[here] += (2.0 * p / np.diff(edges**2)) @ np.diff(left, axis=0)
+    twice = np.where(x == 0.0, 0.5, 1.0)  # 0 is on both sides
+    return np.asarray(twice * found / chain.period)
+
+
+def _warnings(unit: System, scales: _Scales) -> Iterator[str]:
+    for name, part in unit.named():
+        if not isinstance(part, Barrier):
+            continue
+        if slow_restitution(part) <= COLLAPSE_BELOW:
+            yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
+        if abs(part.position) > FASTEST * scales.length:
+            away = abs(part.position) / scales.length
+            yield f"{name} is {away:.3g} standard deviations away: its impacts are rarer than the chain can tell."
