@@ -5,15 +5,17 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+import tomllib
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 
 import springpot as sp
 from springpot.arguments import Free
 from springpot.free_numbers import free_numbers, restarted, with_values
-from springpot.system_file import schema
+from springpot.system_file import read_system, schema, to_toml
 
 
 def marked() -> sp.System:
@@ -109,3 +111,31 @@ def test_copies_and_files_keep_what_is_free() -> None:
 def test_what_cannot_be_free_is_one_sentence(make: Any, sentence: str) -> None:
     with pytest.raises((TypeError, ValueError), match=sentence):
         make()
+
+
+def test_one_number_at_two_places() -> None:
+    """A symmetric gap by one free number: -gap was silently a fixed number."""
+    gap = sp.free("gap", 0.004, (0.001, 0.006))
+    spring = sp.Spring(2.0 * sp.free("k", 4.0, (1.0, 9.0)))
+    stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap + 0.001, 0.6, side="below")
+    device = sp.System(sp.Mass(2.0), spring, *stops, sp.WhiteNoise(1.0))
+    assert {name: (float(n), n.low, n.high) for name, n in free_numbers(device).items()} == {
+        "gap": pytest.approx((0.004, 0.001, 0.006)), "k": pytest.approx((4.0, 1.0, 9.0)),
+    }  # fmt: skip
+    for model in (device, read_system(tomllib.loads(to_toml(device)))):
+        given = with_values(model, {"gap": 0.002, "k": 5.0})
+        assert [wall.position for wall in given.of(sp.Barrier)] == pytest.approx([-0.002, 0.003], rel=1e-12)
+        assert given.stiffness == 10.0
+        moved = restarted(model, {"gap": 0.005})
+        assert [wall.position for wall in moved.of(sp.Barrier)] == pytest.approx([-0.005, 0.006], rel=1e-12)
+        assert set(free_numbers(moved)) == {"gap", "k"}
+
+
+def test_a_multiple_of_a_free_number_is_fitted() -> None:
+    """The derivatives know it: both springs are k."""
+    k = sp.free("k", 50.0, (10.0, 500.0))
+    model = sp.System(sp.Spring(k), sp.Spring(2.0 * k), sp.Springpot(0.3, sp.free("C", 10.0, (1.0, 100.0))))
+    f = np.geomspace(0.1, 100.0, 30)
+    modulus = 300.0 + 20.0 * (2j * np.pi * f) ** 0.3
+    found = sp.fit(model, sp.Moduli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
+    assert found.values["k"] == pytest.approx(100.0, rel=1e-6)

@@ -22,32 +22,100 @@ class Free(float):
     low, high : float
         Its bounds.
 
+    times, plus : float
+        It is ``times`` the number of that name, plus ``plus``; ``low`` and ``high`` are those of the result.
+
     Notes
     -----
-    Arithmetic gives plain numbers: ``2 * springpot.free("k", 1.0, (0.1, 10.0))`` is 2, and no longer free.
+    A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places.
+    Other arithmetic, also with two free numbers, gives plain numbers.
 
     Examples
     --------
-    >>> stiffness = Free(80.0, "k", 10.0, 200.0)
-    >>> stiffness, stiffness == 80.0, stiffness.high
-    (free('k', 80.0, (10.0, 200.0)), True, 200.0)
+    >>> gap = Free(0.004, "gap", 0.001, 0.006)
+    >>> gap, gap == 0.004, gap.high
+    (free('gap', 0.004, (0.001, 0.006)), True, 0.006)
+    >>> -gap
+    -1.0 * free('gap', 0.004, (0.001, 0.006)) + 0.0
     """
 
-    __slots__ = ("high", "low", "name")
+    __slots__ = ("high", "low", "name", "plus", "times")
     name: str
     low: float
     high: float
+    times: float
+    plus: float
 
-    def __new__(cls, start: float, name: str, low: float, high: float) -> Free:
+    def __new__(
+        cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0
+    ) -> Free:
         number = super().__new__(cls, start)
-        number.name, number.low, number.high = name, low, high
+        number.name, number.low, number.high, number.times, number.plus = name, low, high, times, plus
         return number
 
     def __getnewargs__(self) -> tuple[Any, ...]:
-        return float(self), self.name, self.low, self.high
+        return float(self), self.name, self.low, self.high, self.times, self.plus
 
     def __repr__(self) -> str:
+        if (self.times, self.plus) != (1.0, 0.0):
+            return f"{self.times!r} * {self.itself!r} + {self.plus!r}"
         return f"free({self.name!r}, {float(self)!r}, ({self.low!r}, {self.high!r}))"
+
+    @property
+    def itself(self) -> Free:
+        """The number of that name, of which this may be a multiple."""
+        if (self.times, self.plus) == (1.0, 0.0):
+            return self
+        low, start, high = ((number - self.plus) / self.times for number in (self.low, float(self), self.high))
+        return Free(start, self.name, min(low, high), max(low, high))
+
+    def at(self, value: float) -> float:
+        """What stands here where the number of that name has a value."""
+        return self.times * float(value) + self.plus
+
+    def moved_to(self, value: float) -> Free:
+        """The same with another start, as it stands here."""
+        return Free(value, self.name, self.low, self.high, self.times, self.plus)
+
+    def _linear(self, times: object, plus: object) -> Any:
+        plain = all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in (times, plus))
+        if not plain or not times or not math.isfinite(times + plus):  # type: ignore[operator]
+            return NotImplemented
+        low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))  # type: ignore[operator]
+        more = float(times * self.times), float(times * self.plus + plus)  # type: ignore[operator]
+        return Free(start, self.name, min(low, high), max(low, high), *more)
+
+    def __neg__(self) -> Any:
+        return self._linear(-1.0, 0.0)
+
+    def __mul__(self, other: object) -> Any:
+        return _or_plain(self._linear(other, 0.0), float.__mul__, self, other)
+
+    def __add__(self, other: object) -> Any:
+        return _or_plain(self._linear(1.0, other), float.__add__, self, other)
+
+    def __sub__(self, other: object) -> Any:
+        return _or_plain(self._linear(1.0, _minus(other)), float.__sub__, self, other)
+
+    def __rsub__(self, other: object) -> Any:
+        return _or_plain(self._linear(-1.0, other), float.__rsub__, self, other)
+
+    def __truediv__(self, other: object) -> Any:
+        return _or_plain(self._linear(_inverse(other), 0.0), float.__truediv__, self, other)
+
+    __rmul__, __radd__ = __mul__, __add__
+
+
+def _minus(other: object) -> object:
+    return -other if isinstance(other, int | float) and not isinstance(other, Free) else None
+
+
+def _inverse(other: object) -> object:
+    return 1.0 / other if isinstance(other, int | float) and not isinstance(other, Free) and other else None
+
+
+def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:
+    return plain(*numbers) if found is NotImplemented else found
 
 
 def finite_number(

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
+import numpy as np
+
 from springpot.arguments import LARGEST, Free, finite_number
 from springpot.faults import listed, meant, shown
 from springpot.system import System
@@ -31,7 +33,8 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     Returns
     -------
     Free
-        A float, which every part of a `springpot.System` or `springpot.Oscillator` takes and keeps.
+        A float, which every part of a `springpot.System` or `springpot.Oscillator` takes and keeps.  Plus, minus, times
+        or over a plain number it stays free; other arithmetic gives plain numbers.
 
     Raises
     ------
@@ -42,8 +45,16 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     --------
     >>> import springpot as sp
     >>> rubber = sp.Springpot(sp.free("order", 0.4, (0.05, 0.95)), sp.free("C", 150.0, (1.0, 1e4)))
-    >>> rubber.order, rubber.modulus(1.0)
+    >>> rubber.order, float(rubber.modulus(1.0))
     (free('order', 0.4, (0.05, 0.95)), 150.0)
+
+    Two stops at one free distance:
+
+    >>> gap = sp.free("gap", 0.004, (0.001, 0.006))
+    >>> stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap, 0.6, side="below")
+    >>> device = sp.System(sp.Mass(2.0), sp.Spring(80.0), *stops)
+    >>> [wall.position for wall in with_values(device, {"gap": 0.005}).of(sp.Barrier)]
+    [-0.005, 0.005]
     """
     if not isinstance(name, str) or not name.isidentifier():
         raise ValueError(f"name must be a word of letters, digits and _, not {shown(name)}.")
@@ -82,9 +93,11 @@ def free_numbers(model: object) -> dict[str, Free]:
     {'k': free('k', 80.0, (10.0, 200.0))}
     """
     found: dict[str, Free] = {}
-    for number in _each(model):
+    for here in _each(model):
+        number = here.itself
         known = found.setdefault(number.name, number)
-        if (float(known), known.low, known.high) != (float(number), number.low, number.high):
+        both = np.array([(each, each.low, each.high) for each in (known, number)], float)
+        if np.abs(both[1] - both[0]).max() > 1e-12 * np.abs(both).max():
             raise ValueError(
                 f"{number.name} must have the same start and bounds wherever it stands, not {known!r} and {number!r}."
             )
@@ -117,7 +130,7 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
     7.0
     """
     _check_names(model, values)
-    found: Model = _mapped(model, lambda number: float(values[number.name]) if number.name in values else number)
+    found: Model = _mapped(model, lambda number: number.at(values[number.name]) if number.name in values else number)
     return found
 
 
@@ -150,7 +163,8 @@ def restarted(model: Model, values: Mapping[str, float]) -> Model:
     def moved(number: Free) -> float:
         if number.name not in values:
             return number
-        return free(number.name, values[number.name], (number.low, number.high))
+        own = number.itself
+        return number.moved_to(number.at(free(own.name, values[own.name], (own.low, own.high))))
 
     found: Model = _mapped(model, moved)
     return found

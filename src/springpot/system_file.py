@@ -8,6 +8,7 @@ from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Sides
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.free_numbers import Free, free
@@ -25,17 +26,18 @@ _NUMBER = {
         {
             "type": "object",
             "title": "free",
-            "description": "A number to be found between low and high; elsewhere it has the value of start.",
+            "description": "A number to be found between low and high, or times it plus something; elsewhere it has the "
+            "value of start.",
             "properties": {
                 "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
-                **{name: {"type": "number"} for name in ("start", "low", "high")},
+                **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus")},
             },
             "required": ["free", "start", "low", "high"],
             "additionalProperties": False,
         },
     ]
 }
-_FREE = {"free": str, "start": float, "low": float, "high": float}
+_FREE = {"free": str, "start": float, "low": float, "high": float, "times": float, "plus": float}
 _PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
 
 
@@ -205,9 +207,14 @@ def _build(kind: type, numbers: Mapping[str, Any], where: str) -> object:
 
 def _free(table: Mapping[str, Any], where: str) -> Free:
     """A free number from its table."""
-    _check_keys(table, _FREE, {*_FREE}, where)
+    _check_keys(table, _FREE, {*_FREE} - {"times", "plus"}, where)
     try:
-        return free(table["free"], table["start"], (table["low"], table["high"]))
+        number = free(table["free"], table["start"], (table["low"], table["high"]))
+        times = finite_number(table.get("times", 1.0), "times", low=-LARGEST, high=LARGEST)
+        plus = finite_number(table.get("plus", 0.0), "plus", low=-LARGEST, high=LARGEST)
+        if times == 0.0:
+            raise ValueError("times must not be 0: then the number is not free.")
+        return number if (times, plus) == (1.0, 0.0) else times * number + plus
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
 
@@ -244,8 +251,10 @@ def _value(value: object) -> str:
     if isinstance(value, str):
         return json.dumps(value)
     if isinstance(value, Free):
-        numbers = f"start = {float(value)!r}, low = {value.low!r}, high = {value.high!r}"
-        return f"{{ free = {json.dumps(value.name)}, {numbers} }}"
+        own = value.itself
+        numbers = f"start = {float(own)!r}, low = {own.low!r}, high = {own.high!r}"
+        linear = "" if own is value else f", times = {value.times!r}, plus = {value.plus!r}"
+        return f"{{ free = {json.dumps(value.name)}, {numbers}{linear} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(map(_value, value))}]"
     if is_dataclass(value):

@@ -227,7 +227,7 @@ def _scaled(part: Any, factor: float) -> Any:
 def _as_free(old: object, new: float) -> float:
     """A number in the place of a free one is free too, within the same bounds."""
     free = isinstance(old, Free) and old.low <= new <= old.high
-    return Free(new, old.name, old.low, old.high) if free and isinstance(old, Free) else new
+    return old.moved_to(new) if free and isinstance(old, Free) else new
 
 
 def sliders(system: System, size: Size) -> tuple[Slider, ...]:

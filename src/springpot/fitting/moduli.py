@@ -157,7 +157,7 @@ class ModuliLikelihood(LeastSquares):
         by_name = {name: np.zeros(modulus.size, complex) for name in self.coordinates.names}
         for number, slope in slopes:
             if isinstance(number, Free):
-                by_name[number.name] = by_name[number.name] + slope
+                by_name[number.name] = by_name[number.name] + number.times * slope
         matrix = np.stack([*by_name.values()], axis=-1)
         parts = {"storage": (modulus.real, matrix.real), "loss": (modulus.imag, matrix.imag)}
         found = [parts[name] for name, _ in self.data.columns()]

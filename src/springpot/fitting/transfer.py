@@ -117,7 +117,7 @@ class ResponseLikelihood(LeastSquares):
         by_name = {name: np.zeros(self.data.response.size, complex) for name in self.coordinates.names}
         for number, slope in slopes:
             if isinstance(number, Free):
-                by_name[number.name] = by_name[number.name] + slope
+                by_name[number.name] = by_name[number.name] + number.times * slope
         matrix = np.stack([*by_name.values()], axis=-1)
         return np.asarray(np.concatenate([matrix.real, matrix.imag]) / self._unit[:, None])
 

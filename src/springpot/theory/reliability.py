@@ -2,8 +2,8 @@
 
 There are two maps, written by :mod:`springpot.validity`: ``validity.csv`` of oscillators, over order, c, restitution
 and wall position, and ``validity_systems.csv`` of systems, over the numbers of `springpot.theory.cells.Cell`.  Both
-have stationary Monte Carlo and the gap of every method to it.  Between cells the largest of the neighbouring gaps is
-used.
+have stationary Monte Carlo and the gap of every method to it.  Between cells the gap is taken halfway from what is
+interpolated to the largest of the neighbours: those alone are mostly three times too large.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ MAP_FILE = Path(__file__).with_name("validity.csv")
 SYSTEMS_FILE = Path(__file__).with_name("validity_systems.csv")
 JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
 """Moments by which methods are ranked, for an oscillator."""
-SYSTEMS_JUDGED = ("x_mean_square", "v_mean_square", "impact_rate")
+SYSTEMS_JUDGED = ("x_mean_square", "v_mean_square", "impact_rate", "rarest_impact_rate")
 """The same for a system."""
 GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
 """Moments whose gaps are on the map of oscillators, and the gaps in per cent up to which no warning is given."""
@@ -128,8 +128,9 @@ class Trust:
     Attributes
     ----------
     gaps : dict
-        Largest gap in per cent, without sign, of each moment of the map at the cells on either side; infinite if the
-        method has no result or the map has no cell near, NaN if the map's Monte Carlo is too uncertain at all of them.
+        Gap in per cent, without sign, of each moment of the map: halfway from what is interpolated between the cells on
+        either side to the largest of them; infinite if the method has no result or the map has no cell near, NaN if the
+        map's Monte Carlo is too uncertain at all of them.
     unjudged : tuple of str
         Moments for which it is too uncertain at one of these cells at least.
     mapped : bool
@@ -199,14 +200,15 @@ def trust(problem: Oscillator | System, method: str) -> Trust:
     if here is None:
         return unknown
     columns = read_map(atlas.file)
-    near = _near(atlas, columns, here)
+    weights = _near(atlas, columns, here)
+    near = weights > 0.0
     if not near.any():
         return unknown
     names = [name for name in atlas.good if exists(name, here)]
     gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in names}
     unjudged = tuple(name for name in names if np.isnan(gaps[name]).any())
-    worst = {name: _worst(gaps[name]) for name in names}
-    return Trust(worst, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
+    expected = {name: _expected(gaps[name], weights[near]) for name in names}
+    return Trust(expected, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
 
 
 def _place(problem: Oscillator | System) -> tuple[_Map, dict[str, float] | None]:
@@ -241,17 +243,21 @@ def _canonical(system: System) -> Oscillator | None:
         return None
 
 
-def _near(atlas: _Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> npt.NDArray[np.bool_]:
-    """Which cells are beside a place, on either side along every axis; none if it is outside along one of them."""
-    corners = [np.ones(columns["c"].size, bool)]
+def _near(atlas: _Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> Floats:
+    """Weights of the cells beside a place, on either side along every axis; 0 of the others.
+
+    All are 0 if the place is outside along an axis.
+    """
+    size = columns["c"].size
+    corners = [(np.ones(size, bool), 1.0)]
     for name, slack in atlas.axes:
         column = columns[name]
-        shared = set.intersection(*(set(column[corner].tolist()) for corner in corners))
+        shared = set.intersection(*(set(column[corner].tolist()) for corner, _ in corners))
         beside = _beside(np.array(sorted(shared)), here[name], slack)
-        if not beside:
-            return np.zeros(column.size, bool)
-        corners = [corner & (column == value) for corner in corners for value in beside]
-    return np.asarray(np.any(corners, axis=0))
+        corners = [(corner & (column == value), w * part) for corner, w in corners for value, part in beside]
+        if not corners:
+            return np.zeros(size)
+    return np.asarray(np.sum([weight * corner for corner, weight in corners], axis=0))
 
 
 def exists(name: str, here: Mapping[str, float]) -> bool:
@@ -275,21 +281,34 @@ def _limits(atlas: _Map, here: Mapping[str, float] | None) -> dict[str, float]:
     return {name: atlas.good[name] for name in atlas.judged if here is None or exists(name, here)}
 
 
-def _beside(values: Floats, here: float, slack: float) -> tuple[float, ...]:
-    """The values of the map next to a number on either side; empty if it is outside by more than ``slack``."""
+def _beside(values: Floats, here: float, slack: float) -> tuple[tuple[float, float], ...]:
+    """The values of the map next to a number on either side, with weights; empty if it is outside by more than ``slack``.
+
+    Between two values the weights are those of a straight line, but at least a small part.
+    """
     within = 1e-9 * max(1.0, abs(here))
     below, above = values[values <= here + within], values[values >= here - within]
-    nearest = {float(side) for side in (below[-1:], above[:1]) for side in side}
-    one_sided = not (below.size and above.size)
-    outside = not nearest or (one_sided and min(abs(value - here) for value in nearest) > slack)
-    return () if outside else tuple(nearest)
+    if not (below.size and above.size):
+        nearest = [float(side) for side in (*below[-1:], *above[:1]) if abs(side - here) <= slack]
+        return tuple((value, 1.0) for value in nearest)
+    low, high = float(below[-1]), float(above[0])
+    if high <= low:
+        return ((low, 1.0),)
+    part = min(max((here - low) / (high - low), 1e-6), 1.0 - 1e-6)
+    return (low, 1.0 - part), (high, part)
 
 
-def _worst(gaps: Floats) -> float:
-    """The largest finite gap; infinite if there is no result at any cell, NaN if Monte Carlo is too uncertain."""
+def _expected(gaps: Floats, weights: Floats) -> float:
+    """Halfway from the interpolated to the largest of the finite gaps.
+
+    Infinite if there is no result at any cell, NaN if Monte Carlo is too uncertain at all.
+    """
     if np.isinf(gaps).all():
         return math.inf
-    return float(np.max(gaps[np.isfinite(gaps)], initial=-math.inf)) if np.isfinite(gaps).any() else math.nan
+    known = np.isfinite(gaps)
+    if not known.any():
+        return math.nan
+    return float(0.5 * (np.average(gaps[known], weights=weights[known]) + gaps[known].max()))
 
 
 def map_warnings(problem: Oscillator | System, method: str) -> tuple[str, ...]:
