@@ -205,7 +205,7 @@ def write(path: str, content: bytes | memoryview, *, durable: bool = False, priv
         return
 
 
-def netcdf_of(tree: DataTree, encoding: Mapping[str, Mapping[str, Any]] | None = None) -> memoryview:
+def netcdf_of(tree: DataTree, encoding: Mapping[str, Any] | None = None) -> memoryview:
     """A netCDF file in memory: HDF5 itself ends the process where the disk is full."""
     content = io.BytesIO()
     tree.to_netcdf(content, engine="h5netcdf", encoding=encoding)

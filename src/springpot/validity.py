@@ -21,9 +21,9 @@ from springpot.simulation.run import run
 from springpot.simulation.scaled import stationary
 from springpot.system import System
 from springpot.theory.cells import Cell, system_of
+from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
 from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_GOOD, exists
-from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 

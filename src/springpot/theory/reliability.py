@@ -111,8 +111,8 @@ _OSCILLATORS = _Map(
 _SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
-        ("walls", 0.0), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05), ("colour", 0.2), ("hardening", 0.1), ("order", 0.1),
-        ("c", 0.1),
+        ("walls", 0.0), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05), ("colour", 0.2),
+        ("hardening", 0.1), ("order", 0.1), ("c", 0.1),
     ),
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
@@ -282,7 +282,7 @@ def _limits(atlas: _Map, here: Mapping[str, float] | None) -> dict[str, float]:
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[tuple[float, float], ...]:
-    """The values of the map next to a number on either side, with weights; empty if it is outside by more than ``slack``.
+    """The values of the map beside a number, with weights; empty if it is outside by more than ``slack``.
 
     Between two values the weights are those of a straight line, but at least a small part.
     """
