@@ -111,7 +111,7 @@ _OSCILLATORS = _Map(
 _SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
-        ("walls", 0.0), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05), ("colour", 0.2),
+        ("walls", 0.0), ("colour", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
         ("hardening", 0.1), ("order", 0.1), ("c", 0.1),
     ),
     methods=SYSTEM_MAPPED,
