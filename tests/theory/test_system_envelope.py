@@ -283,7 +283,7 @@ def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered()
     [
         (SPRING, cubic(1.0), sp.Springpot(0.5, 1.0), sp.Contact(-0.3, 20.0), sp.ThermalNoise(1.0)),
         (SPRING, sp.Springpot(0.3, 0.5), sp.Springpot(0.7, 0.5), sp.ColouredNoise(1.0, 0.5)),
-        (SPRING, sp.Dashpot(0.8), sp.Springpot(0.4, 0.5), WHITE, sp.Barrier(-0.8, 0.6), sp.Barrier(1, 0.7, side="below")),
+        (SPRING, sp.Dashpot(0.8), sp.Springpot(0.4, 0.5), WHITE, sp.Barrier(-1, 0.6), sp.Barrier(1, 0.7, side="below")),
     ],
 )
 def test_a_per_cent_is_stated_only_from_the_map(parts: tuple[object, ...]) -> None:
