@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.arguments import LARGEST, finite_number
-from springpot.parts.checks import positive, put, signed
+from springpot.parts.checks import Part, positive, put, signed
 from springpot.parts.springs import Spring
 
 __all__ = ["Maxwell", "Series", "Springpot"]
 
 
 @dataclass(frozen=True)
-class Springpot:
+class Springpot(Part):
     """The element with power-law memory: a force C D^alpha x.
 
     Parameters
@@ -74,7 +74,7 @@ class Springpot:
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(Part):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -129,7 +129,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Maxwell:
+class Maxwell(Part):
     """A spring and a dashpot in series.
 
     Parameters

@@ -35,7 +35,7 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
-from springpot.system import System
+from springpot.system import System, owners_of
 
 if TYPE_CHECKING:
     import xarray
@@ -122,7 +122,7 @@ def run_as_given(
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
-            near = meant(name, known) or f"; there are {', '.join(sorted(known))}."
+            near = meant(name, known) or owners_of(name) or f"; there are {', '.join(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
