@@ -144,8 +144,8 @@ def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
         return given, 0.0 if name == "distance" else math.nan
     if name != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
         raise ValueError(
-            f"first_passage of {name} must be one level, not {shown(given)}; only that of distance may have a level and a "
-            "reference, as {'level': 0.004, 'reference': 0.006}."
+            f"first_passage of {name} must be one level, not {shown(given)}; only that of distance may have a level "
+            "and a reference, as {'level': 0.004, 'reference': 0.006}."
         )
     where = "first_passage reference of distance"
     return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)

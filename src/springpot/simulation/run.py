@@ -364,7 +364,10 @@ def simulate(
     window : (float, float)
         Averages are taken over window[0] < t <= window[1]; the second half of the run if left out.
     seed : int
-        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.
+        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Path n of every system has then
+        the same normals, so that unlike systems deviate alike from their true values: a difference of two systems is
+        known better than each, but an average over systems is not better for their number.  Give each its own seed
+        where errors must be independent, as `springpot.comparison.compare`, studies and fits do.
     threads : int
         All available ones if left out.
     scheme : {"default", "grunwald"}
