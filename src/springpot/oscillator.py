@@ -20,6 +20,7 @@ from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 from springpot.faults import listed, shown
 from springpot.parts import Barrier, Springpot, WhiteNoise
+from springpot.parts.checks import Part
 from springpot.parts.springpots import resonance
 from springpot.parts.walls import restitution_at
 
@@ -27,7 +28,7 @@ __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class Oscillator(Part):
     """The whole question: x'' + C D^alpha x + Omega^2 x = zeta(t) with an optional wall.
 
     Parameters

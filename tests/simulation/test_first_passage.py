@@ -279,7 +279,13 @@ def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
         ({"x": "far"}, "first_passage level of x"),
         ({"x": -1.0}, "behind the wall at 0 m"),
         ({"amplitude": 0.0}, "first_passage level of amplitude"),
-        ({"distance": (1.0, "here")}, "first_passage reference of distance"),
+        ({"distance": {"level": 1.0, "reference": "here"}}, "first_passage reference of distance"),
+        ({"distance": {"reference": 1.0}}, "only that of distance may have a level and a reference"),
+        ({"x": {"level": 1.0, "reference": 0.5}}, "only that of distance may have a level and a reference"),
+        ({"distance": (0.004, 0.006)}, "must be one level, not (0.004, 0.006); that of a distance from a reference is"),
+        ({"distance": [0.004, 0.006]}, "{'level': 0.004, 'reference': 0.006}"),
+        ({"x": [0.004, 0.006]}, "first_passage of x must be one level"),
+        ({"x": np.linspace(1.0, 9.0, 99)}, "first_passage of x must be one level"),
         ({"own": 1.0}, "give a pair: a function of"),
         ({"two words": (abs, 1.0)}, "in one word"),
         ({"x_mean": (lambda t, x, v: x, 1.0)}, "already has a result of that name"),
@@ -315,3 +321,12 @@ def test_it_is_in_every_form_of_the_answer(tmp_path: Any, capsys: pytest.Capture
     assert again.first_passages["x"].mean == passage.mean
     with pytest.raises(ValueError, match="cannot be given with rtol"):
         run(sp.Oscillator(), rtol=0.1, first_passage={"x": 1.2})
+
+
+def test_a_distance_may_be_from_a_reference() -> None:
+    own = {"distance": {"level": 1.0, "reference": 0.5}, "same": (lambda t, x, v: abs(x - 0.5), 1.0)}
+    found = run(oscillator(), paths=64, duration=4.0, step=0.05, start="rest", first_passage=own).first_passages
+    passed = np.isfinite(found["distance"].times)
+    assert found["distance"].reference == 0.5
+    assert passed.any()
+    np.testing.assert_allclose(found["distance"].times[passed], found["same"].times[passed], atol=0.05)

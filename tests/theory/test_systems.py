@@ -563,3 +563,15 @@ def test_a_system_that_is_an_oscillator_has_its_theory() -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
     assert sp.theory.envelope(sp.System.of_oscillator(asked)).moments == sp.theory.envelope(asked).moments
     assert "closure" in solve_all(sp.System.of_oscillator(asked))[0]
+
+
+@pytest.mark.parametrize("damper", [sp.Dashpot(0.1), sp.Springpot(0.5, 0.1)])
+def test_a_springpot_of_order_0_may_be_the_only_spring(damper: sp.Dashpot | sp.Springpot) -> None:
+    found, usual = (
+        sp.theory.linearisation(sp.System(spring, damper, sp.WhiteNoise(1.0)))
+        for spring in (sp.Springpot(0.0, 4.0), sp.Spring(4.0))
+    )
+    assert found.x_mean_square == pytest.approx(usual.x_mean_square, rel=1e-9)
+    assert found.v_mean_square == pytest.approx(usual.v_mean_square, rel=1e-9)
+    assert abs(found.x_mean) < 1e-9
+    assert "linearisation" in sp.explain(sp.System(sp.Springpot(0.0, 4.0), damper, sp.WhiteNoise(1.0)))

@@ -7,7 +7,7 @@ import math
 from springpot.designing.results import Promise
 from springpot.designing.search import Found
 from springpot.designing.statement import Limit
-from springpot.faults import listed
+from springpot.faults import listed, per_cent
 
 __all__ = ["each_probability", "impossible", "promise_of", "tightened"]
 
@@ -50,5 +50,5 @@ def impossible(limits: tuple[Limit, ...], found: Found) -> str:
     value = found.quantities.get(missed.name, math.nan)
     where = listed([f"{name} = {value:.4g}" for name, value in found.values.items()])
     off = abs(value / missed.bound - 1.0) if missed.bound else math.nan
-    share = f", {100.0 * off:.3g} % beyond the limit" if math.isfinite(off) else ""
+    share = f", {per_cent(off, 3)} beyond the limit" if math.isfinite(off) else ""
     return f"subject_to cannot hold: {missed} is missed least with {value:.4g}{share}, at {where}."

@@ -56,7 +56,8 @@ def fit(
         Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
         walls and nonlinear parts are allowed; the model needs a stationary state.
     seed : int
-        Of the places between the bounds from which the search is repeated, and of simulations.
+        Of the places between the bounds from which the search is repeated; those of simulations are made from it and
+        from each model.
     paths : int, optional
         Of each run in the last round of a fit to `Statistics`: a power of two from 1024.  If left out, so many that the
         simulation's error is half of each measured error.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from springpot.parts.checks import positive, put
+from springpot.parts.checks import Part, positive, put
 
 __all__ = ["Circuit"]
 
 
 @dataclass(frozen=True)
-class Circuit:
+class Circuit(Part):
     """A piezoelectric element with a resistor across it.
 
     The element pulls on the mass with the force theta V, and Cp V' + V / R = theta x'.  The power V^2 / R is what a

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from springpot.arguments import LARGEST, finite_number
-from springpot.parts.checks import positive, put, signed
+from springpot.parts.checks import Part, positive, put, signed
 from springpot.parts.springs import Spring
 
 __all__ = ["Maxwell", "Series", "Springpot", "resonance"]
@@ -17,7 +17,7 @@ _ROUNDS, _SETTLED = 500, 1e-14  # of the resonance
 
 
 @dataclass(frozen=True)
-class Springpot:
+class Springpot(Part):
     """The element with power-law memory: a force C D^alpha x.
 
     Parameters
@@ -78,7 +78,7 @@ class Springpot:
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(Part):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -133,7 +133,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Maxwell:
+class Maxwell(Part):
     """A spring and a dashpot in series.
 
     Parameters

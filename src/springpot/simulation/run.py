@@ -35,7 +35,7 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
-from springpot.system import System
+from springpot.system import System, owners_of
 
 if TYPE_CHECKING:
     import xarray
@@ -122,7 +122,7 @@ def run_as_given(
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
-            near = meant(name, known) or f"; there are {', '.join(sorted(known))}."
+            near = meant(name, known) or owners_of(name) or f"; there are {', '.join(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
@@ -345,8 +345,8 @@ def simulate(
     first_passage : dict
         Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
         ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
-        x - reference with a pair ``(level, reference)``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m) is
-        sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
+        x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"``
+        (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
         ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
         f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
         left out.
@@ -364,7 +364,10 @@ def simulate(
     window : (float, float)
         Averages are taken over window[0] < t <= window[1]; the second half of the run if left out.
     seed : int
-        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.
+        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Path n of every system has then
+        the same normals, so that unlike systems deviate alike from their true values: a difference of two systems is
+        known better than each, but an average over systems is not better for their number.  Give each its own seed
+        where errors must be independent, as `springpot.comparison.compare`, studies and fits do.
     threads : int
         All available ones if left out.
     scheme : {"default", "grunwald"}

@@ -190,7 +190,8 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
         damping = _damping(unit, mean, x_spread, v_spread)
         here = replace(companion, stiffness=stiffness, damping=damping, force=0.0)
         balance = float(_WEIGHTS @ potential.force(places))
-        return here, moments_of(unit, here), balance / stiffness
+        held = float(_WEIGHTS @ potential.curvature(places))  # also by springpots of order 0
+        return here, moments_of(unit, here), balance / held
 
     def missing(state: FloatArray) -> FloatArray:
         _, moments, shift = at(state)
