@@ -188,8 +188,8 @@ def test_a_system_that_no_method_covers_is_designed() -> None:
     found = sp.design(device, "c", {"v_mean_square": (None, 0.4)})
     fresh = sp.run(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
     assert found.method == "monte_carlo"
-    assert found.margin < 0.02
-    assert 0.4 * 0.98 < fresh.values["v_mean_square"] < 0.4
+    assert found.margin < 0.02  # of the damper; of the velocity it is a sixth more
+    assert 0.4 * 0.97 < fresh.values["v_mean_square"] < 0.4
 
 
 @pytest.mark.validation  # every day: the same in test_rounds.py, without a simulation

@@ -70,8 +70,8 @@ def design(
         design is as close to its limits as this allows, and whoever repeats the simulation has an error too.
     method : str
         Of the search: the name of an analytical method, or ``"monte_carlo"``.  If left out, an exact method, or one
-        that the validity map trusts to 30 % between the bounds and that takes no longer than a short run; where there is
-        none, smooth surfaces through short runs by Monte Carlo.
+        that the validity map trusts to 30 % between the bounds and that takes no longer than a short run; else smooth
+        surfaces through short runs by Monte Carlo.
     max_time : float
         In s, after which the search ends with the best design so far, and a warning; what compiles or a single answer
         of theory is not interrupted.
