@@ -150,6 +150,11 @@ class Trust:
         return self.mapped and any(math.isfinite(self.gaps[name]) for name in self.limits)
 
     @property
+    def largest(self) -> float:
+        """The largest known gap in per cent, of the moments by which methods are ranked."""
+        return max((gap for name in self.limits if not math.isnan(gap := self.gaps[name])), default=math.inf)
+
+    @property
     def worst(self) -> float:
         """The largest known gap over its limit, of the moments by which methods are ranked."""
         known = (self.gaps[name] / good for name, good in self.limits.items() if not math.isnan(self.gaps[name]))
