@@ -372,8 +372,8 @@ def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """The recommended method, or the one most likely to be accurate if the errors are unknown.
 
     Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
-    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the envelope, or
-    statistical linearisation, or averaging of the amplitude.
+    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the half
+    cycles, or the envelope, or statistical linearisation, or averaging of the amplitude.
 
     Parameters
     ----------
