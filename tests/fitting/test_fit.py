@@ -268,6 +268,22 @@ def test_a_record_gives_back_its_numbers_and_its_noise() -> None:
     assert again.values == found.values
 
 
+@pytest.mark.parametrize(("decimals", "rounding"), [(3, 1e-3 / 12.0**0.5), (None, 1e-8)])
+def test_a_record_without_noise_says_so_and_has_the_errors_of_one(decimals: int | None, rounding: float) -> None:
+    """A noise of 2e-5 +- 0.006 was found, and the errors of the others were too large."""
+    true, model = oscillating()
+    values = paths_of(true, 0.2, 500, 0.0, 1)
+    values = values if decimals is None else values.round(decimals)
+    found = sp.fit(model, sp.Record(0.2 * np.arange(500), values))
+    assert found.at_bounds == {"noise": "low"}
+    size = 1.0 if decimals is not None else float(values.std())
+    assert found.values["noise"] == pytest.approx(rounding * size)
+    assert "The measurement noise cannot be found" in found.warnings[0]
+    known = sp.fit(model, sp.Record(0.2 * np.arange(500), values, noise=found.values["noise"]))
+    assert found.errors["q"] == pytest.approx(known.errors["q"], rel=0.05)
+    assert found.values["q"] == pytest.approx(known.values["q"], rel=1e-3)
+
+
 def test_a_fit_to_a_record_that_is_stopped_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     true = sp.System(sp.Spring(4.0), sp.Springpot(0.5, 0.8), sp.WhiteNoise(1.0))
     model = sp.System(sp.Spring(4.0), sp.Springpot(ORDER, 0.8), sp.WhiteNoise(sp.free("q", 0.5, (0.01, 100.0))))

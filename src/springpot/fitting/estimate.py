@@ -23,6 +23,7 @@ VAGUE = 0.25
 
 _PLACES, _STARTS = 40, 2  # drawn between the bounds, and those of them from which the search is repeated
 _AT_BOUND = 1e-3  # of the range, in the coordinates of the search
+_NEAR_BOUND, _LOST = 0.1, 1.0  # of the deviance, by which a number is not on a bound, or is found: one standard error
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,20 +127,20 @@ def _deviance_at(likelihood: Likelihood, u: FloatArray) -> float:
 
 
 def _held(likelihood: Likelihood, deviance: float, u: FloatArray) -> Solution:
-    """Numbers that have come to a bound are put on it, and the others are found again."""
+    """Numbers that have come to a bound, or that the data do not find, are put on it; the others are found again."""
     own = likelihood.coordinates
-    every = np.ones(u.size, bool)
     near = _AT_BOUND * (own.high - own.low)
-    held = (u - own.low < near) | (own.high - u < near)
-    if not held.any():
-        return Solution(u, deviance, every)
-    begin = np.where(held, np.where(u - own.low < near, own.low, own.high), u)
-    again = likelihood.solve(begin, ~held) if not held.all() else begin
-    found = likelihood.deviance(own.outer(again))
+    low, high = u - own.low < near, own.high - u < near
     scale = likelihood.scatter(own.outer(u), u.size)
-    if found > deviance + 0.1 * scale:  # near the bound, not on it
-        return Solution(u, deviance, every)
-    return Solution(again, found, ~held)
+    lost = likelihood.lost(u, deviance)
+    for held, more in ((low | lost, _LOST), (low, _NEAR_BOUND)) if lost.any() else ((low, _NEAR_BOUND),):
+        moves = ~(held | high)
+        begin = np.where(held, own.low, np.where(high, own.high, u))
+        again = likelihood.solve(begin, moves) if moves.any() and not moves.all() else begin
+        found = likelihood.deviance(own.outer(again))
+        if found <= deviance + more * scale:
+            return Solution(again, found, moves)
+    return Solution(u, deviance, np.ones(u.size, bool))  # near the bound, not on it
 
 
 def profile_along(likelihood: Likelihood, best: Solution, place: int, values: FloatArray) -> FloatArray:

@@ -204,6 +204,17 @@ class Likelihood(ABC):
         if self.least is None or deviance < self.least[0]:
             self.least = deviance, theta.copy()
 
+    def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
+        """Which numbers the data may not find: they are held at their lower bound if the data agree as well there."""
+        return np.zeros(u.size, bool)
+
+    def at_bound(self, name: str, end: str, value: float) -> str:
+        """One sentence about a number that is held."""
+        return (
+            f"{name} is held at its {'lower' if end == 'low' else 'upper'} bound, {value:.6g}: it has no error, and "
+            "the errors of the others hold for this value of it."
+        )
+
     def go_on(self) -> None:
         """Nothing stops it from now on: the fit has ended, and what is asked of it later is answered."""
         self.stop = None

@@ -22,11 +22,15 @@ from springpot.free_numbers import free_numbers, restarted
 from springpot.oscillator import Oscillator
 from springpot.system import System
 
-__all__ = ["RecordLikelihood"]
+__all__ = ["RecordLikelihood", "rounding_of"]
 
 _GRADIENT_STEP = 0.03  # in standard errors
 _HESSIAN_STEP = 0.3
 _LAGS = 20
+_LEAST_NOISE, _FIRST_NOISE = 1e-8, 1e-4  # over the spread of the data: its lower bound, and the least start of a search
+_VAGUE = 9.0  # range of a logarithm as it is known before a search
+_EVENLY, _MOST_DIGITS = 0.02, 12  # of a step, by which rounded data may be no multiples of it; of decimals
+_MAY_BE_LOST = 100.0  # of the deviance: noise that explains more is found, whatever the other numbers are
 _PERIODS = 5.0
 
 
@@ -56,7 +60,7 @@ class RecordLikelihood(Likelihood):
         if data.noise is None:
             check_name(free)
             spread = float(data.values.std())
-            free = (*free, Free(0.05 * spread, NOISE, 1e-4 * spread, spread))
+            free = (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
         response(model, data.of, sampled=True)  # what a record cannot be of is an error before any work
         _check_length(model, data)
         self._filtered(np.array([float(number) for number in free]), free)
@@ -71,7 +75,7 @@ class RecordLikelihood(Likelihood):
             return free
         theta = own.outer(search(self._spectrum, seed).u)
         if self.data.noise is None:
-            theta[-1] = np.sqrt(theta[-1] / (2.0 * self.data.step))
+            theta[-1] = max(np.sqrt(theta[-1] / (2.0 * self.data.step)), _FIRST_NOISE * float(free[-1].high))
         return moved(free, theta)
 
     def _filtered(self, theta: FloatArray, free: tuple[Free, ...]) -> tuple[float, FloatArray, FloatArray]:
@@ -92,11 +96,30 @@ class RecordLikelihood(Likelihood):
         """Whether it was stopped, and where its errors come from then."""
         return tuple(f"{said[:-1]}, with errors as the spectrum has them." for said in super().doubts(theta))
 
+    def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
+        """Measurement noise, where the data agree about as well with none."""
+        found = np.zeros(u.size, bool)
+        if self.data.noise is None and not self.stopped:
+            without = u.copy()
+            without[-1] = self.coordinates.low[-1]
+            found[-1] = self.deviance(self.coordinates.outer(without)) < deviance + _MAY_BE_LOST
+        return found
+
+    def at_bound(self, name: str, end: str, value: float) -> str:
+        """One sentence about a number that is held."""
+        if name != NOISE or self.data.noise is not None or end != "low":
+            return super().at_bound(name, end, value)
+        return (
+            f"The measurement noise cannot be found, because the data agree as well with none: it is fixed at "
+            f"{value:.2g}, about the rounding of the data, and the errors of the others hold for this value."
+        )
+
     def _information(self, theta: FloatArray) -> FloatArray:
         """Of the coordinates, as the spectrum has it: each periodogram of Welch's average counts once."""
         inner = theta.copy()
         if self.data.noise is None:
-            inner[-1] = 2.0 * self.data.step * theta[-1] ** 2
+            least = self._spectrum.coordinates.free[-1].low  # below it there are no differences
+            inner[-1] = max(2.0 * self.data.step * theta[-1] ** 2, least)
         own = self._spectrum.sensitivity(inner) * self._spectrum.coordinates.slope(inner)
         if self.data.noise is None:
             own[:, -1] *= 2.0  # of the standard deviation, not of the density
@@ -105,7 +128,8 @@ class RecordLikelihood(Likelihood):
     def _whitening(self, u: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
         """A matrix that gives the numbers that move in units of about one independent standard error."""
         own = self.coordinates
-        whole = self._information(own.outer(u)) + np.diag(4.0 / (own.high - own.low) ** 2)
+        known = np.where(own.logarithmic, np.minimum(own.high - own.low, _VAGUE), own.high - own.low)
+        whole = self._information(own.outer(u)) + np.diag(4.0 / known**2)
         return np.asarray(np.linalg.cholesky(inverse(whole[np.ix_(moves, moves)])))
 
     def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
@@ -209,6 +233,23 @@ class RecordLikelihood(Likelihood):
             "time", "s", np.tile(self.data.time, paths), np.repeat(names, samples), self.data.values.ravel(),
             (self.data.values - spread * innovations).ravel(), innovations.ravel(),
         )  # fmt: skip
+
+
+def rounding_of(values: FloatArray) -> float:
+    """Standard deviation of the rounding of data, to decimals or to the steps of a converter; 0 if none is seen.
+
+    Examples
+    --------
+    >>> round(rounding_of(np.array([0.1, 0.4, 0.21, 0.9])) * 12.0**0.5, 12), rounding_of(np.sin(np.arange(99.0)))
+    (0.01, 0.0)
+    """
+    gaps = np.diff(np.unique(values))
+    first = -int(np.floor(np.log10(np.abs(values).max())))
+    decimals = ((10.0**-places, values) for places in range(first, first + _MOST_DIGITS))
+    for step, numbers in ((float(gaps.min()), gaps), *decimals):
+        if (np.abs(numbers / step - np.rint(numbers / step)) < _EVENLY).all():
+            return float(step / 12.0**0.5)
+    return 0.0
 
 
 def _check_length(model: System | Oscillator, data: Record) -> None:

@@ -298,17 +298,13 @@ class Fit:
     @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number."""
-        said = [
-            f"{name} is held at its {'lower' if end == 'low' else 'upper'} bound, {self.values[name]:.6g}: it has no "
-            "error, and the errors of the others hold for this value of it."
-            for name, end in self.at_bounds.items()
-        ]
+        likelihood, best = self._solved()
+        said = [likelihood.at_bound(name, end, self.values[name]) for name, end in self.at_bounds.items()]
         for own in self.not_told_apart:
             said.append(
                 f"The data do not tell {listed(own.names)} apart: the correlation of their errors is "
                 f"{own.correlation:.3f}. Fix one of them, or add data of another kind."
             )
-        likelihood, best = self._solved()
         return (*said, *self.check().sentences, *likelihood.doubts(likelihood.coordinates.outer(best.u)))
 
     def report(self, warnings: bool = True) -> str:
