@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ from springpot.explorer.sliders import numbers
 from springpot.fitting.reading import data_of
 from springpot.free_numbers import free_numbers
 from tests.explorer.conftest import Server, running
-from tests.explorer.talk import tab
+from tests.explorer.talk import Tab, tab
 from tests.explorer.test_page import SLOW_SCREEN
 
 if TYPE_CHECKING:
@@ -148,6 +149,43 @@ def test_a_fit_of_statistics_that_is_stopped_at_once_has_found_nothing(rubber: S
         page.say(kind="stop-fit")
         fault = page.until("fit", running=False)["fault"]
         assert fault == "the fit was stopped before it had found anything."
+
+
+def many_impacts(count: int) -> str:
+    """A fit to them takes seconds to minutes, for the restitution of each is asked again and again."""
+    return "before_m/s,after_m/s\n" + "\n".join(f"{n},{0.6 * n:g}" for n in range(1, count))
+
+
+def send(page: Tab, text: str, name: str = "a.csv") -> None:
+    pieces = [text[at : at + 7000] for at in range(0, len(text), 7000)]
+    for part, piece in enumerate(pieces):
+        page.say(kind="data", name=name, part=part, of=len(pieces), text=piece)
+
+
+def test_slow_work_of_one_tab_keeps_no_other_waiting_and_ends_with_it(rubber: Server) -> None:
+    with tab(rubber) as slow:
+        slow.say(kind="system", generation=1, paths=64)
+        slow.until("accepted")
+        send(slow, many_impacts(60_000))
+        assert slow.until("data")["said"] == "impacts, 59999 points"
+        slow.say(kind="fit", free=["barrier-restitution"])
+        slow.until("fit", running=True)
+        with tab(rubber) as quick:
+            quick.say(kind="play", playing=False, speed=1.0)
+            quick.say(kind="system", generation=1, paths=64)
+            quick.until("accepted")
+            send(quick, moduli())
+            quick.until("data", fault="")
+            quick.say(kind="fit", free=TICKED)
+            assert quick.until("fit", running=False, fault="", seconds=20.0)["values"]
+        slow.say(kind="play", playing=False, speed=1.0)
+        spent = rubber.processor_time()
+        time.sleep(0.5)
+        assert rubber.processor_time() - spent > 0.3  # it still runs
+    time.sleep(1.0)
+    spent = rubber.processor_time()
+    time.sleep(0.5)
+    assert rubber.processor_time() - spent < 0.2
 
 
 @pytest.mark.validation
