@@ -21,6 +21,7 @@ from springpot.device import DensityUnit, Excited, Sides, check_excited, intensi
 from springpot.faults import listed, shown
 from springpot.parts import Barrier, Springpot, WhiteNoise
 from springpot.parts.checks import Part
+from springpot.parts.springpots import resonance
 from springpot.parts.walls import restitution_at
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
@@ -289,6 +290,19 @@ class Oscillator(Part):
     def speed_scale(self) -> float:
         """sqrt(q / Omega), in m/s; 0 without noise."""
         return math.sqrt(self.excitation.intensity / self.natural_frequency)
+
+    @property
+    def resonance(self) -> float:
+        """Frequency of the motion without the wall, with the springpot's stiffness, in rad/s.
+
+        The root w of w^2 = Omega^2 + C w^alpha cos(alpha pi / 2).
+
+        Examples
+        --------
+        >>> round(Oscillator().resonance, 4)
+        1.3496
+        """
+        return resonance(self.natural_frequency**2, [self.springpot])
 
     @property
     def dimensionless_coefficient(self) -> float:

@@ -13,20 +13,24 @@ from springpot.faults import NotCovered, listed, meant, nearest, shown
 from springpot.oscillator import Oscillator
 from springpot.parts import (
     Barrier,
+    Circuit,
     Constant,
     Contact,
     Dashpot,
     Force,
     Friction,
     Mass,
+    Maxwell,
     PolynomialDashpot,
     PolynomialSpring,
+    Series,
     Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
+from springpot.parts.springpots import resonance
 from springpot.potential import Potential
 
 __all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
@@ -220,6 +224,23 @@ class System:
     def natural_frequency(self) -> float:
         """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
         return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
+
+    @property
+    def resonance(self) -> float:
+        """Frequency of small motion with the stiffness of elements with memory, in rad/s; NaN without a linear spring.
+
+        The root w of m w^2 = k + Re K(iw), with k the stiffness of the linear springs and K the modulus of springpots,
+        arms and circuits.
+
+        Examples
+        --------
+        >>> held = System(Spring(1.0), Springpot(0.5, 1.0))
+        >>> held.natural_frequency, round(held.resonance, 4)
+        (1.0, 1.3496)
+        """
+        if not self.stiffness > 0.0:
+            return math.nan
+        return resonance(self.natural_frequency**2, self.per_unit_mass.of(Springpot, Series, Maxwell, Circuit))
 
     def to_dict(self) -> dict[str, Any]:
         """The parts as a file has them: a name, a kind and the numbers of each.

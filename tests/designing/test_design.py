@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -13,11 +14,14 @@ from scipy import optimize
 
 import springpot as sp
 from springpot.arguments import Free
+from springpot.designing import rounds as rounds_module
 from springpot.designing.quantities import theory_values
-from springpot.designing.quick import smooth
+from springpot.designing.quick import leading, smooth
 from springpot.designing.search import Model, search
 from springpot.designing.statement import Limit, Space
+from springpot.designing.watch import Watch
 from springpot.free_numbers import with_values
+from springpot.simulation.cost import Clock, OutOfTime
 
 
 def damped(c: Any, gap: Any = 1.0) -> sp.System:
@@ -71,6 +75,85 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
     assert (np.diff(curve.costs) < 0.0).all()
 
 
+def test_limits_that_exclude_each_other_are_found_out_in_few_steps() -> None:
+    """a > 5 and b > 5 with a b < 10: of two numbers it took over 300 steps, each of which may be a second of theory."""
+    space = Space({"a": Free(5.0, "a", 1.0, 10.0), "b": Free(5.0, "b", 1.0, 10.0)})
+    model = Model(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a", 1e-4)
+    limits = [Limit("a_", 5.0, False), Limit("b_", 5.0, False), Limit("ab", 10.0, True)]
+    found = search(model, limits, np.random.default_rng(1).random((16, 2)), 1)
+    assert found.excess == pytest.approx(math.log(25.0 / 10.0) / 3.0, rel=0.01)
+    assert len(model.known) < 150
+
+
+def slow_theory(monkeypatch: pytest.MonkeyPatch, seconds: float = 0.1) -> None:
+    def slowly(*given: Any, known: Any = theory_values) -> Any:
+        time.sleep(seconds)
+        return known(*given)
+
+    monkeypatch.setattr("springpot.designing.quick.theory_values", slowly)
+
+
+def test_max_time_bounds_the_search_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow_theory(monkeypatch)
+    told: list[tuple[float, float]] = []
+    begun = time.perf_counter()
+    with pytest.raises(TimeoutError, match="max_time of 1 s is too short for any result"):
+        sp.design(
+            damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, max_time=1.0,
+            progress=lambda done: told.append((time.perf_counter() - begun, done)),
+        )  # fmt: skip
+    assert time.perf_counter() - begun < 1.5
+    assert told[0][0] < 0.1
+    assert [done for _, done in told] == sorted(done for _, done in told)
+
+
+def test_the_best_design_so_far_is_kept_when_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock stands until the first round is over; a curve later has its own time."""
+    limit = math.inf
+
+    def check(self: Clock) -> None:
+        if limit < math.inf and self.limit < math.inf:
+            raise OutOfTime
+
+    def once(*given: Any, run: Any = rounds_module.run, **how: Any) -> Any:
+        nonlocal limit
+        found = run(*given, **{**how, "progress": None})
+        limit = 0.0
+        return found
+
+    monkeypatch.setattr(Clock, "check", check)
+    monkeypatch.setattr(rounds_module, "run", once)
+    found = sp.design(
+        damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, max_time=99.0, cost_rtol=1e-3
+    )
+    assert len(found.history) == 1
+    assert found.warnings[0] == "max_time is over: this is the best design so far."
+    assert 0.1 < found.values["c"] < 0.3
+    assert found.curve("impact_rate", [0.3]).costs[0] < found.cost
+
+
+def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
+    """No cell is near a far gap; at c = 10 the gaps are above 30 %; an exact answer needs no map; path integration
+    takes longer than a short run."""
+
+    def chosen(*models: Any, needed: tuple[str, ...] = ("impact_rate",)) -> str:
+        return leading(models, needed, Watch(None, None, 1))
+
+    near, far, strong = (
+        sp.Oscillator(1.0, sp.Springpot(0.3, c), sp.Barrier(-gap, 0.9))
+        for c, gap in ((0.1, 0.5), (0.1, 9.0), (10.0, 0.5))
+    )
+    assert chosen(near) in ("envelope", "closure")
+    assert chosen(near, far) == chosen(near, strong) == "monte_carlo"
+    assert chosen(near, needed=("springpot_power",)) == "monte_carlo"
+    assert chosen(damped(0.5), damped(5.0, 9.0)) == "exact"
+    assert chosen(damped(0.5), needed=("barrier_power",)) == "monte_carlo"
+    hardening = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.3)
+    coloured = sp.System(*hardening, sp.ColouredNoise(1.0, 1.0))
+    assert sp.theory.trust(coloured, "path_integration").worst < sp.theory.trust(coloured, "envelope").worst
+    assert chosen(coloured, needed=("x_mean_square",)) == "envelope"
+
+
 def test_without_theory_surfaces_through_short_runs_are_searched() -> None:
     device = damped(sp.free("c", 0.5, (0.05, 5.0)))
     found = sp.design(device, "c", {"impact_rate": (None, 0.2)}, method="monte_carlo", rtol=0.08, cost_rtol=0.1)
@@ -105,8 +188,8 @@ def test_a_system_that_no_method_covers_is_designed() -> None:
     found = sp.design(device, "c", {"v_mean_square": (None, 0.4)})
     fresh = sp.run(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
     assert found.method == "monte_carlo"
-    assert found.margin < 0.02
-    assert 0.4 * 0.98 < fresh.values["v_mean_square"] < 0.4
+    assert found.margin < 0.02  # of the damper; of the velocity it is a sixth more
+    assert 0.4 * 0.97 < fresh.values["v_mean_square"] < 0.4
 
 
 @pytest.mark.validation  # every day: the same in test_rounds.py, without a simulation

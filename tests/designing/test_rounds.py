@@ -13,6 +13,7 @@ from springpot.designing.pooling import Measured, pooled
 from springpot.designing.rounds import Plan, Searched, Simulated, rounds
 from springpot.designing.search import Found, Model
 from springpot.designing.statement import Limit, Space
+from springpot.simulation.cost import OutOfTime
 from tests.sizes import validation
 
 HERE, NEAR, FAR = np.array([0.5]), np.array([0.501]), np.array([0.9])
@@ -59,7 +60,12 @@ def test_a_round_with_a_larger_bias_counts_less() -> None:
 
 
 def designed(
-    truth: Callable[[float], float], theory: Callable[[float], float], seed: int, limit: float = 1.0, rtol: float = 0.02
+    truth: Callable[[float], float],
+    theory: Callable[[float], float],
+    seed: int,
+    limit: float = 1.0,
+    rtol: float = 0.02,
+    most: int = 9,
 ) -> Searched:
     """The least C at which a falling rate is below its limit, with measurements of a known error."""
     space = Space({"C": Free(1.0, "C", 0.2, 5.0)})
@@ -71,6 +77,8 @@ def designed(
     random = np.random.default_rng(seed)
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
+        if number >= most:
+            raise OutOfTime
         rate, error = truth(found.values["C"]), 0.4 * rtol
         value = rate * (1.0 + error * random.standard_normal())
         return Simulated({"rate": Measured(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
@@ -121,3 +129,19 @@ def test_events_that_were_not_seen_are_no_promise() -> None:
 def test_a_limit_that_only_theory_can_hold_is_refused() -> None:
     with pytest.raises(ValueError, match=r"subject_to cannot hold: rate < 0\.5 is missed least with"):
         designed(lambda C: C**-0.2, lambda C: 0.6 * C**-0.2, 1, limit=0.5)
+
+
+def test_a_limit_that_theory_just_misses_is_left_to_the_first_round() -> None:
+    """Theory is 20 % too high, and more than that at once is taken as impossible."""
+    found = designed(lambda C: C**-0.2, lambda C: 1.2 * C**-0.2, 1, limit=0.8)
+    assert 3.0 < found.best.values["C"] < 3.3
+    with pytest.raises(ValueError, match="subject_to cannot hold"):
+        designed(lambda C: C**-0.2, lambda C: 2.0 * C**-0.2, 1, limit=0.8)
+
+
+def test_no_run_is_lost_when_the_time_is_over() -> None:
+    found = designed(lambda C: C**-0.5, lambda C: 0.9 * C**-0.5, 1, most=1)
+    assert len(found.history) == 1
+    assert found.warnings == ("max_time is over: this is the best design so far.",)
+    with pytest.raises(OutOfTime):
+        designed(lambda C: C**-0.5, lambda C: 0.9 * C**-0.5, 1, most=0)

@@ -505,13 +505,14 @@ def test_two_wells_beside_far_roots_are_seen() -> None:
 
 @pytest.mark.parametrize("power", [1, 3, validation(5), validation(7), 9])
 @pytest.mark.parametrize("linear_stiffness", [1e-9, validation(1e-3)])
-def test_a_spring_far_from_linear_warns_by_how_much(power: int, linear_stiffness: float) -> None:
+def test_a_spring_far_from_linear_warns(power: int, linear_stiffness: float) -> None:
     parts = sp.Spring(linear_stiffness), sp.PolynomialSpring((0.0,) * (power - 1) + (1.0,)), DASHPOT, WHITE
     near, true = linearisation(sp.System(*parts)), exact(sp.System(*parts))
     error = near.x_mean_square / true.x_mean_square - 1.0
     assert (abs(error) > 0.05) == bool(near.warnings)
     if near.warnings:
-        assert f"small by some {-100.0 * error:.0f} %" in near.warnings[0]
+        assert near.warnings[0].endswith("its variance comes out too small.")
+        assert error < 0.0
 
 
 def test_limit_cycles_and_rare_impulses_warn() -> None:

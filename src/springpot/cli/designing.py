@@ -81,7 +81,7 @@ def design(
     probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.99,
     method: Annotated[
         str | None,
-        Parameter(help='Of the search: "monte_carlo" or the name of a method; the recommended one if not given.'),
+        Parameter(help='Of the search: "monte_carlo" or the name of a method; a trusted and quick one if not given.'),
     ] = None,
     rtol: Annotated[
         float, Parameter(group=MONTE_CARLO, help="Relative error of the limited results in the first run.")
@@ -94,7 +94,7 @@ def design(
         ),
     ] = 0.02,
     max_time: Annotated[
-        float | None, Parameter(group=MONTE_CARLO, help="Seconds after which each run stops with what it has reached.")
+        float | None, Parameter(group=MONTE_CARLO, help="Seconds after which the search ends with the best so far.")
     ] = None,
     seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of the random numbers.")] = 1,
     threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
@@ -128,7 +128,7 @@ def design(
         from springpot.system_file import read_system, to_toml
 
     system = read_system(file)
-    with _in_words_of_the_command(), Bar("designing", first="searching by theory") as bar:
+    with _in_words_of_the_command(), Bar("designing", first="searching") as bar:
         found = find(
             system, minimise, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
             method=method, max_time=max_time, threads=threads, progress=bar,

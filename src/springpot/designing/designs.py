@@ -13,13 +13,15 @@ from springpot.designing.numbers import as_simulated, checked_model, units_of_fr
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
-from springpot.designing.rounds import Plan, Searched, rounds, simulated
+from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simulated
 from springpot.designing.search import Model
-from springpot.designing.statement import Cost, Space, checked_cost, checked_limits, cost_of
-from springpot.faults import listed, meant, per_cent
+from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
+from springpot.designing.watch import Watch
+from springpot.faults import listed, per_cent
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import checked_quantities
+from springpot.simulation.accuracy import controllable
+from springpot.simulation.cost import OutOfTime
 from springpot.simulation.settings import check_stationary, checked_seed
 from springpot.simulation.simulation import Progress
 from springpot.system import System
@@ -67,14 +69,16 @@ def design(
         With which all limits must hold, in [0.5, 0.999].  The default is higher than the usual 0.95, since the cheapest
         design is as close to its limits as this allows, and whoever repeats the simulation has an error too.
     method : str
-        Of the search: the name of an analytical method, or ``"monte_carlo"``.  If left out, the recommended method or
-        the best guess; where there is none, smooth surfaces through short runs by Monte Carlo.
+        Of the search: the name of an analytical method, or ``"monte_carlo"``.  If left out, an exact method, or one
+        that the validity map trusts to 30 % between the bounds and that takes no longer than a short run; else smooth
+        surfaces through short runs by Monte Carlo.
     max_time : float
-        Of each run by Monte Carlo, in s.
+        In s, after which the search ends with the best design so far, and a warning; what compiles or a single answer
+        of theory is not interrupted.
     threads : int
     progress : callable
-        Called with the fraction done, from any thread; it carries an estimate of the time of each run, as in
-        `springpot.run`.
+        Called with the fraction done, from the beginning and from any thread; it carries an estimate of the time of
+        each run, as in `springpot.run`.
 
     Returns
     -------
@@ -84,6 +88,8 @@ def design(
     ------
     TypeError, ValueError
         If an argument is wrong, or no numbers satisfy the limits: the sentence says by how much they are missed.
+    TimeoutError
+        If ``max_time`` is too short for any result.
 
     Notes
     -----
@@ -115,28 +121,36 @@ def design(
     finite_number(rtol, "rtol", low=1e-4, high=0.5)
     finite_number(cost_rtol, "cost_rtol", low=1e-3, high=0.5)
     finite_number(probability, "probability", low=0.5, high=0.999)
+    if max_time is not None:
+        max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
+    watch = Watch(max_time, progress, MOST_ROUNDS)
     check_stationary(as_simulated(problem), "design")
-    space = Space(free)
-    places = places_of(space, seed)
-    chosen, quick = quick_quantities(problem, space, places, method, seed, threads)
-    known = quick({name: float(number) for name, number in free.items()})
-    if not known:  # no answer where the numbers start, but there are others
-        known = next((found for place in places if (found := quick(space.values(place)))), {})
-    cost = checked_cost(minimise, free, known)
-    for limit in limits:
-        if limit.name not in known:
-            near = meant(limit.name, known) or "."
-            raise ValueError(f"subject_to must limit results among {', '.join(known)}, not {limit.name}{near}")
-    controlled = tuple(dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in known else [])]))
-    if controlled:
-        checked_quantities(as_simulated(problem), controlled)
-    pilot = Model(space, quick, cost, 1e-4)
-    exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
-    plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
-    measure = simulated(
-        problem, pilot, controlled, max_time=max_time, seed=seed, threads=threads, progress=progress
-    )  # fmt: skip
-    return _told(problem, plan, rounds(plan, measure), chosen)
+    watch.say()
+    allowed = controllable(as_simulated(problem))
+    check_names(limits, allowed)
+    cost = checked_cost(minimise, free, allowed)
+    try:
+        space = Space(free)
+        places = places_of(space, seed)
+        needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
+        chosen, quick = quick_quantities(problem, space, places, method, tuple(needed), seed, threads, watch)
+        pilot = Model(space, quick, cost, 1e-4)
+        if missing := set(needed).difference(*(pilot.at(place) for place in places)):
+            raise ValueError(_missing(chosen, listed(sorted(missing))))
+        exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
+        plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
+        measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
+        found = rounds(plan, measure)
+    except OutOfTime:
+        raise TimeoutError(f"max_time of {max_time:g} s is too short for any result.") from None
+    watch.end()
+    return _told(problem, plan, found, chosen)
+
+
+def _missing(method: str, names: str) -> str:
+    if method == MONTE_CARLO:
+        return f"subject_to must limit what short runs see, and they see too few events for {names}: give a method."
+    return f"method must have the results that are limited, and {method} has no {names} between the bounds."
 
 
 def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str) -> Design:

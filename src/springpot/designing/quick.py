@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,56 +12,114 @@ from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_va
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
+from springpot.designing.watch import Watch
 from springpot.faults import NotCovered
 from springpot.free_numbers import with_values
 from springpot.oscillator import Oscillator
-from springpot.simulation.settings import resolve
+from springpot.simulation.settings import check_stationary, resolve
 from springpot.system import System
+from springpot.theory import trust
+from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
+from springpot.theory.solve import methods_for
 
-__all__ = ["places_of", "quick_quantities", "smooth"]
+__all__ = ["leading", "places_of", "quick_quantities", "smooth"]
 
 Floats = NDArray[np.float64]
 
+Quick = Callable[[Mapping[str, float]], dict[str, float]]
+"""From numbers by name to quantities by name; empty where there is no answer."""
+
 PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
+LARGEST_GAP = 30.0  # per cent on the validity map, up to which a method leads a search
+SECONDS_OF_A_RUN, SECONDS_OF_A_STEP = 0.05, 2e-8  # of a path; nominal, for a choice must not depend on the machine
 
 
 def quick_quantities(
-    problem: Oscillator | System, space: Space, places: Floats, method: str | None, seed: int, threads: int | None
-) -> tuple[str, Callable[[Mapping[str, float]], dict[str, float]]]:
-    """The method of the search, and quantities by it; the one with an answer at most of the first places."""
-    models = [with_values(problem, space.values(place)) for place in places[:4]]
-    names: list[str] = []
-    for model in models[:3] if method is None else models[:1]:
+    problem: Oscillator | System, space: Space, places: Floats, method: str | None, needed: Sequence[str], seed: int,
+    threads: int | None, watch: Watch,
+) -> tuple[str, Quick]:  # fmt: skip
+    """The method of the search, and quantities by it.
+
+    If ``method`` is None, one that is trusted and has the ``needed`` quantities: see `leading`.
+    """
+    watch.step()
+    if method is None:
+        models = [model for place in places if (model := _at(problem, space.values(place))) is not None]
+        name = leading(models, needed, watch)
+    else:
+        name = chosen_method(with_values(problem, space.values(places[0])), method)[0]
+    if name == MONTE_CARLO:
+        return name, _by_chance(problem, space, places, seed, threads, watch)
+
+    def by_theory(values: Mapping[str, float]) -> dict[str, float]:
+        watch.step()
         try:
-            names.append(chosen_method(model, "theory" if method is None else method)[0])
-        except ValueError:
-            if method is not None:
-                raise
-    names = [*dict.fromkeys(names)]
-    name = names[0] if len(names) == 1 else MONTE_CARLO
-    if len(names) > 1:
-        name = max(names, key=lambda each: sum(bool(theory_values(model, each)[0]) for model in models))
-    if name != MONTE_CARLO:
+            return theory_values(with_values(problem, values), name)[0]
+        except (ValueError, TypeError, NotCovered):
+            return {}
 
-        def by_theory(values: Mapping[str, float]) -> dict[str, float]:
-            try:
-                return theory_values(with_values(problem, values), name)[0]
-            except (ValueError, TypeError, NotCovered):
-                return {}
+    return name, by_theory
 
-        return name, by_theory
-    return name, _by_chance(problem, space, places, seed, threads)
+
+def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch: Watch) -> str:
+    """The method that may lead a search through all of these; Monte Carlo if there is none.
+
+    It has the ``needed`` quantities, and is exact, or the validity map has cells near all of them, with gaps up to
+    `LARGEST_GAP`, and an answer takes no longer than a short run.
+
+    Examples
+    --------
+    >>> from springpot.parts import Barrier, Springpot
+    >>> watch = Watch(None, None, 1)
+    >>> [leading([Oscillator(2.0, Springpot(0.5, 0.2), Barrier(-gap, 0.9))], (), watch) for gap in (0.1, 5.0)]
+    ['envelope', 'monte_carlo']
+    """
+    simulated = [as_simulated(model) for model in models]
+    if not models:
+        return MONTE_CARLO
+
+    def answers(name: str) -> bool:
+        watch.step()
+        known = [theory_values(model, name)[0] for model in models[:4]]
+        return all(known) and all(wanted in each for each in known for wanted in needed)
+
+    methods = methods_for(simulated[0])
+    for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
+        if answers(name):
+            return name
+    run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * resolve(simulated[0], paths=PILOT_PATHS).steps
+    worst = {}
+    for name in SYSTEM_MAPPED if isinstance(simulated[0], System) else MAPPED:
+        trusted = [trust(model, name) for model in simulated] if methods[name].seconds <= run else []
+        if trusted and all(each.judges and each.largest <= LARGEST_GAP for each in trusted):
+            worst[name] = max(each.worst for each in trusted)
+    return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)
+
+
+def _at(problem: Oscillator | System, values: Mapping[str, float]) -> Oscillator | System | None:
+    """The problem with these numbers; None where a part refuses one, or there is no stationary state."""
+    try:
+        model = with_values(problem, values)
+        check_stationary(as_simulated(model), "design")
+    except (ValueError, TypeError):
+        return None
+    return model
 
 
 def _by_chance(
-    problem: Oscillator | System, space: Space, places: Floats, seed: int, threads: int | None
-) -> Callable[[Mapping[str, float]], dict[str, float]]:
+    problem: Oscillator | System, space: Space, places: Floats, seed: int, threads: int | None, watch: Watch
+) -> Quick:
     """Smooth surfaces through short runs at all places, on common random numbers."""
     settings = resolve(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads)
+    whole = float(len(places) * settings.paths * settings.steps)
     at, found = [], []
-    for place in places:
+    for n, place in enumerate(places):
+
+        def part(fraction: float, n: int = n) -> None:
+            watch.short_run(fraction, n, len(places), whole)
+
         try:
-            own = samples_of(as_simulated(with_values(problem, space.values(place))), settings)
+            own = samples_of(as_simulated(with_values(problem, space.values(place))), settings, part)
         except (ValueError, TypeError):
             continue
         at.append(place)
@@ -69,6 +127,7 @@ def _by_chance(
     surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
+        watch.step()
         try:
             with_values(problem, values)
         except (ValueError, TypeError):

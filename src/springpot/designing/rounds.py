@@ -17,14 +17,14 @@ from springpot.designing.promises import each_probability, impossible, promise_o
 from springpot.designing.results import Round
 from springpot.designing.search import CLOSE, Found, Model, search
 from springpot.designing.statement import Limit, cost_of
+from springpot.designing.watch import Watch
 from springpot.free_numbers import with_values
 from springpot.oscillator import Oscillator
-from springpot.simulation.cost import FractionDone
+from springpot.simulation.cost import OutOfTime
 from springpot.simulation.run import run
-from springpot.simulation.simulation import Progress
 from springpot.system import System
 
-__all__ = ["Plan", "Searched", "rounds", "simulated"]
+__all__ = ["MOST_ROUNDS", "Plan", "Searched", "rounds", "simulated"]
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ SPARE = 0.15  # errors beyond those that the wanted probability needs
 SHARE = 0.6  # of the wanted cost_rtol, for the error that is aimed at
 FINER, FINEST = 0.25, 1.0 / 16.0  # least rtol over that of the round before, and over the one that was given
 SMALLEST = 1e-4  # that a run takes
+DOUBTFUL = 0.3  # excess of a limit that quick quantities may have where the true ones have none
 NEAR = 0.8  # of the error, for the distance to the places that were simulated
 HALVINGS = 7
 
@@ -229,30 +230,39 @@ def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Sea
     inside = known.least(near=least, errors={limit.name: 0.5 * rtol * abs(limit.bound) for limit in plan.limits})
     found = inside if inside.excess <= CLOSE else least
     ends: list[Round] = []
+    over: tuple[str, ...] = ()
     for number in range(MOST_ROUNDS):
-        simulation = measure(found, rtol, number)
-        known = _Known(plan, (*known.rounds, simulation.quantities))
-        history.append(known.round_at(found.u))
-        if any(math.isnan(promise.probability) for promise in history[-1].promises):
+        try:
+            simulation = measure(found, rtol, number)
+            known = _Known(plan, (*known.rounds, simulation.quantities))
+            history.append(known.round_at(found.u))
+            if any(math.isnan(promise.probability) for promise in history[-1].promises):
+                break
+            errors, here = known.errors(found.u), found.u
+            least = _possible(known, found)
+            found = known.least(near=least, errors=errors)
+            pair = history[-1], known.towards(here, found.u)
+            ends = [each for each in pair if each is not None and plan.holds(each)]
+            if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= plan.cost_rtol:
+                break
+            above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
+            if ends and rtol <= finest and above > plan.cost_rtol:
+                break  # another run would not be precise enough either
+            finer = min(max(_finer(plan, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
+            rtol *= finer
+            if finer < 1.0:  # where the next run will allow it to be
+                there = {name: min(finer * known.rounds[-1][name].error, error) for name, error in errors.items()}
+                closer = known.least(near=least, errors=there)
+                found = closer if closer.excess <= CLOSE else found
+        except OutOfTime:
+            if not history:
+                raise
+            over = ("max_time is over: this is the best design so far.",)
             break
-        errors, here = known.errors(found.u), found.u
-        least = _possible(known, found)
-        found = known.least(near=least, errors=errors)
-        ends = [each for each in (history[-1], known.towards(here, found.u)) if each is not None and plan.holds(each)]
-        if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= plan.cost_rtol:
-            break
-        above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
-        if ends and rtol <= finest and above > plan.cost_rtol:
-            break  # another run would not be precise enough either
-        finer = min(max(_finer(plan, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
-        rtol *= finer
-        if finer < 1.0:  # where the next run will allow it to be
-            there = {name: min(finer * known.rounds[-1][name].error, error) for name, error in errors.items()}
-            closer = known.least(near=least, errors=there)
-            found = closer if closer.excess <= CLOSE else found
     held = ends or [each for each in history if plan.holds(each)]
     best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
-    return Searched(best, tuple(history), known.least, max(_price(best.cost, least.cost), 0.0), simulation.warnings)
+    margin = max(_price(best.cost, least.cost), 0.0)
+    return Searched(best, tuple(history), known.least, margin, (*over, *simulation.warnings))
 
 
 def _price(cost: float, least: float) -> float:
@@ -261,8 +271,9 @@ def _price(cost: float, least: float) -> float:
 
 
 def _possible(known: _Known, near: Found | None) -> Found:
+    """The place of least cost; before the first run also one that misses a limit by no more than theory may be off."""
     least = known.least(near=near)
-    if least.excess > CLOSE:
+    if least.excess > (CLOSE if known.rounds or known.plan.exact else DOUBTFUL):
         raise ValueError(impossible(known.plan.limits, least))
     return least
 
@@ -281,24 +292,24 @@ def simulated(
     pilot: Model,
     controlled: tuple[str, ...],
     *,
-    max_time: float | None,
     seed: int,
     threads: int | None,
-    progress: Progress | None,
+    watch: Watch,
 ) -> Callable[[Found, float, int], Simulated]:
     """Monte Carlo of what a search found: every round has random numbers of its own."""
     seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
-        def part(fraction: float) -> None:
-            if progress is not None:
-                progress(FractionDone((number + fraction) / MOST_ROUNDS, getattr(fraction, "estimate", None)))
-
+        watch.round(number, 0.0)
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
-        result = run(
-            as_simulated(with_values(problem, found.values)),
-            rtol=rtol, max_time=max_time, seed=seeds[number], threads=threads, progress=part, **wanted,
-        )  # fmt: skip
+        try:
+            result = run(
+                as_simulated(with_values(problem, found.values)),
+                rtol=rtol, max_time=watch.left, seed=seeds[number], threads=threads,
+                progress=lambda fraction: watch.round(number, fraction), **wanted,
+            )  # fmt: skip
+        except TimeoutError:
+            raise OutOfTime from None
         theory = pilot.at(found.u)
         measured = {}
         for name, value in result.values.items():

@@ -20,6 +20,7 @@ Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
 
 STARTS = 3
 CLOSE = 1e-5  # excess of a limit that is still taken as held
+SAME = 0.01  # difference of two excesses that are taken as one, relative to them
 NO_ANSWER = 20.0  # in place of a cost or an excess where there is none
 
 
@@ -154,17 +155,35 @@ def search(
     answered = [place for place, cost in zip(places, costs, strict=True) if math.isfinite(cost)]
     ranked = sorted(answered, key=lambda u: (max(task.worst(u), 0.0), task.cost(u)))
     ends = [task.found(u, "screening") for u in ranked[:1]]
-    ends += [found for u in ranked[:STARTS] if (found := _programmed(task, u)) is not None]
-    if all(end.excess > CLOSE for end in ends):
-        for u in ranked[:STARTS]:
-            nearest = _nearest(task, u)
-            ends.append(task.found(nearest, "nearest"))
-            if ends[-1].excess <= CLOSE and (again := _programmed(task, nearest)) is not None:
-                ends.append(again)
+    starts = ranked[:STARTS]
+    if ends and ends[0].excess > CLOSE:
+        nearest = _all_nearest(task, starts)
+        ends += nearest
+        starts = [end.u for end in nearest if end.excess <= CLOSE]
+        if _agree(nearest):
+            return min(ends, key=lambda end: end.excess)
+    ends += [found for u in starts if (found := _programmed(task, u)) is not None]
     if limits and all(end.excess > CLOSE or end.how == "screening" for end in ends):
         ends.append(_evolved(task, ranked[0] if ranked else places[0], seed))
     held = [end for end in ends if end.excess <= CLOSE and math.isfinite(end.cost)]
     return min(held, key=lambda end: end.cost) if held else min(ends, key=lambda end: end.excess)
+
+
+def _all_nearest(task: _Task, starts: Sequence[Floats]) -> list[Found]:
+    """The places near these at which the limits are missed by least, until two of them say the same."""
+    found: list[Found] = []
+    for u in starts:
+        found.append(task.found(_nearest(task, u), "nearest"))
+        if _agree(found):
+            break
+    return found
+
+
+def _agree(found: Sequence[Found]) -> bool:
+    """Whether the last two places miss the limits by the same: there is nothing better then."""
+    if len(found) < 2 or found[-1].excess <= CLOSE:
+        return False
+    return abs(found[-1].excess - found[-2].excess) <= SAME * found[-1].excess
 
 
 def _programmed(task: _Task, u: Floats) -> Found | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from springpot.arguments import LARGEST, Free, finite_number
 from springpot.faults import meant, shown
 
-__all__ = ["Cost", "Limit", "Space", "checked_cost", "checked_limits", "cost_of", "name_of"]
+__all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
 
 Floats = NDArray[np.float64]
 Cost = str | Callable[[Mapping[str, float]], float]
@@ -133,7 +133,21 @@ def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit,
     return tuple(limits)
 
 
-def checked_cost(minimise: object, free: Mapping[str, Free], known: Mapping[str, float]) -> Cost:
+def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:
+    """Limits must be of known results.
+
+    Raises
+    ------
+    ValueError
+        If one is not.
+    """
+    for limit in limits:
+        if limit.name not in known:
+            near = meant(limit.name, known) or "."
+            raise ValueError(f"subject_to must limit results among {', '.join(known)}, not {limit.name}{near}")
+
+
+def checked_cost(minimise: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
     """What is minimised, if it is a function or a known name.
 
     Raises

@@ -66,8 +66,8 @@ def fit(
     progress : callable, optional
         Called with the fraction of the simulations done.
     stop : callable, optional
-        Asked again and again, from any thread: when it returns True, a fit to `Statistics` or to a `Record` ends with
-        the best numbers so far, and a warning.
+        Asked again and again, from any thread: when it returns True, the fit ends with the best numbers so far, and a
+        warning.
 
     Returns
     -------
@@ -177,6 +177,7 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
     if not likelihood.simulated:  # those of statistics were checked before any work
         _check_size(len(own.free), likelihood.size, 2)
         _check_influence(likelihood)
+        likelihood.stop = work.stop
     best = search(likelihood, work.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
@@ -271,7 +272,7 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
     if isinstance(data, Spectrum):
         from springpot.fitting.spectra import SpectrumLikelihood
 
-        return SpectrumLikelihood(model, data, work.seed)
+        return SpectrumLikelihood(model, data, work.seed, work.stop)
     from springpot.fitting.records import RecordLikelihood
 
     return RecordLikelihood(model, data, work.seed, work.stop)

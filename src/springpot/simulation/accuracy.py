@@ -258,7 +258,7 @@ def reach(
 def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) -> tuple[str, ...]:
     """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this problem."""
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    allowed = _allowed(problem)
+    allowed = controllable(problem)
     if not names or not set(names) <= set(allowed):
         given = ", ".join(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
@@ -267,8 +267,14 @@ def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) 
     return names
 
 
-def _allowed(problem: Oscillator | System) -> tuple[str, ...]:
-    """The quantities that can be controlled."""
+def controllable(problem: Oscillator | System) -> tuple[str, ...]:
+    """The quantities whose errors can be controlled.
+
+    Examples
+    --------
+    >>> controllable(Oscillator(barrier=None))
+    ('amplitude_mean_square', 'x_mean_square', 'v_mean_square')
+    """
     if isinstance(problem, System):
         few = simulation_of(problem, resolve(problem, paths=1, start="rest"))
         names = controlled_names(problem, few.samples(np.zeros((1, len(few.parts.columns)))))

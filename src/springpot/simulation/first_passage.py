@@ -119,7 +119,7 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
         if signed:
             sign = _direction(problem, settings, name, level)
         parts = _parts(name)
-    frequency = problem.natural_frequency
+    frequency = problem.resonance if name == "amplitude" else problem.natural_frequency
     if name in ("amplitude", "energy") and not frequency > 0.0:
         raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
     squared = 0.5 * (frequency * level) ** 2 if name == "amplitude" else level

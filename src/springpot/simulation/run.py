@@ -376,7 +376,7 @@ def simulate(
         Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
         ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
         x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"``
-        (m) is sqrt(x^2 + v^2 / Omega^2);
+        (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
         ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
         f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
         left out.

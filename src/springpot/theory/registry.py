@@ -37,6 +37,8 @@ class Method:
         Whether nothing is approximated: it is then recommended where it has an answer.
     mapped : bool
         Whether the validity map has its gaps to Monte Carlo.
+    seconds : float
+        That an answer takes, about: for choices between methods and Monte Carlo, which must not depend on the machine.
     over_order : {"", "at once", "one by one"}
         Whether the page draws its <A^2> over the order: all orders at once where an answer takes no time, or one order
         after the other.
@@ -50,6 +52,7 @@ class Method:
     options: Mapping[str, str] = field(default_factory=dict)
     exact: bool = False
     mapped: bool = False
+    seconds: float = 0.03
     over_order: Literal["", "at once", "one by one"] = ""
 
     def solve(self, oscillator: Any) -> Any:
@@ -86,12 +89,13 @@ MAPPED: tuple[str, ...] = tuple(method.name for method in _LISTED if method.mapp
 _FOR_SYSTEMS = (
     Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "purple",
            (1.0, 1.5), mapped=True),
-    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0), mapped=True),
-    Method("envelope", "envelope", "envelope.method.envelope", "vermilion", mapped=True),
+    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0), mapped=True,
+           seconds=0.1),
+    Method("envelope", "envelope", "envelope.method.envelope", "vermilion", mapped=True, seconds=0.3),
     Method("half_cycles", "half cycles", "systems.half_cycles.half_cycles", "orange",
-           (5.0, 1.5, 1.0, 1.5, 1.0, 1.5), mapped=True),
+           (5.0, 1.5, 1.0, 1.5, 1.0, 1.5), mapped=True, seconds=0.4),
     Method("path_integration", "path integration", "systems.path_integration.path_integration", "sky", (6.0, 1.5),
-           mapped=True),
+           mapped=True, seconds=1.0),
     Method("linear", "linear", "systems.linear.linear", "black", (4.0, 2.0), exact=True),
     Method("exact", "exact", "systems.energy.exact_law", "black", exact=True),
 )  # fmt: skip
