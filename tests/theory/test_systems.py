@@ -244,7 +244,7 @@ def test_a_thin_layer_at_two_walls(stiffness: float) -> None:
     half = math.sqrt(2.0 / stiffness) * special.dawsn(math.sqrt(0.5 * stiffness))
     rate = 0.5 / half / math.sqrt(2.0 * math.pi)
     assert found.barrier_impact_rate == pytest.approx((rate, rate), rel=3e-7)
-    assert (found.warnings != ()) == (stiffness > 1e8)
+    assert any("chatter" not in each for each in found.warnings) == (stiffness > 1e8)
 
 
 def test_far_from_zero_the_energies_do_not_cancel() -> None:

@@ -38,8 +38,8 @@ class Promise:
         Of the quantity by Monte Carlo: its standard error together with its biases, each as uniform between its bounds
         (JCGM 100, "Guide to the expression of uncertainty in measurement", 2008, section 4.3.7).
     probability : float
-        That the true value is within the limit: the tail of a normal distribution.  NaN if Monte Carlo saw too few
-        events for an error.
+        That the true value is within the limit: the tail of a normal distribution, or that of Poisson's where Monte
+        Carlo saw no event.  NaN if it saw too few for an error.
     """
 
     limit: str

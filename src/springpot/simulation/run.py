@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
 from springpot.simulation.distributions import Distribution
+from springpot.simulation.few_events import about_few, error_of_unseen
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observed import Observable, Requested, requested
@@ -36,6 +38,7 @@ from springpot.simulation.warnings import (
     without_effect,
 )
 from springpot.system import System, owners_of
+from springpot.theory.walls import about_walls, named_walls
 
 if TYPE_CHECKING:
     import xarray
@@ -165,6 +168,7 @@ def run_as_given(
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
     for name, (value, samples) in observed.counted_impacts.items():
         values[name], errors[name] = value, standard_error(samples)
+    errors |= _errors_of_own(simulation, wanted, values, ensemble.rows)
     speeds = observed.distributions.get("impact_speed")
     warnings = (
         *about_default_start(problem, given),
@@ -189,6 +193,19 @@ def run_as_given(
         path_sums=ensemble.rows,
         adapted=adapted,
     )
+
+
+def _errors_of_own(
+    simulation: Simulation, wanted: Requested, values: dict[str, float], rows: npt.NDArray[np.float64]
+) -> dict[str, float]:
+    """The errors of what the user wanted of impacts, where none was seen."""
+    found = {}
+    if values.get("counted_impact_rate") == 0.0:
+        found["counted_impact_rate"] = error_of_unseen(simulation.watched(rows))
+    impacts = simulation.impacts(rows).get("")
+    if impacts is not None and not impacts.any():
+        found |= dict.fromkeys(wanted.impact_observables, math.nan)
+    return found
 
 
 def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
@@ -247,7 +264,20 @@ def doubts_of(
 ) -> tuple[str, ...]:
     """One sentence for each reason to doubt a number; ``bounded``: the total errors include those of the step."""
     of = doubts_of_system if isinstance(simulation.problem, System) else doubts
-    return tuple(of(simulation, values, errors, rows, bounded=bounded))
+    return (*of(simulation, values, errors, rows, bounded=bounded), *_about_impacts(simulation, values, rows))
+
+
+def _about_impacts(simulation: Simulation, values: dict[str, float], rows: npt.NDArray[np.float64]) -> Iterator[str]:
+    """One sentence for each wall that is misplaced, it seems, or of which few impacts were seen."""
+    problem = simulation.problem
+    if not math.isfinite(values["x_mean_square"]):
+        return
+    rates = {name: values[f"{name}_impact_rate" if name else "impact_rate"] for name in named_walls(problem)}
+    said = about_walls(problem, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
+    yield from said.values()
+    impacts = simulation.impacts(rows)
+    few = {name: impacts[name] for name, rate in rates.items() if math.isfinite(rate) and name not in said}
+    yield from about_few(few, simulation.watched(rows))
 
 
 def _run_to(
@@ -406,7 +436,8 @@ def simulate(
         Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, ``amplitude_mean_square`` (x^2 + v^2 / Omega^2),
         ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
         ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
-        end of the run, each with a twin ``_se``; impact rate and speeds, the quantiles of the impact speed and of the
+        end of the run, each with a twin ``_se``, a bound where no impact was seen: 1.96 of it are 3 / (paths x length
+        of the window); impact rate and speeds, the quantiles of the impact speed and of the
         largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.
         With ``rtol`` the first seven have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.
         A system that is no oscillator has ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots,
