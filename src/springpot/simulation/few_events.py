@@ -21,9 +21,6 @@ Floats = npt.NDArray[np.float64]
 
 FEW = 10  # events, from which on a standard error says enough
 UPPER = 3.0
-# of 1, 2, ... events
-_LOW = (0.025318, 0.242209, 0.618672, 1.089865, 1.623486, 2.201894, 2.814363, 3.453832, 4.115373)
-_HIGH = (5.571643, 7.224688, 8.767273, 10.241589, 11.668332, 13.059474, 14.422675, 15.763189, 17.084803)
 
 
 def error_of_unseen(time: float) -> float:
@@ -89,8 +86,10 @@ def interval(impacts: Floats, time: float) -> tuple[float, float]:
     paths, seen = int(np.count_nonzero(impacts)), float(impacts.sum())
     if not paths:
         return 0.0, UPPER / time
+    from scipy.special import gammaincinv  # most runs need none of it
+
     of_a_path = seen / paths / time
-    return of_a_path * _LOW[paths - 1], of_a_path * _HIGH[paths - 1]
+    return of_a_path * float(gammaincinv(paths, 0.025)), of_a_path * float(gammaincinv(paths + 1, 0.975))
 
 
 def about_few(struck: Mapping[str, Floats], time: float) -> Iterator[str]:

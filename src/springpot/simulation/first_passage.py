@@ -11,7 +11,8 @@ States are observed at the ends of steps.  Passages between two of them are dete
   values by 0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and
   Kou, "A continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that.
   For an observable s comes from its difference in v.
-- At an impact the state just before it is checked too: position of the wall, and the impact speed.
+- At an impact on the one rigid wall the state just before it is checked too: position of the wall, and the impact
+  speed.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from numba.core.errors import NumbaError
 from springpot.arguments import LARGEST, finite_number
 from springpot.faults import cause_of, shown
 from springpot.oscillator import Oscillator
-from springpot.parts import WhiteNoise
+from springpot.parts import Barrier, Contact, WhiteNoise
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.observables import taken_names
 from springpot.simulation.observers import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -129,7 +130,9 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
         initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
     root = SHIFT * math.sqrt(_intensity(problem) * settings.step)
     initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency]])
-    observer = Observer(*parts, initial.ravel(), per_path=True)
+    on_steps, on_impacts = parts
+    # an impact is reported without its place: of several walls it may be any, and the ends of steps have to do
+    observer = Observer(on_steps, on_impacts if _of_one_wall(problem) else None, initial.ravel(), per_path=True)
     return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
 
 
@@ -149,6 +152,10 @@ def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
         )
     where = "first_passage reference of distance"
     return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
+
+
+def _of_one_wall(problem: Oscillator | System) -> bool:
+    return isinstance(problem, Oscillator) or (len(problem.of(Barrier)) == 1 and not problem.of(Contact))
 
 
 def _intensity(problem: Oscillator | System) -> float:

@@ -371,7 +371,7 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Barri
 
 def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
-    damping, w = sum(part.coefficient for part in unit.of(Dashpot)), law.frequency
+    damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
     return damping / w**2 if damping > w else 0.0
 
 

@@ -114,11 +114,11 @@ def cell_of(system: System) -> Cell:
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCovered(f"{_REACH}, not the restitution of {name}.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
-    omega, kappa = unit.natural_frequency, coefficients[3]
-    if not omega > 0.0 or any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or kappa < 0.0:
+    if not coefficients[1] > 0.0 or any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
         raise NotCovered(f"{_REACH}; here the springs are others.")
+    omega, kappa = math.sqrt(coefficients[1]), coefficients[3]
     order, coefficient = _dissipator(unit)
-    intensity, colour = _noise(unit)
+    intensity, colour = _noise(unit, omega)
     walls, c = unit.of(Barrier), coefficient * omega ** (order - 2.0)
     length = math.sqrt(intensity / omega**3)
     position, apart, restitution = 0.0, 0.0, 1.0
@@ -156,14 +156,14 @@ def _dissipator(unit: System) -> tuple[float, float]:
     return found[0][0], sum(coefficient for _, coefficient in found)
 
 
-def _noise(unit: System) -> tuple[float, float]:
+def _noise(unit: System, omega: float) -> tuple[float, float]:
     """Intensity at Omega and correlation time of the one noise."""
     white = sum(noise.intensity for noise in unit.of(WhiteNoise))
     coloured = unit.of(ColouredNoise)
     if len(coloured) > 1 or (coloured and white > 0.0):
         raise NotCovered(f"{_REACH}; here there are several noises.")
     if coloured:
-        return 2.0 * math.pi * coloured[0].density(unit.natural_frequency), coloured[0].correlation_time
+        return 2.0 * math.pi * coloured[0].density(omega), coloured[0].correlation_time
     if not white > 0.0:
         raise NotCovered(f"{_REACH}; here there is no noise.")
     return white, 0.0

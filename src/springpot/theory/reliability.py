@@ -132,7 +132,7 @@ class Trust:
         either side to the largest of them; infinite if the method has no result or the map has no cell near, NaN if the
         map's Monte Carlo is too uncertain at all of them.
     unjudged : tuple of str
-        Moments for which it is too uncertain at one of these cells at least.
+        Moments for which it is too uncertain, or there is no result, at one of these cells at least.
     mapped : bool
         Whether the map has a cell near.
     limits : dict
@@ -211,7 +211,7 @@ def trust(problem: Oscillator | System, method: str) -> Trust:
         return unknown
     names = [name for name in atlas.good if exists(name, here)]
     gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in names}
-    unjudged = tuple(name for name in names if np.isnan(gaps[name]).any())
+    unjudged = tuple(name for name in names if not np.isfinite(gaps[name]).all())
     expected = {name: _expected(gaps[name], weights[near]) for name in names}
     return Trust(expected, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
 
@@ -306,13 +306,11 @@ def _beside(values: Floats, here: float, slack: float) -> tuple[tuple[float, flo
 def _expected(gaps: Floats, weights: Floats) -> float:
     """Halfway from the interpolated to the largest of the finite gaps.
 
-    Infinite if there is no result at any cell, NaN if Monte Carlo is too uncertain at all.
+    Without one infinite if there is no result at some cell, NaN if Monte Carlo is too uncertain at all.
     """
-    if np.isinf(gaps).all():
-        return math.inf
     known = np.isfinite(gaps)
     if not known.any():
-        return math.nan
+        return math.inf if np.isinf(gaps).any() else math.nan
     return float(0.5 * (np.average(gaps[known], weights=weights[known]) + gaps[known].max()))
 
 
@@ -331,9 +329,10 @@ def map_warnings(problem: Oscillator | System, method: str) -> tuple[str, ...]:
         return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
     off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if atlas.good[name] < gap < math.inf]
     sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
-    if here.unjudged and min(here.gaps.values()) < math.inf:
+    if here.unjudged and any(gap < math.inf for gap in here.gaps.values()):
         unknown = listed([_WORDS[name] for name in here.unjudged])
-        sentences.append(f"Near here the Monte Carlo of the validity map is too uncertain to judge {unknown}.")
+        why = "Monte Carlo is too uncertain or the method has no result"
+        sentences.append(f"At a cell near here the validity map cannot judge {unknown}: {why}.")
     return (" ".join(sentences),) if sentences else ()
 
 

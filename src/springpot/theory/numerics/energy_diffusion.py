@@ -31,6 +31,7 @@ __all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
 
 FloatArray = NDArray[np.float64]
 
+_ABOUT, _FINE = 3.0, 0.06  # of a level that is looked at: change of -ln of the density, and in one cell
 _REST = 1e-8  # stationary probability of the cells near rest that are left out: their fast rates spoil the slow ones
 
 
@@ -201,10 +202,31 @@ class EnergyDiffusion:
         ValueError
             If the level is outside the cells.
         """
-        between = (0.5 * (np.sqrt(self.action[1:]) + np.sqrt(self.action[:-1]))) ** 2  # edges of the cells
-        above = int(np.searchsorted(between, level))
-        if not 0 < above < between.size:
+        if not self.action[0] < level < self.action[-2]:
             raise ValueError("the level must lie between rest and the far end of the stationary law.")
+        return self._finer_about(level)._seen(level, every)
+
+    def _finer_about(self, level: float) -> EnergyDiffusion:
+        """The same law with narrow cells about a level, between which its density changes little."""
+        action, edges = self.action, _edges(self.action)
+        logarithm = np.log(self.mass / np.diff(edges))
+        fall = np.minimum.accumulate(-logarithm[::-1])[::-1]  # rising but for the first cells
+        here = float(np.interp(level, action, fall))
+        first, last = np.interp([here - _ABOUT, here + _ABOUT], fall, action)
+        wanted = np.interp(np.arange(here - _ABOUT, here + _ABOUT, _FINE), fall, action)
+        inside = np.unique(wanted[(wanted > max(first, action[0])) & (wanted < min(last, action[-1]))])
+        if inside.size < 2:
+            return self
+        apart = 0.5 * (inside[1] - inside[0]), 0.5 * (inside[-1] - inside[-2])
+        finer = np.r_[action[action < inside[0] - apart[0]], inside, action[action > inside[-1] + apart[1]]]
+        mass = np.exp(np.interp(finer, action, logarithm)) * np.diff(_edges(finer))
+        strength = np.exp(np.interp(np.log(finer), np.log(action), np.log(self.strength)))
+        return EnergyDiffusion(finer, mass / mass.sum(), strength / mass.sum())
+
+    def _seen(self, level: float, every: float) -> FirstPassage:
+        """As `first_passage_seen`, on these cells."""
+        between = _edges(self.action)[1:-1]
+        above = min(max(int(np.searchsorted(between, level)), 1), between.size - 1)
         rates, vectors = self.modes
         step = (vectors * np.exp(-rates * every)) @ vectors.T
         low, high = (self._mean_time_inside(step, inside) for inside in (above, above + 1))
@@ -268,6 +290,13 @@ def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatA
     kept = (mass > 1e-30 * total) & (strength > 0.0) & (np.cumsum(mass) > _REST * total)
     share = mass[kept] / mass[kept].sum()
     return EnergyDiffusion(action[kept], share, strength[kept] / total)
+
+
+def _edges(action: FloatArray) -> FloatArray:
+    """Of the cells, halfway in the root of the action; the first and last are as wide inwards as outwards."""
+    root = np.sqrt(action)
+    middle = 0.5 * (root[1:] + root[:-1])
+    return np.asarray(np.r_[max(2.0 * root[0] - middle[0], 0.0), middle, 2.0 * root[-1] - middle[-1]] ** 2)
 
 
 def _conductance(low: FloatArray, high: FloatArray, at_low: FloatArray, at_high: FloatArray) -> FloatArray:

@@ -28,12 +28,14 @@ from scipy.special import ndtr
 
 from springpot.parts import Springpot
 
-__all__ = ["FASTEST", "Chain", "HardSpring", "Problem", "Stage", "Stop", "chain_of"]
+__all__ = ["FASTEST", "MOST_CELLS", "Chain", "HardSpring", "Problem", "Stage", "Stop", "chain_of"]
 
 FloatArray = NDArray[np.float64]
 
 FASTEST = 7.0  # the grid of speeds ends here
 _CELLS, _LEAST_CELLS = 160, 4  # of the grid, and between two marks of it
+MOST_CELLS = 420
+_RESOLVED = 4.5  # cells over which the noise of a cycle reaches
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(24)  # along a flight
 _ANGLES, _SHARES = (0.25 * math.pi * each for each in np.polynomial.legendre.leggauss(12))
 _ANGLES, _SHARES = _ANGLES + 0.25 * math.pi, _SHARES / math.sqrt(2.0 * math.pi)
@@ -127,12 +129,19 @@ class Problem:
     lower: Stop
 
     @property
+    def cells(self) -> int:
+        """Of speed: enough for the noise of a cycle, as a standard deviation, to reach over some of them."""
+        flights = [self.spring.flights(np.ones(1), stop.distance) for stop in (self.upper, self.lower)]
+        noise = math.sqrt(-math.expm1(-4.0 * self.damping * sum(float(flight.time[0]) for flight in flights)))
+        return max(_CELLS, math.ceil(min(_RESOLVED * FASTEST / max(noise, 1e-9), 1e9)))
+
+    @property
     def edges(self) -> FloatArray:
         """Of the cells of speed; those that just reach a stop are among them."""
         reaching = (self.spring.speed_to(stop.distance) for stop in (self.upper, self.lower))
         marks = sorted({0.0, FASTEST, *(speed for speed in reaching if speed < FASTEST)})
         pieces = [
-            np.linspace(a, b, max(_LEAST_CELLS, round(_CELLS * (b - a) / FASTEST)), endpoint=False)
+            np.linspace(a, b, max(_LEAST_CELLS, round(self.cells * (b - a) / FASTEST)), endpoint=False)
             for a, b in pairwise(marks)
         ]
         return np.append(np.concatenate(pieces), FASTEST)
@@ -254,7 +263,7 @@ def _law(problem: Problem, edges: FloatArray, stage: Stage, extra: FloatArray) -
     action = flights.action / stage.start**2
     mean = np.sqrt(np.maximum(stage.start**2 - 2.0 * extra, 0.0)) * np.exp(-c * action)
     along = np.sqrt(-np.expm1(-2.0 * c * action))
-    across = np.sqrt(-np.expm1(-2.0 * c * (flights.time - action)))
+    across = np.sqrt(-np.expm1(-2.0 * c * np.maximum(flights.time - action, 0.0)))
     mean, along, across = (each[:, None, None] for each in (mean, along, np.maximum(across, 1e-9)))
     # the part across the motion, y = Y sin(angle) up to the length or six standard deviations
     highest = np.minimum(edges[:, None], 6.0 * across)

@@ -16,7 +16,15 @@ from springpot.system import System
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
-from springpot.theory.methods.systems.half_cycle_chain import FASTEST, Chain, HardSpring, Problem, Stop, chain_of
+from springpot.theory.methods.systems.half_cycle_chain import (
+    FASTEST,
+    MOST_CELLS,
+    Chain,
+    HardSpring,
+    Problem,
+    Stop,
+    chain_of,
+)
 from springpot.theory.methods.systems.linear import linear
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
 from springpot.theory.reliability import map_warnings
@@ -26,7 +34,9 @@ __all__ = ["HalfCycles", "half_cycles"]
 FloatArray = NDArray[np.float64]
 
 _REACH = "The half cycles cover one rigid wall on either side of the equilibrium 0"
+_REACHED = FASTEST - 0.5  # the fastest states that are resolved, in standard deviations of the speed without walls
 _ROUNDS, _SETTLED = 200, 1e-9  # of the linear spring with the mean square of a hardening one
+_NEAREST = 0.45  # of the walls, where springpots remember
 _SHORT = 0.5  # of the flight to the turning point and of that to the other side: longer returns are due to springs
 
 
@@ -155,7 +165,10 @@ def half_cycles(system: System) -> HalfCycles:
     it, with its impacts [1]_; what they take beyond a damper decides how often a far stop is struck.  After a slow
     impact on a lossy wall noise alone may bring the mass back: such short returns are counted by McKean's law.
 
-    Without memory, and with elastic walls, the chain agrees with the exact law where damping is light.
+    With elastic walls and dashpots the exact law is known.  With walls at 1 and 1.7 standard deviations the rates are
+    within 0.3, 2 and 4 % of it at c = 0.05, 0.2 and 0.5 (in units of the frequency); with both at 0.5 within 1.3, 5 and
+    11 %.  Very light damping, and walls that are very near, change the energy of a flight by less than the chain
+    resolves, and are refused.
 
     References
     ----------
@@ -179,9 +192,11 @@ def half_cycles(system: System) -> HalfCycles:
         stationary = "There is no random stationary state: nothing excites the motion."
     else:
         linear_part, scales = _motion_without_walls(unit)
-        chain = chain_of(_problem(unit, lower, upper, linear_part, scales))
+        problem = _problem(unit, lower, upper, linear_part, scales)
+        _check_walls(problem)
+        chain = chain_of(problem)
         stationary = _moments(system, chain, scales)
-        warnings = (*_warnings(unit, scales), *map_warnings(system, "half_cycles"))
+        warnings = (*_warnings(unit, linear_part, scales), *map_warnings(system, "half_cycles"))
     return HalfCycles(
         method="half_cycles",
         system=system,
@@ -221,8 +236,8 @@ def _walls(unit: System) -> tuple[Barrier, Barrier]:
         raise NotCovered(f"{_REACH}, and linear springs and cubic ones that harden; here the springs are others.")
     if not any(pot.dissipates for pot in unit.of(Springpot)) and not unit.damping > 0.0:
         raise NotCovered(f"{_REACH} with a dashpot or springpot; here there is none.")
-    if not coefficients[1] > 0.0 and not any(pot.remembers for pot in unit.of(Springpot)):
-        raise NotCovered(f"{_REACH} and a spring that draws the mass there; here there is none.")
+    if not coefficients[1] > 0.0:
+        raise NotCovered(f"{_REACH} and a linear spring that draws the mass there; here there is none.")
     return below[0], above[0]
 
 
@@ -234,7 +249,8 @@ def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
     coefficients = (*unit.potential.coefficients, *[0.0] * 4)
     stiffness, cubic = coefficients[1], coefficients[3]
     q = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    others = unit.of(Springpot, Dashpot, PolynomialDashpot)
+    pots = [pot for pot in unit.of(Springpot) if pot.order > 0.0]  # those of order 0 are in the potential
+    others = (*pots, *unit.of(Dashpot, PolynomialDashpot))
     square: float = 0.0
     for _ in range(_ROUNDS):
         spring = Spring(stiffness + 3.0 * cubic * square)
@@ -262,6 +278,20 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
         upper=Stop(upper.position / scales.length, _rebound(upper, scales.speed)),
         lower=Stop(-lower.position / scales.length, _rebound(lower, scales.speed)),
     )
+
+
+def _check_walls(problem: Problem) -> None:
+    """Refuse walls that are so near, or damping that is so light, that the chain does not resolve them."""
+    if problem.cells > MOST_CELLS:
+        raise NotCovered(
+            "The half cycles cover flights in which the energy changes a little; here it changes by less than they "
+            "resolve, because the damping is very light or the walls are very near."
+        )
+    if problem.memory and min(problem.upper.distance, problem.lower.distance) < _NEAREST:
+        raise NotCovered(
+            f"The half cycles cover springpots between walls of which the nearer is {_NEAREST:g} standard deviations "
+            "of the motion without walls away; here it is nearer."
+        )
 
 
 def _rebound(wall: Barrier, unit_of_speed: float) -> Callable[[FloatArray], FloatArray]:
@@ -305,8 +335,8 @@ def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:
     first = 0 if wall.side == "below" else 2
     out, back = chain.stages[first], chain.stages[first + 1]
     hits, spring = out.hits, chain.problem.spring
-    if not np.any(hits):
-        return Impacts(0.0, math.nan, math.nan, np.zeros(0), np.zeros(0))
+    if spring.speed_to(out.stop.distance) > _REACHED:
+        return Impacts(math.nan, math.nan, math.nan, np.zeros(0), np.zeros(0))
     needed = spring.speed_to(out.stop.distance) ** 2
     speed = np.sqrt(chain.speeds[hits] ** 2 - needed)
     ends = np.sqrt(np.maximum(chain.edges[np.r_[hits, False] | np.r_[False, hits]] ** 2 - needed, 0.0))
@@ -342,17 +372,20 @@ def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
             left = np.sqrt(np.maximum(edges**2 - needed, 0.0))
             edges = np.where(left > 0.0, np.sqrt(needed + stage.stop.rebound(left) ** 2), edges)
         left = np.sqrt(np.maximum(edges[:, None] ** 2 - least[here], 0.0))
-        found[here] += (2.0 * p / np.diff(edges**2)) @ np.diff(left, axis=0)
+        lower, upper, width = left[:-1], left[1:], np.diff(edges**2)[:, None]
+        inside = (lower > 0.0) & (upper > 0.0)  # the same by another way, for edges that lie together after an impact
+        apart = np.where(inside | (width == 0.0), np.inf, width)
+        found[here] += p @ np.where(inside, 2.0 / np.maximum(lower + upper, 1e-12), 2.0 * (upper - lower) / apart)
     twice = np.where(x == 0.0, 0.5, 1.0)  # 0 is on both sides
     return np.asarray(twice * found / chain.period)
 
 
-def _warnings(unit: System, scales: _Scales) -> Iterator[str]:
+def _warnings(unit: System, spring: HardSpring, scales: _Scales) -> Iterator[str]:
     for name, part in unit.named():
         if not isinstance(part, Barrier):
             continue
         if slow_restitution(part) <= COLLAPSE_BELOW:
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
-        if abs(part.position) > FASTEST * scales.length:
+        if spring.speed_to(abs(part.position) / scales.length) > _REACHED:
             away = abs(part.position) / scales.length
             yield f"{name} is {away:.3g} standard deviations away: its impacts are rarer than the chain can tell."
