@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.explorer.conftest import running
+from tests.explorer.talk import tab
+from tests.explorer.test_fitting import RUBBER, many_impacts, send
 from tests.signals import in_the_background
 from tests.studies.samples import COMMAND, RUNS, chunks, write_toml
 
@@ -27,6 +29,23 @@ def test_the_page() -> None:
         started.process.send_signal(signal.SIGTERM)
         out, err = started.process.communicate(timeout=30)
     assert (started.process.returncode, out, err) == (130, "", "springpot: interrupted.\n")
+
+
+def test_the_page_in_the_middle_of_a_fit(tmp_path: Path) -> None:
+    (tmp_path / "rubber.toml").write_text(RUBBER)
+    with in_the_background(), running(str(tmp_path / "rubber.toml")) as started, tab(started) as page:
+        page.say(kind="system", generation=1, paths=64)
+        page.until("accepted")
+        send(page, many_impacts(60_000))
+        page.until("data", fault="")
+        page.say(kind="fit", free=["barrier-restitution"])
+        page.until("fit", running=True)
+        begun = time.monotonic()
+        started.process.send_signal(signal.SIGTERM)
+        out, err = started.process.communicate(timeout=30)
+        taken = time.monotonic() - begun
+    assert (started.process.returncode, out, err) == (130, "", "springpot: interrupted.\n")
+    assert taken < 4.0  # at most 2 s where nothing else runs
 
 
 @pytest.mark.validation  # every day: the page, and a study in tests/studies/test_running.py that a signal stops

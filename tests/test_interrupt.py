@@ -17,7 +17,7 @@ LONG = "hashlib.pbkdf2_hmac('sha256', b'', b'', (1 << 31) - 1)"  # compiled code
 SENTENCE = "springpot: interrupted.\n"
 
 
-def interrupted(code: str) -> tuple[int, str, str, float]:
+def interrupted(code: str, sent: signal.Signals = signal.SIGINT) -> tuple[int, str, str, float]:
     """Run some Python that prints a line when it is ready, send it Ctrl-C, and see how it ends."""
     process = subprocess.Popen(
         [sys.executable, "-c", "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n" + code],
@@ -27,7 +27,7 @@ def interrupted(code: str) -> tuple[int, str, str, float]:
     assert process.stdout.readline() == "ready\n"
     time.sleep(0.1)
     begun = time.monotonic()
-    process.send_signal(signal.SIGINT)
+    process.send_signal(sent)
     try:
         out, err = process.communicate(timeout=60)
     finally:
@@ -105,6 +105,22 @@ def test_a_command_that_ignores_ctrl_c_goes_on() -> None:
     )
     code, out, err, _ = interrupted(HEAD + body + "sys.exit(attended(command))")
     assert (code, out, err) == (0, "done\n", "")
+
+
+@pytest.mark.parametrize(
+    "calls", [f"Thread(target=lambda: {LONG}).start(); ready(); Event().wait()", f"ready(); {LONG}"],
+    ids=["a thread goes on", "a long call"],
+)  # fmt: skip
+def test_sigterm_ends_a_command_that_ignores_ctrl_c(calls: str) -> None:
+    """Soon, also where a thread of it goes on, or it is in the middle of a long call."""
+    body = (
+        "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+        "from springpot.interrupt import sigterm_as_ctrl_c\nfrom threading import Event, Thread\n"
+        f"def command():\n    with sigterm_as_ctrl_c():\n        {calls}\n"
+    )
+    code, out, err, taken = interrupted(HEAD + body + "sys.exit(attended(command))", signal.SIGTERM)
+    assert (code, out, err) == (130, "", SENTENCE)
+    assert taken < 10.0  # at most 2 s where nothing else runs
 
 
 def test_all_threads_end_before_an_error_is_raised() -> None:

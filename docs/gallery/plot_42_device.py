@@ -58,6 +58,6 @@ plt.show()
 # The numbers after +- are standard errors. Theory takes milliseconds, so use it to search for a design, and Monte Carlo
 # to confirm the design that you found.
 #
-# The last picture shows why the quantity must be named. The amplitude :math:`\sqrt{x^2 + \dot x^2/\Omega^2}` also
-# passes the level with a large velocity, and near the stop, so it passes 10 mm much earlier than x does. Theory's
-# ``first_passage`` is that of the amplitude.
+# The last picture shows why the quantity must be named. The amplitude :math:`\sqrt{x^2 + \dot x^2/w^2}`, with the
+# resonance :math:`w` of spring and springpot, also passes the level with a large velocity, and near the stop, so it
+# passes 10 mm much earlier than x does.

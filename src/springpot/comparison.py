@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from springpot.options import own_seed
 from springpot.oscillator import Oscillator
 from springpot.simulation import Run, run
 from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import check_stationary, resolve
+from springpot.simulation.settings import check_stationary, checked_seed, resolve
 from springpot.simulation.simulation import Progress
 from springpot.system import System
 from springpot.theory import Result, best_guess, solve_all
@@ -157,8 +158,10 @@ def compare(
     quantities : sequence of str
         What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.  A system
         without a linear spring has no <A^2>; <v^2> takes its place.
-    max_time, seed, threads, progress
+    max_time, threads, progress
         As in `springpot.simulate`.
+    seed : int
+        The seed of the run is made from it and from the problem, so that unlike problems are off independently.
 
     Returns
     -------
@@ -188,7 +191,7 @@ def compare(
         rtol=rtol,
         quantities=tuple(quantities),
         max_time=max_time,
-        seed=seed,
+        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
         threads=threads,
         progress=progress,
     )
@@ -222,7 +225,7 @@ def observe(
     oscillator : Oscillator
         With a stationary state.
     seed, threads, progress
-        As in `springpot.simulate`.
+        As in `compare`.
 
     Returns
     -------
@@ -251,7 +254,7 @@ def observe(
         start="stationary",
         distributions=True,
         spectrum=frequencies,
-        seed=seed,
+        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
         threads=threads,
         progress=progress,
     )

@@ -37,6 +37,7 @@ from springpot.theory import solve_all
 __all__ = ["equation", "explain"]
 
 MOST_TERMS = 12  # of one side of the equation
+_STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
 
 def explain(problem: System | Oscillator) -> str:
@@ -155,6 +156,8 @@ def _scales(system: System) -> Iterator[str]:
     if math.isfinite(omega):
         period = 2.0 * math.pi / omega
         yield f"natural frequency {omega:.6g} rad/s, {1.0 / period:.6g} Hz; period {period:.6g} s"
+        if (found := system.resonance) > _STIFFENED * omega:
+            yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
     for name, part in system.per_unit_mass.named():
         if isinstance(part, Springpot) and math.isfinite(omega):
             strength = part.coefficient * omega ** (part.order - 2.0)

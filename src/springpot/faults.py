@@ -5,14 +5,42 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from typing import TypeVar
 
-__all__ = ["FileFault", "NotCovered", "Stopped", "cause_of", "few", "listed", "meant", "shown"]
+__all__ = [
+    "FileFault", "Named", "NotCovered", "Stopped", "cause_of", "few", "listed", "meant",
+    "name_results", "nearest", "per_cent", "shown",
+]  # fmt: skip
 
 MOST_WORDS = 24  # of a list in a sentence
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
+
+_Value = TypeVar("_Value")
+
+_SYMBOLS = {
+    "e": ("restitution",),
+    "r": ("restitution",),
+    "alpha": ("order",),
+    "k": ("stiffness",),
+    "c": ("coefficient",),
+    "C": ("coefficient",),
+    "m": ("value", "mass"),
+    "b": ("position",),
+    "gap": ("position",),
+    "q": ("intensity",),
+    "omega": ("natural_frequency", "frequency"),
+    "Omega": ("natural_frequency",),
+    "dt": ("step",),
+    "rms": ("x_mean_square",),
+    "x_rms": ("x_mean_square",),
+    "v_rms": ("v_mean_square",),
+    "rate": ("impact_rate",),
+}
+"""What is often said for a name."""
 
 _TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
 
@@ -76,11 +104,55 @@ def meant(word: str, names: Iterable[str]) -> str:
 
     Examples
     --------
-    >>> meant("avering", ["averaging", "envelope"])
-    '; did you mean averaging?'
+    >>> meant("avering", ["averaging", "envelope"]), meant("e", ["position", "restitution"])
+    ('; did you mean averaging?', '; did you mean restitution?')
     """
-    close = difflib.get_close_matches(word[:100], names, n=1, cutoff=0.7)
-    return f"; did you mean {close[0]}?" if close else ""
+    close = nearest(word, names)
+    return f"; did you mean {close}?" if close else ""
+
+
+def nearest(word: str, names: Iterable[str]) -> str:
+    """The name that was probably meant: by its symbol, or the most similar one; empty if none is near.
+
+    Examples
+    --------
+    >>> nearest("stifness", ["stiffness", "order"]), nearest("rms", ["x_mean", "x_mean_square"]), nearest("?", ["x"])
+    ('stiffness', 'x_mean_square', '')
+    """
+    known = [*names]
+    close = [name for name in _SYMBOLS.get(word, ()) if name in known]
+    return next(iter(close or difflib.get_close_matches(word[:100], known, n=1, cutoff=0.7)), "")
+
+
+class Named(dict[str, _Value]):
+    """Results by name; of an unknown name the error says which one was probably meant.
+
+    Examples
+    --------
+    >>> Named({"impact_rate": 2.0})["impact_rates"]
+    Traceback (most recent call last):
+    KeyError: "there is no 'impact_rates'; did you mean impact_rate?"
+    """
+
+    def __missing__(self, name: object) -> _Value:
+        raise KeyError(f"there is no {shown(name)}{meant(str(name), self) or f': there are {listed([*self])}.'}")
+
+
+def name_results(result: object, *fields: str) -> None:
+    """Make these fields of a frozen result `Named`, while it is being made."""
+    for field in fields:
+        object.__setattr__(result, field, Named(getattr(result, field)))
+
+
+def per_cent(share: float, digits: int = 2) -> str:
+    """A share in per cent, with so many digits at most and without a power of ten.
+
+    Examples
+    --------
+    >>> [per_cent(share) for share in (0.0123, 1.0, 2e-7)], per_cent(0.98765, 3)
+    (['1.2 %', '100 %', '0.00002 %'], '98.8 %')
+    """
+    return f"{Decimal(f'{100.0 * share:.{digits}g}'):f} %"
 
 
 def cause_of(reason: Exception) -> str:

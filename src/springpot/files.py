@@ -11,9 +11,9 @@ import socket
 import stat
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 import google_crc32c
 
@@ -27,6 +27,7 @@ __all__ = [
     "checksum",
     "make_room",
     "netcdf_of",
+    "open_text",
     "partial_name",
     "read_chunk",
     "read_file",
@@ -84,12 +85,23 @@ def read_file(path: str, largest: int) -> bytes | None:
         If it cannot be read.
     """
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise Damaged("it is not a file, but a pipe or a device")
+        with _opened(path) as file:
             content = file.read(largest + 1)
     except (FileNotFoundError, NotADirectoryError):
         return None
+    if len(content) > largest:
+        raise Damaged(_too_large(largest))
+    return content
+
+
+@contextlib.contextmanager
+def _opened(path: str) -> Iterator[BinaryIO]:
+    """A file, opened without waiting; what is no file is Damaged."""
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise Damaged("it is not a file, but a pipe or a device")
+            yield file
     except IsADirectoryError:
         raise Damaged("it is a folder, not a file") from None
     except OSError as error:
@@ -98,9 +110,10 @@ def read_file(path: str, largest: int) -> bytes | None:
         if error.errno == errno.ENXIO:
             raise Damaged("it is not a file, but a socket") from None
         raise
-    if len(content) > largest:
-        raise Damaged(f"it has more than {largest:,} bytes")
-    return content
+
+
+def _too_large(largest: int) -> str:
+    return f"it has more than {largest:,} bytes"
 
 
 def read_text(path: str | Path, title: str, largest: int) -> str:
@@ -121,18 +134,46 @@ def read_text(path: str | Path, title: str, largest: int) -> str:
     FileFault
         If it cannot be read, is not a file, too large or not UTF-8.
     """
-    try:
+    with _sentences(path, title):
         body = read_file(str(path), largest)
+        if body is None:
+            raise FileNotFoundError
+        return body.decode("utf-8-sig")
+
+
+@contextlib.contextmanager
+def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
+    """The same to be read line by line: no more of it is in memory than is asked for.
+
+    Parameters
+    ----------
+    path, title, largest
+        As of `read_text`.
+
+    Raises
+    ------
+    FileNotFoundError, FileFault
+        As `read_text`; what is not UTF-8 is found when it is read.
+    """
+    with _sentences(path, title), _opened(str(path)) as file:
+        if os.fstat(file.fileno()).st_size > largest:
+            raise Damaged(_too_large(largest))
+        yield io.TextIOWrapper(file, "utf-8-sig")
+
+
+@contextlib.contextmanager
+def _sentences(path: str | Path, title: str) -> Iterator[None]:
+    """One sentence for whatever goes wrong with reading a text."""
+    try:
+        yield
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileNotFoundError(f"There is no file {str(path)!r}.") from None
     except Damaged as fault:
         raise FileFault(f"{title} cannot be read: {fault}.") from None
-    except OSError as error:
-        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
-    if body is None:
-        raise FileNotFoundError(f"There is no file {str(path)!r}.")
-    try:
-        return body.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileFault(f"{title} is not text in UTF-8.") from None
+    except OSError as error:
+        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
 
 
 def _without_waiting(path: str, flags: int) -> int:
@@ -205,7 +246,7 @@ def write(path: str, content: bytes | memoryview, *, durable: bool = False, priv
         return
 
 
-def netcdf_of(tree: DataTree, encoding: Mapping[str, Mapping[str, Any]] | None = None) -> memoryview:
+def netcdf_of(tree: DataTree, encoding: Mapping[str, Any] | None = None) -> memoryview:
     """A netCDF file in memory: HDF5 itself ends the process where the disk is full."""
     content = io.BytesIO()
     tree.to_netcdf(content, engine="h5netcdf", encoding=encoding)

@@ -148,7 +148,8 @@ def attended(command: Callable[[], int]) -> int:
     >>> attended(lambda: 0)
     0
     """
-    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    # in the background of a script Ctrl-C is ignored, and SIGTERM is not
+    ours = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN)
     if not ours or not hasattr(os, "fork") or threading.current_thread() is not threading.main_thread():
         return command()  # in Windows a signal wakes sockets only
     with leave_at_once():

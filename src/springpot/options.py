@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt
 
-__all__ = ["DEFAULTS", "Derivative", "Options", "Scheme", "StartKind", "hints", "words"]
+__all__ = ["DEFAULTS", "Derivative", "Options", "Scheme", "StartKind", "hints", "own_seed", "words"]
 
 Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
@@ -24,7 +26,7 @@ class Options(TypedDict, total=False):
     duration: Annotated[float | None, Gt(0.0), "End of the run, in s."]
     step: Annotated[float | None, Gt(0.0), "Time step, in s."]
     window: Annotated[tuple[float, float] | None, "Times between which averages are taken, in s."]
-    seed: Annotated[int, "Seed: the same seed gives the same paths"]
+    seed: Annotated[int, "Seed: the same seed gives the same paths, and other systems with it deviate alike"]
     threads: Annotated[int | None, "Number of threads; as many as this process may use if not given."]
     scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"]
     start: Annotated[
@@ -72,6 +74,30 @@ def hints(*without: str) -> Mapping[str, Any]:
     """
     declared = get_type_hints(Options, include_extras=True)
     return {name: _optional(hint) for name, hint in declared.items() if name not in without}
+
+
+def own_seed(seed: int, thing: Mapping[str, Any]) -> int:
+    """The seed of one thing among many that are simulated with one seed: with the same for all they would be off alike.
+
+    Parameters
+    ----------
+    seed : int
+    thing : dict
+        What it is, in plain values.
+
+    Returns
+    -------
+    int
+        From 0 to 2^63 - 1; for the same thing the same.
+
+    Examples
+    --------
+    >>> own_seed(1, {"order": 0.5}) == own_seed(1, {"order": 0.5}) != own_seed(1, {"order": 0.6})
+    True
+    """
+    # Python writes the shortest decimal that reads back as the same double: equal text, equal numbers
+    content = json.dumps({**thing, "seed": seed}, sort_keys=True)
+    return int.from_bytes(hashlib.sha256(content.encode()).digest()[16:24], "little") >> 1
 
 
 def words(name: str) -> str:

@@ -20,13 +20,15 @@ from springpot.arguments import LARGEST, finite_number
 from springpot.device import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 from springpot.faults import listed, shown
 from springpot.parts import Barrier, Springpot, WhiteNoise
+from springpot.parts.checks import Part
+from springpot.parts.springpots import resonance
 from springpot.parts.walls import restitution_at
 
 __all__ = ["Barrier", "Oscillator", "Springpot", "WhiteNoise"]
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class Oscillator(Part):
     """The whole question: x'' + C D^alpha x + Omega^2 x = zeta(t) with an optional wall.
 
     Parameters
@@ -289,6 +291,19 @@ class Oscillator:
     def speed_scale(self) -> float:
         """sqrt(q / Omega), in m/s; 0 without noise."""
         return math.sqrt(self.excitation.intensity / self.natural_frequency)
+
+    @property
+    def resonance(self) -> float:
+        """Frequency of the motion without the wall, with the springpot's stiffness, in rad/s.
+
+        The root w of w^2 = Omega^2 + C w^alpha cos(alpha pi / 2).
+
+        Examples
+        --------
+        >>> round(Oscillator().resonance, 4)
+        1.3496
+        """
+        return resonance(self.natural_frequency**2, [self.springpot])
 
     @property
     def dimensionless_coefficient(self) -> float:

@@ -4,32 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
 from springpot import parts as kinds
-from springpot.faults import NotCovered, listed, meant, shown
+from springpot.faults import NotCovered, listed, meant, nearest, shown
 from springpot.oscillator import Oscillator
 from springpot.parts import (
     Barrier,
+    Circuit,
     Constant,
     Contact,
     Dashpot,
     Force,
     Friction,
     Mass,
+    Maxwell,
     PolynomialDashpot,
     PolynomialSpring,
+    Series,
     Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
+from springpot.parts.springpots import resonance
 from springpot.potential import Potential
 
-__all__ = ["KINDS", "System", "kind_of", "usual_names"]
+__all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
 
 Part = TypeVar("Part")
 
@@ -50,6 +54,23 @@ def kind_of(part: object) -> str:
 
 KINDS: dict[str, type] = {kind_of(getattr(kinds, name)): getattr(kinds, name) for name in kinds.__all__}
 """Every kind of part by its name in a file."""
+
+
+def owners_of(word: str) -> str:
+    """The words "; did you mean Spring(stiffness=...)?" for a number of parts, their kind, or what is near; or nothing.
+
+    Examples
+    --------
+    >>> owners_of("e"), owners_of("barier")
+    ('; did you mean Barrier(restitution=...)?', '; did you mean Barrier(...)?')
+    """
+    numbers = {kind: [field.name for field in fields(kind)] for kind in KINDS.values()}
+    name = nearest(word, [*KINDS, *(name for names in numbers.values() for name in names)])
+    if not name:
+        return ""
+    simplest_first = sorted(numbers.items(), key=lambda item: len(item[1]))
+    kinds = [f"{kind.__name__}({name}=...)" for kind, names in simplest_first if name in names]
+    return f"; did you mean {listed([f'{KINDS[name].__name__}(...)'] if name in KINDS else kinds, 'or')}?"
 
 
 def usual_names(kinds: Sequence[str]) -> list[str]:
@@ -105,8 +126,10 @@ class System:
     names: tuple[str, ...]
 
     def __init__(self, /, *parts: object, **named: object) -> None:
-        for part in (*parts, *named.values()):
+        for part in parts:
             _check_part(part)
+        for name, part in named.items():
+            _check_part(part, name)
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
@@ -204,6 +227,23 @@ class System:
         """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
         return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
 
+    @property
+    def resonance(self) -> float:
+        """Frequency of small motion with the stiffness of elements with memory, in rad/s; NaN without a linear spring.
+
+        The root w of m w^2 = k + Re K(iw), with k the stiffness of the linear springs and K the modulus of springpots,
+        arms and circuits.
+
+        Examples
+        --------
+        >>> held = System(Spring(1.0), Springpot(0.5, 1.0))
+        >>> held.natural_frequency, round(held.resonance, 4)
+        (1.0, 1.3496)
+        """
+        if not self.stiffness > 0.0:
+            return math.nan
+        return resonance(self.natural_frequency**2, self.per_unit_mass.of(Springpot, Series, Maxwell, Circuit))
+
     def to_dict(self) -> dict[str, Any]:
         """The parts as a file has them: a name, a kind and the numbers of each.
 
@@ -277,12 +317,15 @@ _CANONICAL = (
 )
 
 
-def _check_part(part: object) -> None:
+def _check_part(part: object, name: str = "") -> None:
     if isinstance(part, type) and part in KINDS.values():
         raise TypeError(f"a system's parts must be made with their numbers, as {part.__name__}(...), not the class.")
     if isinstance(part, Oscillator):
         raise TypeError("a system's parts must not be an Oscillator: System.of_oscillator(...) takes it apart.")
     if type(part) not in KINDS.values():
+        if name:
+            near = owners_of(name) or "."
+            raise TypeError(f"{name} must be a part of that name, as {name}=Spring(80.0), not {shown(part)}{near}")
         near = meant(type(part).__name__, [kind.__name__ for kind in KINDS.values()])
         raise TypeError(f"a system's parts must be objects such as Spring(80.0), not {shown(part)}{near}.")
 
@@ -302,7 +345,10 @@ def _check_together(system: System) -> None:
     if len(system.of(Contact)) > MOST_CONTACTS:
         raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {len(system.of(Contact))}.")
     if len(system.of(Mass)) > 1:
-        raise ValueError("a system must have one Mass at most: this one has a single coordinate.")
+        raise ValueError(
+            "a system must have one Mass at most, for it has one coordinate. Two equal masses that strike each other "
+            "are one coordinate: see 'Two structures that pound each other' in docs/gallery/plot_41_pounding.py."
+        )
     if len(system.parts) == len(system.of(Mass)):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_walls(system)

@@ -26,8 +26,8 @@ _NUMBER = {
         {
             "type": "object",
             "title": "free",
-            "description": "A number to be found between low and high, or times it plus something; elsewhere it has the "
-            "value of start.",
+            "description": "A number to be found between low and high, or times it plus something; elsewhere it has "
+            "the value of start.",
             "properties": {
                 "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
                 **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus")},

@@ -11,19 +11,19 @@ from __future__ import annotations
 
 import csv
 import math
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
+from springpot.options import own_seed
 from springpot.oscillator import Barrier, Oscillator, Springpot
 from springpot.simulation.run import run
 from springpot.simulation.scaled import stationary
 from springpot.system import System
 from springpot.theory.cells import Cell, system_of
+from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
 from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_GOOD, exists
-from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 
@@ -109,7 +109,8 @@ def simulate_cell(cell: OscillatorCell | Cell, *, seed: int = 7, threads: int | 
     >>> abs(values["x_mean_square"] - 0.5) < 5.0 * values["x_mean_square_se"] < 0.01
     True
     """
-    seed = zlib.crc32(repr((seed, *cell)).encode())  # with one seed for all, unlike cells would be off alike
+    named = cell._asdict() if isinstance(cell, Cell) else dict(zip(_PLACE, cell, strict=True))
+    seed = own_seed(seed, named)
     if isinstance(cell, Cell):
         return _simulate_system(cell, seed, threads)
     moments = stationary(_problem(cell), path_times=PATH_TIMES, seed=seed, threads=threads)  # type: ignore[arg-type]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ from springpot.explorer.sliders import numbers
 from springpot.fitting.reading import data_of
 from springpot.free_numbers import free_numbers
 from tests.explorer.conftest import Server, running
-from tests.explorer.talk import tab
+from tests.explorer.talk import Tab, tab
 from tests.explorer.test_page import SLOW_SCREEN
 
 if TYPE_CHECKING:
@@ -150,6 +151,47 @@ def test_a_fit_of_statistics_that_is_stopped_at_once_has_found_nothing(rubber: S
         assert fault == "the fit was stopped before it had found anything."
 
 
+def many_impacts(count: int) -> str:
+    """A fit to them takes seconds to minutes, for the restitution of each is asked again and again."""
+    return "before_m/s,after_m/s\n" + "\n".join(f"{n},{0.6 * n:g}" for n in range(1, count))
+
+
+def send(page: Tab, text: str, name: str = "a.csv") -> None:
+    pieces = [text[at : at + 7000] for at in range(0, len(text), 7000)]
+    for part, piece in enumerate(pieces):
+        page.say(kind="data", name=name, part=part, of=len(pieces), text=piece)
+
+
+def test_slow_work_of_one_tab_keeps_no_other_waiting_and_ends_with_it(rubber: Server) -> None:
+    with tab(rubber) as slow:
+        slow.say(kind="system", generation=1, paths=64)
+        slow.until("accepted")
+        send(slow, many_impacts(60_000))
+        assert slow.until("data")["said"] == "impacts, 59999 points"
+        slow.say(kind="fit", free=["barrier-restitution"])
+        slow.until("fit", running=True)
+        with tab(rubber) as quick:
+            quick.say(kind="play", playing=False, speed=1.0)
+            quick.say(kind="system", generation=1, paths=64)
+            quick.until("accepted")
+            send(quick, moduli())
+            quick.until("data", fault="")
+            quick.say(kind="fit", free=TICKED)
+            assert quick.until("fit", running=False, fault="", seconds=20.0)["values"]
+        slow.say(kind="stop-fit")
+        assert "The fit was stopped" in slow.until("fit", running=False, seconds=5.0)["warnings"][-1]  # it still ran
+        slow.say(kind="fit", free=["barrier-restitution"])
+        slow.until("fit", running=True)
+    assert any(idle(rubber) for _ in range(10))
+
+
+def idle(server: Server) -> bool:
+    """Whether it computes nothing for half a second."""
+    spent = server.processor_time()
+    time.sleep(0.5)
+    return server.processor_time() - spent < 0.05
+
+
 @pytest.mark.validation
 def test_a_fit_of_statistics_tells_how_far_it_is_and_stops_with_the_best_so_far(rubber: Server) -> None:
     with tab(rubber) as page:
@@ -237,10 +279,28 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
         sp.System(sp.Spring(50.0), sp.Springpot(0.3, 1.0), sp.WhiteNoise(1.0)), TICKED, data_of(moduli(), "a")
     )
     assert order == pytest.approx(found["values"][1]["value"], rel=1e-4)
+    assert page.locator("#fit-set").inner_text() == ""
+    page.locator("#fit-count").fill("4")
+    assert page.locator("#fit-table thead").inner_text().strip().endswith("4 of these mounts")
+    page.locator("#fit-use").filter(has_text="Set the sliders to 4 of these mounts").click()
+    assert page.locator("#fit-set").inner_text().startswith("The sliders were set to 4 of these mounts: 4 times the")
+    four = [float(page.locator(f"#field-{name}").input_value()) for name in TICKED]
+    one = [number["value"] for number in found["values"]]
+    assert four == pytest.approx([4.0 * one[0], one[1], 4.0 * one[2]], rel=1e-4)
     bad = {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"frequency,storage\n1,2\n"}
     page.set_input_files("#fit-file", bad)
     page.locator("#fit-note.wrong").filter(has_text="bad.csv, line 1: ").wait_for()
     assert page.locator("#fit-run").is_disabled()
     assert page.locator("#fit-table tr").count() == 0
+    note = page.locator("#fit-note")
+    for name, content, sentence in (
+        ("a.xlsx", b"PK\x03\x04\x00\x00", "a.xlsx is not text, for it has control characters: save its table as CSV."),
+        ("b.csv", b"\x0b" * 9000, "b.csv is not text, for it has control characters: save its table as CSV."),
+        ("c.csv", b"\\" * 9000, "c.csv, line 1: "),
+        ("d.csv", ("#" + "\U0001f600" * 4000 + "\n" + moduli()).encode(), "d.csv: moduli, 15 points."),
+        ("e" * 240 + ".csv", moduli().encode(), ": moduli, 15 points."),
+    ):
+        page.set_input_files("#fit-file", {"name": name, "mimeType": "text/csv", "buffer": content})
+        note.filter(has_text=sentence).wait_for()
     assert said == []
     page.close()

@@ -263,6 +263,64 @@ def test_a_number_that_is_not_possible_is_said_beside_it_and_the_last_state_stay
     assert shown(device) == before
 
 
+SEEN = """(id) => {
+    const { left, top, width, height } = document.getElementById(id).getBoundingClientRect();
+    const at = (x, y) => document.elementFromPoint(left + x * width, top + y * height)?.closest(`#${id}`);
+    return Boolean(at(0.1, 0.1) && at(0.1, 0.9));
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 600), (390, 844)])
+def test_the_reason_of_a_refusal_is_seen_where_the_slider_is(device: Tab, width: int, height: int) -> None:
+    """The slider was the last that was seen above the buttons, and the reason was behind them."""
+    page = device.page
+    page.set_viewport_size({"width": width, "height": height})
+    page.evaluate("controls.open = true")
+    page.wait_for_timeout(300)
+    page.evaluate("""() => {
+        const slider = document.getElementById("slider-upper-position"), wide = innerWidth > 900;
+        const end = wide ? document.querySelector(".share").getBoundingClientRect().top : innerHeight;
+        (wide ? controls : document.scrollingElement).scrollTop += slider.getBoundingClientRect().bottom + 2 - end;
+    }""")
+    page.locator("#slider-upper-position").evaluate(
+        "(slider) => { slider.value = 0; slider.dispatchEvent(new Event('input', { bubbles: true })); }"
+    )
+    page.locator("#range-upper-position").filter(has_text="the walls must leave room").wait_for()
+    assert page.evaluate(SEEN, "range-upper-position")
+    assert page.evaluate(SEEN, "slider-upper-position")
+    device.changed(lambda: page.locator("#to-file").click())
+    page.set_viewport_size({"width": 1440, "height": 900})
+
+
+def test_a_panel_that_scrolls_has_a_bar(device: Tab) -> None:
+    """One of its own, for systems hide theirs until something is scrolled."""
+    panel = device.page.locator("#controls")
+    assert panel.evaluate("(panel) => panel.scrollHeight > panel.clientHeight")
+    assert panel.evaluate("(panel) => getComputedStyle(panel, '::-webkit-scrollbar').width") == "9px"
+
+
+def test_on_a_phone_the_picture_stays_while_the_sliders_are_scrolled(device: Tab) -> None:
+    page = device.page
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.evaluate("controls.open = true")
+    page.wait_for_timeout(300)
+    for name in ("mass-value", "springpot-order", "shaking-intensity"):
+        page.locator(f"#slider-{name}").evaluate("(slider) => slider.scrollIntoView({ block: 'center' })")
+        assert page.evaluate(SEEN, "scene")
+        assert page.evaluate(SEEN, f"slider-{name}")
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert page.evaluate("document.querySelector('#results > #motion') !== null")
+
+
+def test_a_wall_that_is_too_far_away_to_be_drawn_is_said(device: Tab) -> None:
+    said = device.page.locator("#out-of-view")
+    assert said.is_hidden()
+    device.changed(lambda: device.page.locator("#field-upper-position").fill("6"))
+    said.filter(has_text="Out of view: upper at 6 m →").wait_for()
+    device.changed(lambda: device.page.locator("#to-file").click())
+    said.wait_for(state="hidden")
+
+
 def test_the_equation_and_what_is_not_covered(device: Tab) -> None:
     said = device.page.locator("#equation").inner_text()
     assert said.startswith("0.8 ẍ + 3200 x + 3·107 x3 + 150 D0.3 x")

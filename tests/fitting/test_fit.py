@@ -14,6 +14,7 @@ from springpot.faults import Stopped
 from springpot.fitting.kalman import deviance_of, innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
+from springpot.fitting.records import RecordLikelihood
 from springpot.fitting.response import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
 from springpot.free_numbers import free_numbers
@@ -283,16 +284,42 @@ def test_a_record_without_noise_says_so_and_has_the_errors_of_one(decimals: int 
     assert found.values["q"] == pytest.approx(known.values["q"], rel=1e-3)
 
 
-def test_a_fit_to_a_record_that_is_stopped_keeps_the_best_so_far() -> None:
+def test_a_fit_to_a_record_that_is_stopped_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     true = sp.System(sp.Spring(4.0), sp.Springpot(0.5, 0.8), sp.WhiteNoise(1.0))
     model = sp.System(sp.Spring(4.0), sp.Springpot(ORDER, 0.8), sp.WhiteNoise(sp.free("q", 0.5, (0.01, 100.0))))
     data = sp.Record(0.2 * np.arange(1000), paths_of(true, 0.2, 1000, 0.0, 1), noise=0.01)
     asked: list[int] = []
-    found = sp.fit(model, data, stop=lambda: asked.append(1) or len(asked) > 3)  # type: ignore[func-returns-value]
-    assert len(asked) == 4
+    filtered = RecordLikelihood._filtered
+
+    def counted(own: RecordLikelihood, *args: Any) -> Any:
+        asked.append(1)
+        return filtered(own, *args)
+
+    monkeypatch.setattr(RecordLikelihood, "_filtered", counted)
+    found = sp.fit(model, data, stop=lambda: len(asked) > 3)
     assert "The fit was stopped" in found.warnings[-1]
     assert all(abs(found.values[name] - value) < 4.0 * found.errors[name] for name, value in (("order", 0.5), ("q", 1)))
     assert len(found.profile("order", 5).values) > 4
+    with pytest.raises(Stopped):
+        sp.fit(model, data, stop=lambda: True)
+
+
+@pytest.mark.parametrize("kind", ["impacts", "moduli", "spectrum", "response"])
+def test_every_fit_can_be_stopped(kind: str) -> None:
+    """At any place of the search: with the best numbers so far, or none where there are none yet."""
+    speeds = np.linspace(0.1, 1.0, 20)
+    device = sp.System(sp.Spring(4.0), sp.Springpot(0.4, sp.free("C", 0.9, (0.1, 10.0))), sp.WhiteNoise(1.0))
+    model, data = {
+        "impacts": (sp.Barrier(0.0, sp.free("r", 0.2, (0.1, 1.0))), sp.Impacts(speeds, 0.7 * speeds**0.9)),
+        "moduli": (device, sp.Moduli(speeds, 4.0 + speeds, speeds**0.3)),
+        "spectrum": (device, sp.Spectrum(speeds, 1.0 / speeds, 16.0)),
+        "response": (device, sp.FrequencyResponse(speeds, 1.0 / (4.0 - speeds + 1j * speeds), relative_error=0.1)),
+    }[kind]
+    asked: list[int] = []
+    found = sp.fit(model, data, stop=lambda: asked.append(1) or len(asked) > 3)  # type: ignore[func-returns-value]
+    assert len(asked) == 4
+    assert "The fit was stopped: these are the best numbers so far." in found.warnings
+    assert found._best.deviance > sp.fit(model, data)._best.deviance * (1.0 - 1e-9)
     with pytest.raises(Stopped):
         sp.fit(model, data, stop=lambda: True)
 

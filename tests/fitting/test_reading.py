@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.faults import FileFault
+from springpot.fitting import rows
 
 RUBBER = """[[parts]]
 kind = "springpot"
@@ -148,3 +151,59 @@ def test_the_command_fits_and_writes(tmp_path: Path, capsys: Any, monkeypatch: p
     assert cli.main(["fit", "none.csv", "--model", "rubber.toml"]) == 2
     assert "There is no file" in capsys.readouterr().err
     assert cli.main(["fit", "data.csv"]) == 2
+
+
+def record_of(columns: int, rows: int) -> str:
+    """A record of so many paths."""
+    values = np.random.default_rng(1).integers(0, 1000, (rows, columns))
+    lines = [f"{0.1 * n:.1f}," + ",".join(map(str, row)) for n, row in enumerate(values.tolist())]
+    return "\n".join(["time_s" + ",x_m" * columns, *lines])
+
+
+STATISTICS = "quantity,value,error\n" + "".join(f"w{n}_impact_rate (1/s),1,1\n" for n in range(1001))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (record_of(20_000, 2), r"^data file '.*' must have at most 1,000 columns, not 20,001\.$"),
+        ("time_s,x_m\n" + "0," + "1" * 100_000, r", line 2: a line must have at most 100,000 characters\.$"),
+        (STATISTICS, r"is not right: Statistics must have at most 1,000 statistics\.$"),
+        ("quantity,value,error\nx_rms (" + " " * 50_000 + "x,1,1\n", "line 2: .* must be a quantity with its unit"),
+        ("# averages =" + " x" * 40_000 + "\nfrequency_hz,density_m2/Hz\n1,1\n2,1\n3,1\n", "averages must be a number"),
+        ("x" + " " * 90_000 + "(m,x_m\n1,1\n", "it must have a column frequency_hz"),
+    ],
+)
+def test_what_is_large_is_refused_soon(tmp_path: Path, text: str, sentence: str) -> None:
+    """Each of these took seconds to hours, for its time grew with the square or the cube of its length."""
+    place = written(tmp_path, text)
+    start = time.perf_counter()
+    with pytest.raises(FileFault, match=sentence):
+        sp.read_data(place)
+    assert time.perf_counter() - start < 2.0
+
+
+def test_a_large_file_is_not_read_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    place = written(tmp_path, record_of(2, 40))
+    monkeypatch.setattr(rows, "MOST_NUMBERS", 60)
+    with pytest.raises(FileFault, match=r"must have at most 60 numbers: line 22 has more\.$"):
+        sp.read_data(place)
+    with place.open("ab") as file:
+        file.truncate(200_000_001)
+    with pytest.raises(FileFault, match=r"cannot be read: it has more than 200,000,000 bytes\.$"):
+        sp.read_data(place)
+
+
+def test_memory_is_that_of_the_numbers(tmp_path: Path) -> None:
+    """It was 32 times the file."""
+    place = written(tmp_path, record_of(20, 3000))
+    sp.read_data(place)  # what is imported is not counted
+    tracemalloc.start()
+    try:
+        record = sp.read_data(place)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert isinstance(record, sp.Record)
+    assert peak < 8.0 * place.stat().st_size + 1e6
+    assert peak < 6.0 * record.values.nbytes

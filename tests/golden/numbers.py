@@ -64,7 +64,8 @@ SPRING = sp.Oscillator(springpot=sp.Springpot(0.0, 0.2), barrier=sp.Barrier(0.0,
 PROBLEMS = {"elastic": ELASTIC, "lossy": LOSSY, "below": BELOW, "open": OPEN, "dashpot": DASHPOT, "spring": SPRING}
 
 SHORT: dict[str, Any] = {"paths": 300, "duration": 20.0, "step": 0.02, "seed": 5}
-PASSAGE = {"x": 0.3, "v": -1.0, "distance": (1.0, 0.1), "speed": 1.5, "amplitude": 2.0, "energy": 1.0}
+DISTANCE = {"level": 1.0, "reference": 0.1}
+PASSAGE: dict[str, Any] = {"x": 0.3, "v": -1.0, "distance": DISTANCE, "speed": 1.5, "amplitude": 2.0, "energy": 1.0}
 SETTINGS: dict[str, dict[str, Any]] = {
     "plain": {"paths": 200, "seed": 3},
     "rest": {**SHORT, "start": "rest"},

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from springpot.faults import per_cent
 from springpot.oscillator import Oscillator, Springpot
 from springpot.paper import figures, montecarlo, pages, reproduce
 from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall, write_rows
@@ -74,7 +75,7 @@ def test_fig2_text(small_fig2):
     assert re.search(r"\| adapted \| \d+\.\d \| 2 \|", text)
     assert re.search(r"the formula is [+-]\d+\.\d ± \d+\.\d % off", text)
     worst = max(row.start_residual for row in small_fig2[2])
-    assert f"by at most {100 * worst:.2g} % of the r.m.s. of x" in text
+    assert f"by at most {per_cent(worst)} of the r.m.s. of x" in text
     unknown = [replace(row, start_residual=math.nan) for row in small_fig2[2]]
     assert "no pilot run could tell" in pages.fig2_page(unknown, "Settings.", 40.0)
     for name in small_fig2[1]:

@@ -225,9 +225,53 @@ def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, positio
     assert abs(envelope.first_passage(x=level).mean_time / mean - 1.0) < 0.1
     assert found["amplitude"].mean_time < 0.7 * mean
     with pytest.raises(sp.theory.NotCovered, match="simulate it"):
-        sp.theory.envelope(oscillator(0.5, 0.3)).first_passage(x=level)
+        sp.theory.envelope(oscillator(0.5, 0.4)).first_passage(x=level)
     with pytest.raises(TypeError, match="one level"):
         envelope.first_passage(x=level, amplitude=level)
+
+
+@pytest.mark.parametrize(
+    ("order", "c", "paths"), [(0.5, 0.3, 3000), validation(1.0, 0.04, 8000), validation(0.2, 0.1, 8000)]
+)
+def test_the_envelope_knows_when_x_passes_on_one_side_or_both(order: float, c: float, paths: int) -> None:
+    """At three root mean squares, where the amplitude passes in a third to half of the time."""
+    q = 2.0 * c * math.sin(order * math.pi / 2.0)
+    problem = sp.Oscillator(springpot=sp.Springpot(order, c), barrier=None, excitation=sp.WhiteNoise(q))
+    envelope = sp.theory.envelope(problem)
+    level = 3.0 * math.sqrt(envelope.x_mean_square)
+    levels = {"x": level, "distance": level, "amplitude": level}
+    found = run(problem, paths=paths, duration=1000.0, step=0.1, start="rest", first_passage=levels).first_passages
+    for name, room in (("x", 0.03), ("distance", 0.03), ("amplitude", 0.06)):
+        mean, error, _ = found[name].mean
+        assert error < 0.025 * mean
+        assert abs(envelope.first_passage(**{name: level}).mean_time / mean - 1.0) < room + 2.0 * error / mean, name
+
+
+@pytest.mark.parametrize("level", [6.0, 8.0])
+def test_rare_passages_of_the_envelope_come_at_rices_rate(level: float) -> None:
+    """At order 1, unit variance and c = 0.3: 2 pi exp(level^2 / 2) on one side, half of it on both."""
+    c = 0.3
+    envelope = sp.theory.envelope(
+        sp.Oscillator(springpot=sp.Springpot(1.0, c), barrier=None, excitation=sp.WhiteNoise(2.0 * c))
+    )
+    rice = 2.0 * math.pi * math.exp(0.5 * level**2)
+    assert envelope.first_passage(x=level).mean_time == pytest.approx(rice, rel=0.1)
+    assert envelope.first_passage(distance=level).mean_time == pytest.approx(0.5 * rice, rel=0.1)
+
+
+def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
+    """Where a springpot is most of the stiffness, A with the bare frequency passes in a cycle what x never does."""
+    problem = sp.Oscillator(
+        natural_frequency=68.9, springpot=sp.Springpot(0.25, 1555.0), barrier=None, excitation=sp.WhiteNoise(0.914)
+    )
+    assert problem.resonance == pytest.approx(96.0, rel=1e-2)
+    level = 3.0 * math.sqrt(sp.theory.envelope(problem).x_mean_square)
+    levels = {"x": level, "amplitude": level}
+    found = run(problem, paths=2000, duration=10.0, start="rest", first_passage=levels).first_passages
+    assert found["amplitude"].mean[0] > 0.15 * found["x"].mean[0]
+    expected = sp.theory.envelope(problem).first_passage(amplitude=level).mean_time
+    assert expected == pytest.approx(found["amplitude"].mean[0], rel=0.25)
+    assert "resonance with all that has memory: 95." in sp.explain(problem) or "96." in sp.explain(problem)
 
 
 @pytest.mark.parametrize(
@@ -237,7 +281,13 @@ def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, positio
         ({"x": "far"}, "first_passage level of x"),
         ({"x": -1.0}, "behind the wall at 0 m"),
         ({"amplitude": 0.0}, "first_passage level of amplitude"),
-        ({"distance": (1.0, "here")}, "first_passage reference of distance"),
+        ({"distance": {"level": 1.0, "reference": "here"}}, "first_passage reference of distance"),
+        ({"distance": {"reference": 1.0}}, "only that of distance may have a level and a reference"),
+        ({"x": {"level": 1.0, "reference": 0.5}}, "only that of distance may have a level and a reference"),
+        ({"distance": (0.004, 0.006)}, "must be one level, not (0.004, 0.006); that of a distance from a reference is"),
+        ({"distance": [0.004, 0.006]}, "{'level': 0.004, 'reference': 0.006}"),
+        ({"x": [0.004, 0.006]}, "first_passage of x must be one level"),
+        ({"x": np.linspace(1.0, 9.0, 99)}, "first_passage of x must be one level"),
         ({"own": 1.0}, "give a pair: a function of"),
         ({"two words": (abs, 1.0)}, "in one word"),
         ({"x_mean": (lambda t, x, v: x, 1.0)}, "already has a result of that name"),
@@ -273,3 +323,12 @@ def test_it_is_in_every_form_of_the_answer(tmp_path: Any, capsys: pytest.Capture
     assert again.first_passages["x"].mean == passage.mean
     with pytest.raises(ValueError, match="cannot be given with rtol"):
         run(sp.Oscillator(), rtol=0.1, first_passage={"x": 1.2})
+
+
+def test_a_distance_may_be_from_a_reference() -> None:
+    own = {"distance": {"level": 1.0, "reference": 0.5}, "same": (lambda t, x, v: abs(x - 0.5), 1.0)}
+    found = run(oscillator(), paths=64, duration=4.0, step=0.05, start="rest", first_passage=own).first_passages
+    passed = np.isfinite(found["distance"].times)
+    assert found["distance"].reference == 0.5
+    assert passed.any()
+    np.testing.assert_allclose(found["distance"].times[passed], found["same"].times[passed], atol=0.05)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 import xarray
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import springpot as sp
 from springpot.figures import draw_study
-from tests.studies.samples import RUNS
+from tests.studies.samples import DEVICE, RUNS
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +62,20 @@ def test_a_map(tree: xarray.DataTree) -> None:
 def test_what_cannot_be_drawn(how: dict[str, object], says: str, tree: xarray.DataTree) -> None:
     with pytest.raises(ValueError, match=says):
         draw_study(tree, **how)  # type: ignore[arg-type]
+
+
+def test_long_titles_do_not_reach_their_neighbours() -> None:
+    axes = {
+        "parts.magnet.coefficients.3": [4e5, 6e5, 8e5], "parts.lower.position": [-1e-3, -2e-3],
+        "parts.white_noise.intensity": [5e-5, 1e-4], "parts.spring.stiffness": [80.0, 90.0],
+    }  # fmt: skip
+    asked = {"name": "long", "system": DEVICE, "methods": ["linearisation"], "axes": axes}
+    figure = draw_study(sp.study({**asked, "quantities": ["x_mean_square"]}, threads=1))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    boxes = [axes.title.get_window_extent(canvas.get_renderer()) for axes in figure.axes if axes.axison]
+    assert len(boxes) == 8
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
 def test_too_many_panels_and_too_few_axes() -> None:

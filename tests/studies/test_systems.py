@@ -336,8 +336,8 @@ def test_panels_of_walls(place: Path) -> None:
     figure = sp.figures.draw_study(sp.open_study(place), quantities=["barrier_impact_rate"], along="gap")
     drawn = [axes for axes in figure.axes if axes.axison]
     assert len(drawn) == 8
-    assert drawn[0].get_title() == "lower, lower.restitution = 1, magnet.coefficients.3 = 400000"
-    assert drawn[-1].get_title() == "upper, lower.restitution = 0.8, magnet.coefficients.3 = 800000"
+    assert drawn[0].get_title() == "lower, lower.restitution = 1,\nmagnet.coefficients.3 = 400000"
+    assert drawn[-1].get_title() == "upper, lower.restitution = 0.8,\nmagnet.coefficients.3 = 800000"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["exact", "Monte Carlo, 95 %"]
     one = sp.figures.draw_study(sp.open_study(place), quantities=["upper_power"], along="lower_restitution")
     assert one.axes[0].get_xlabel() == "lower.restitution"

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from springpot.faults import per_cent
 from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, closure, envelope, exact, fokker_planck
 from springpot.theory.methods.closure.quadrature import panel_rule
@@ -154,5 +155,5 @@ def test_densities_below_zero_are_said():
     v = np.linspace(-5.0, 5.0, 401) * math.sqrt(lossy.v_mean_square)
     dip = float(-lossy.v_density(v).min() / lossy.v_density(v).max())
     assert dip > 0.02
-    assert any(f"below 0 by up to {100.0 * dip:.1g} %" in sentence for sentence in lossy.warnings)
+    assert any(f"below 0 by up to {per_cent(dip, 1)}" in sentence for sentence in lossy.warnings)
     assert not any("below 0" in sentence for sentence in closure(Oscillator()).warnings)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.theory import NotCovered, linear, path_integration, solve_one
-from springpot.theory.methods.systems.chain import Stop, grid_over, make_chain
+from springpot.theory import NoConvergence, NotCovered, linear, path_integration, solve_one, trust
+from springpot.theory.methods.systems.chain import Chain, Stop, grid_over, make_chain
 from tests.sizes import validation
 
 SPRING, DASHPOT = sp.Spring(1.0), sp.Dashpot(0.3)
@@ -162,3 +162,24 @@ def test_where_hops_are_too_short_there_is_no_rate() -> None:
     found, why = solve_one(sp.System(SPRING, DASHPOT, noise(1.0), sp.Barrier(0.0)), "path_integration")
     assert why == ""
     assert found.impact_rate > 0.0
+
+
+def test_between_two_elastic_walls_the_map_says_the_error() -> None:
+    """<v^2> is 3.5 % low here, which the warning has to cover."""
+    walls = sp.Barrier(-0.6), sp.Barrier(0.9, side="below")
+    held = sp.System(SPRING, sp.Springpot(0.35, 0.5), sp.ColouredNoise(0.8, 0.4), *walls)
+    found = path_integration(held)
+    run = sp.run(held, paths=2000, duration=100.0, seed=6)
+    gap = 100.0 * abs(found.v_mean_square / run.values["v_mean_square"] - 1.0)
+    assert gap > 2.0
+    assert trust(held, "path_integration").gaps["v_mean_square"] > 0.8 * gap
+    assert any("<v^2>" in sentence for sentence in found.warnings)
+
+
+def test_light_damping_is_refused_after_few_tries(monkeypatch: pytest.MonkeyPatch) -> None:
+    tries, stationary = [], Chain.stationary
+    monkeypatch.setattr(Chain, "stationary", lambda *given: [tries.append(1), stationary(*given)][1])
+    walls = sp.Barrier(-0.7), sp.Barrier(1.1, side="below")
+    with pytest.raises(NoConvergence, match="where damping is light"):
+        path_integration(sp.System(SPRING, sp.Springpot(0.5, 0.06), noise(1.9), *walls))
+    assert len(tries) <= 4

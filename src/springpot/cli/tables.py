@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
+from springpot.faults import per_cent
 from springpot.terminal import print_table
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()
     print_table(
-        [["quantile +- standard error", *(f"{100.0 * answer['probability'][i]:g} %" for i in shown)]]
+        [["quantile +- standard error", *(per_cent(answer["probability"][i]) for i in shown)]]
         + [
             [name, *(with_error(answer[f"{name}_quantile"][i], answer[f"{name}_quantile_se"][i], unit) for i in shown)]
             for name, unit in units.items()

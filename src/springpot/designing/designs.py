@@ -12,12 +12,12 @@ from springpot.arguments import finite_number
 from springpot.designing.numbers import as_simulated, checked_model, units_of_free
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
-from springpot.designing.results import Curve, Design, Promise, Round, per_cent
+from springpot.designing.results import Curve, Design, Promise, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simulated
 from springpot.designing.search import Model
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.designing.watch import Watch
-from springpot.faults import listed
+from springpot.faults import listed, per_cent
 from springpot.free_numbers import free_numbers, with_values
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import controllable
@@ -161,13 +161,13 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
         said.append(f"Monte Carlo saw too few events to tell whether {listed(unseen)}.")
     elif not plan.holds(best):
         said.append(
-            f"The limits hold with a probability of {per_cent(best.probability)} only, not {per_cent(wanted)}: a "
+            f"The limits hold with a probability of {in_words(best.probability)} only, not {in_words(wanted)}: a "
             "smaller rtol helps."
         )
     elif margin > plan.cost_rtol:
         said.append(
-            f"The distance to the limits costs {100.0 * margin:.2g} %, more than cost_rtol of "
-            f"{100.0 * plan.cost_rtol:.2g} %: a smaller rtol helps."
+            f"The distance to the limits costs {per_cent(margin)}, more than cost_rtol of "
+            f"{per_cent(plan.cost_rtol)}: a smaller rtol helps."
         )
     ends = {}
     for name, number in free_numbers(problem).items():

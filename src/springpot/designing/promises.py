@@ -7,7 +7,8 @@ import math
 from springpot.designing.results import Promise
 from springpot.designing.search import Found
 from springpot.designing.statement import Limit
-from springpot.faults import listed
+from springpot.faults import listed, per_cent
+from springpot.simulation.few_events import chance_below
 
 __all__ = ["each_probability", "impossible", "promise_of", "tightened"]
 
@@ -35,6 +36,8 @@ def promise_of(limit: Limit, value: float, error: float) -> Promise:
 
     if not error > 0.0:
         return Promise(str(limit), value, error, math.nan)
+    if value == 0.0:  # of an event that was not seen
+        return Promise(str(limit), value, error, chance_below(limit.bound, error) if limit.upper else 0.0)
     distance = limit.bound - value if limit.upper else value - limit.bound
     return Promise(str(limit), value, error, float(stats.norm.cdf(distance / error)))
 
@@ -50,5 +53,5 @@ def impossible(limits: tuple[Limit, ...], found: Found) -> str:
     value = found.quantities.get(missed.name, math.nan)
     where = listed([f"{name} = {value:.4g}" for name, value in found.values.items()])
     off = abs(value / missed.bound - 1.0) if missed.bound else math.nan
-    share = f", {100.0 * off:.3g} % beyond the limit" if math.isfinite(off) else ""
+    share = f", {per_cent(off, 3)} beyond the limit" if math.isfinite(off) else ""
     return f"subject_to cannot hold: {missed} is missed least with {value:.4g}{share}, at {where}."

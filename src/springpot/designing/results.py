@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
-from springpot.faults import few, listed, meant
+from springpot.faults import few, listed, meant, name_results, per_cent
 from springpot.oscillator import Oscillator
 from springpot.plain import plain
 from springpot.system import System
@@ -21,7 +21,7 @@ from springpot.system import System
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Curve", "Design", "Promise", "Round", "per_cent"]
+__all__ = ["Curve", "Design", "Promise", "Round", "in_words"]
 
 Floats = NDArray[np.float64]
 
@@ -38,8 +38,8 @@ class Promise:
         Of the quantity by Monte Carlo: its standard error together with its biases, each as uniform between its bounds
         (JCGM 100, "Guide to the expression of uncertainty in measurement", 2008, section 4.3.7).
     probability : float
-        That the true value is within the limit: the tail of a normal distribution.  NaN if Monte Carlo saw too few
-        events for an error.
+        That the true value is within the limit: the tail of a normal distribution, or that of Poisson's where Monte
+        Carlo saw no event.  NaN if it saw too few for an error.
     """
 
     limit: str
@@ -156,6 +156,9 @@ class Design:
     _cost: Cost = ""
     _units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
+    def __post_init__(self) -> None:
+        name_results(self, "values", "quantities", "errors")
+
     @property
     def units(self) -> dict[str, str]:
         """The unit of every quantity and of every chosen number, by name.
@@ -252,14 +255,14 @@ class Design:
             end = {"low": " (its lower bound)", "high": " (its upper bound)"}.get(self.at_bounds.get(name, ""), "")
             lines.append(f"{name:{wide}}{value:.6g}{end}")
         error = f" +- {self.cost_error:.2g}" if self.cost_error > 0.0 else ""
-        above = f", {100.0 * self.margin:.2g} % for the distance to the limits" if self.margin > 0.0 else ""
+        above = f", {per_cent(self.margin)} for the distance to the limits" if self.margin > 0.0 else ""
         lines.append(f"cost: {self.cost:.6g}{error}{above}")
         for own in self.promises:
             if math.isnan(own.probability):
                 lines.append(f"{own.limit}: Monte Carlo saw too few events to tell with which probability it holds")
                 continue
             lines.append(
-                f"{own.limit} holds with a probability of {per_cent(own.probability)}: it is {own.value:.4g} "
+                f"{own.limit} holds with a probability of {in_words(own.probability)}: it is {own.value:.4g} "
                 f"+- {own.error:.2g} by Monte Carlo"
             )
         count = len(self.history)
@@ -305,9 +308,9 @@ class Design:
         )
 
 
-def per_cent(probability: float) -> str:
-    """A probability in words."""
-    return "over 99.9 %" if probability > 0.999 else f"{100.0 * probability:.3g} %"
+def in_words(probability: float) -> str:
+    """A probability in per cent; one of nearly 1 is not stated closer than it is known."""
+    return "over 99.9 %" if probability > 0.999 else per_cent(probability, 3)
 
 
 def _around(name: str, bound: float) -> Floats:

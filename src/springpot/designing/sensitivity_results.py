@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from springpot.designing.quantities import MONTE_CARLO
+from springpot.faults import name_results
 from springpot.oscillator import Oscillator
 from springpot.plain import plain
 from springpot.simulation.settings import Settings
@@ -56,6 +57,9 @@ class Sensitivity:
     gains: Table
     settings: Settings | None
     warnings: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        name_results(self, "numbers", "quantities", "values", "errors")
 
     def report(self, warnings: bool = True) -> str:
         """All of it in words.

@@ -1,4 +1,4 @@
-"""Shared by all tabs: threads for computation, loading of modules, and a cache of curves."""
+"""Threads for computation: those of each tab, and what all tabs share: the simulation, modules, a cache of curves."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import asyncio
 from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any, ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
@@ -13,13 +14,43 @@ from springpot.oscillator import Oscillator
 from springpot.processors import threads_available
 from springpot.system import System
 
-__all__ = ["Engine"]
+__all__ = ["MOST_SESSIONS", "Engine", "Turns"]
 
 MOST_CURVES = 64
 KERNELS = 2  # tabs that simulate at the same time
+MOST_SESSIONS = 16  # tabs that are open
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
+
+
+class Turns:
+    """Work of one tab, on the threads of all tabs: a piece begins when the one before has ended, wanted or not.
+
+    Parameters
+    ----------
+    pool : ThreadPoolExecutor
+
+    Examples
+    --------
+    >>> asyncio.run(Turns(ThreadPoolExecutor(1)).take(abs, -2))
+    2
+    """
+
+    def __init__(self, pool: ThreadPoolExecutor) -> None:
+        self._pool, self._free = pool, asyncio.Lock()
+
+    async def take(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+        """Run a function on a thread."""
+        await self._free.acquire()
+        loop, work = asyncio.get_running_loop(), self._pool.submit(function, *args, **kwargs)
+
+        def ended(_: object) -> None:
+            with suppress(RuntimeError):  # the server has ended
+                loop.call_soon_threadsafe(self._free.release)
+
+        work.add_done_callback(ended)
+        return await asyncio.wrap_future(work)
 
 
 class Engine:
@@ -41,16 +72,14 @@ class Engine:
         self.opened = opened
         self.theory_ready, self.kernel_ready = asyncio.Event(), asyncio.Event()
         self.threads = max(1, threads_available() // KERNELS)
-        self._theory = ThreadPoolExecutor(1, "theory")
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
-        self._pilots = ThreadPoolExecutor(1, "pilots")
-        self._fits = ThreadPoolExecutor(1, "fits")
+        self._slow = ThreadPoolExecutor(3 * MOST_SESSIONS, "slow")  # of each tab theory, pilots and measured data
         self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
         self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
     async def load(self) -> None:
         """Import the modules and compile the kernels."""
-        await self.think(_load_theory)
+        await self.turns().take(_load_theory)
         self.theory_ready.set()
         if self.opened is None:
             await self.simulate(_load_kernel)
@@ -58,21 +87,14 @@ class Engine:
             await self.simulate(_import_simulation)  # the kernel of a system is compiled when it is asked for
         self.kernel_ready.set()
 
-    async def think(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run a function of the theory on its thread."""
-        return await self._on(self._theory, function, *args, **kwargs)
+    def turns(self) -> Turns:
+        """For one kind of slow work of a tab: it keeps neither another tab nor other work waiting."""
+        return Turns(self._slow)
 
     async def simulate(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
         """Run a short part of a simulation; the tabs take turns."""
-        return await self._on(self._kernel, function, *args, **kwargs)
-
-    async def pilot(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run the search for a stationary start, which may take seconds; one at a time."""
-        return await self._on(self._pilots, function, *args, **kwargs)
-
-    async def fit(self, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
-        """Run a fit, which may take long; one at a time."""
-        return await self._on(self._fits, function, *args, **kwargs)
+        # work that has not begun is cancelled if its tab closes or has a new problem
+        return await asyncio.wrap_future(self._kernel.submit(function, *args, **kwargs))
 
     def have_kernel(self, problem: Oscillator | System) -> None:
         """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
@@ -85,11 +107,6 @@ class Engine:
         if kind not in self._kernels:
             simulation.advance()
             self._kernels.add(kind)
-
-    @staticmethod
-    async def _on(pool: ThreadPoolExecutor, function: Callable[..., _T], *args: Any, **kwargs: Any) -> _T:
-        # work that has not begun is cancelled if its tab closes or has a new problem
-        return await asyncio.wrap_future(pool.submit(function, *args, **kwargs))
 
     def curve(self, key: Oscillator) -> dict[str, Any] | None:
         """A curve over the order from the cache."""
@@ -105,7 +122,7 @@ class Engine:
 
     def close(self) -> None:
         """Cancel all work that has not begun."""
-        for pool in (self._theory, self._kernel, self._pilots, self._fits):
+        for pool in (self._kernel, self._slow):
             pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -94,7 +94,7 @@ def fitted(
     TypeError, ValueError, Stopped
         As `springpot.fit`.
     """
-    from springpot.fitting import Statistics, fit
+    from springpot.fitting import Moduli, Statistics, fit
 
     if not names:
         raise ValueError("free: tick the numbers that are to be found.")
@@ -112,6 +112,7 @@ def fitted(
                     "error": found.errors[_word(name)],
                     "interval": found.interval(_word(name)),
                     "bound": found.at_bounds.get(_word(name), ""),
+                    "adds": isinstance(data, Moduli) and _adds(name),
                 }
                 for name in names
             ],
@@ -122,6 +123,17 @@ def fitted(
             "warnings": found.warnings,
         }
     )
+
+
+def _adds(name: str) -> bool:
+    """Whether several equal parts side by side have the sum of this number.
+
+    Examples
+    --------
+    >>> [_adds(name) for name in ("spring-stiffness", "springpot-order", "cubic-coefficients-3")]
+    [True, False, True]
+    """
+    return not {"stiffness", "coefficient", "coefficients"}.isdisjoint(name.split("-")[1:])
 
 
 def _groups(table: Table) -> list[dict[str, Any]]:

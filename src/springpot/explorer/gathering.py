@@ -15,11 +15,10 @@ from springpot.simulation.distributions import Distribution, distributions_in, s
 from springpot.simulation.forgetting import MOST_TRANSIENT, is_stationary
 from springpot.simulation.lanes import GROUP, LANES
 from springpot.simulation.observers import HEADER, ON_STEPS, Observer
+from springpot.simulation.run import doubts_of
 from springpot.simulation.settings import Settings, default_start
 from springpot.simulation.simulation import Simulation
 from springpot.simulation.system_scales import scales_of_problem, typical_frequency
-from springpot.simulation.system_warnings import doubts_of_system
-from springpot.simulation.warnings import doubts
 from springpot.system import System
 
 __all__ = ["BINS", "Gathering", "growth_times"]
@@ -166,8 +165,7 @@ class Gathering:
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as in a run."""
         values, errors = self.estimates()
-        say = doubts_of_system if isinstance(self.simulation.problem, System) else doubts
-        return say(self.simulation, values, errors, self._rows[: self.paths])
+        return doubts_of(self.simulation, values, errors, self._rows[: self.paths])
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""

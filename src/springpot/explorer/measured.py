@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
-from springpot.explorer.engine import Engine
+from springpot.explorer.engine import Turns
 from springpot.explorer.protocol import FilePart
 from springpot.faults import Stopped
 from springpot.system import System
@@ -23,17 +23,17 @@ class Measured:
 
     Parameters
     ----------
-    engine : Engine
+    turns : Turns
     post : callable
         Sends a message of a kind, with its content, to the tab.
     """
 
-    def __init__(self, engine: Engine, post: Callable[..., None]) -> None:
-        self._engine, self._post = engine, post
+    def __init__(self, turns: Turns, post: Callable[..., None]) -> None:
+        self._turns, self._post = turns, post
         self._parts: list[str] = []
         self._data: Any = None
         self._work: asyncio.Future[None] | None = None
-        self._stopped = threading.Event()  # of the fit that is running
+        self._stopped = threading.Event()  # of the work that is running
 
     def take(self, part: FilePart) -> None:
         """Keep a part of a file; the last one has it read.
@@ -50,7 +50,8 @@ class Measured:
             raise ValueError("data: the parts of the file must come in their order.")
         self._parts.append(part.text)
         if part.part == part.of - 1:
-            self._work = asyncio.ensure_future(self._read(part.name, "".join(self._parts)))
+            text, self._parts = "".join(self._parts), []
+            self._begin(lambda stopped: self._read(part.name, text, stopped))
 
     def fit(self, system: System, names: Sequence[str]) -> None:
         """Fit numbers of a system, by the names of their sliders.
@@ -62,9 +63,7 @@ class Measured:
         """
         if self._data is None:
             raise ValueError("fit: there are no data yet.")
-        self.close()
-        self._stopped = threading.Event()
-        self._work = asyncio.ensure_future(self._fit(system, names, self._stopped))
+        self._begin(lambda stopped: self._fit(system, names, stopped))
 
     def stop(self) -> None:
         """End the fit that is running, with the best numbers so far."""
@@ -76,9 +75,14 @@ class Measured:
         if self._work is not None:
             self._work.cancel()
 
-    async def _read(self, name: str, text: str) -> None:
+    def _begin(self, work: Callable[[threading.Event], Coroutine[Any, Any, None]]) -> None:
+        self.close()
+        self._stopped = threading.Event()
+        self._work = asyncio.ensure_future(work(self._stopped))
+
+    async def _read(self, name: str, text: str, stopped: threading.Event) -> None:
         try:
-            self._data, said = await self._engine.think(_read, text, name)  # not behind the fit of another tab
+            self._data, said = await self._turns.take(_read, text, name, stopped.is_set)
             self._post("data", name=name, said=said, fault="")
         except Exception as error:
             self._post("data", name=name, said="", fault=sentence_of(error))
@@ -95,7 +99,7 @@ class Measured:
 
         self._tell(None, None)
         try:
-            found = await self._engine.fit(_fitted, system, names, self._data, progress, stopped.is_set)
+            found = await self._turns.take(_fitted, system, names, self._data, progress, stopped.is_set)
             self._post("fit", running=False, fault="", **found)
         except Exception as error:
             self._post("fit", running=False, fault=sentence_of(error))
@@ -105,11 +109,11 @@ class Measured:
         self._post("fit", running=True, fault="", done=done, seconds=seconds)
 
 
-def _read(text: str, name: str) -> tuple[Any, str]:
+def _read(text: str, name: str, stop: Callable[[], bool]) -> tuple[Any, str]:
     from springpot.explorer.fitting import described
     from springpot.fitting.reading import data_of
 
-    data = data_of(text, name)
+    data = data_of(text, name, stop)
     return data, described(data)
 
 

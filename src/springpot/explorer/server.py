@@ -25,7 +25,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from springpot.explorer.engine import Engine
+from springpot.explorer.engine import MOST_SESSIONS, Engine
 from springpot.explorer.methods import method_list
 from springpot.explorer.protocol import LONGEST_MESSAGE, SystemProblem, parse
 from springpot.explorer.question import Opened
@@ -44,7 +44,6 @@ __all__ = ["MOST_SESSIONS", "application", "listen_on", "serve"]
 STATIC = Path(__file__).with_name("static")
 FRAMES_PER_SECOND = 60.0
 PATIENCE = 1.0  # s to wait for the first page before loading
-MOST_SESSIONS = 16
 FIRST_MESSAGE_SECONDS = 5.0  # after which a tab that has sent nothing is closed
 MOST_REFUSED = 20  # messages of one tab, before it is closed
 MESSAGES_PER_SECOND, MOST_AT_ONCE = 100.0, 200.0
@@ -222,6 +221,7 @@ async def _attend(websocket: WebSocket, session: Session) -> None:
     finally:
         for part in parts:
             part.cancel()
+        session.close()
         await asyncio.gather(*parts, return_exceptions=True)
 
 

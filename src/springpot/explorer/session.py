@@ -63,6 +63,7 @@ class Session:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
+        self._theorists, self._pilots = engine.turns(), engine.turns()
         self._newest: Question | None = None
         self._question: Question | None = None  # the one that is being answered
         self._asked = asyncio.Event()
@@ -73,7 +74,7 @@ class Session:
         self._may_run = asyncio.Event()
         self._may_run.set()
         self._last = time.monotonic()
-        self._measured = Measured(engine, self._post)
+        self._measured = Measured(engine.turns(), self._post)
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -173,7 +174,10 @@ class Session:
         finally:
             if work is not None:
                 await _drop(work)
-            self._measured.close()
+
+    def close(self) -> None:
+        """The tab is closed: what is running for it ends soon."""
+        self._measured.close()
 
     async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""
@@ -186,7 +190,7 @@ class Session:
         """The equation of a system, and how far it moves."""
         await self._engine.theory_ready.wait()
         assert question.system is not None
-        self._post("view", **await self._engine.think(_view_of, question.system))
+        self._post("view", **await self._theorists.take(_view_of, question.system))
 
     async def _theory(self, question: Question) -> None:
         engine = self._engine
@@ -201,16 +205,16 @@ class Session:
         from springpot.explorer import answers, gathering
         from springpot.simulation.settings import resolve
 
-        engine, oscillator = self._engine, question.oscillator
-        solved = await engine.think(answers.solve, oscillator)
-        self._post("theory", **await engine.think(answers.table, oscillator, *solved))
+        engine, think, oscillator = self._engine, self._theorists.take, question.oscillator
+        solved = await think(answers.solve, oscillator)
+        self._post("theory", **await think(answers.table, oscillator, *solved))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         settings = await engine.simulate(
             resolve, oscillator, paths=question.paths, seed=question.seed, start="rest", threads=1
         )
         times = gathering.growth_times(oscillator, settings)
-        curves = await engine.think(answers.growth, oscillator, solved[0], times, from_rest=question.start == "rest")
+        curves = await think(answers.growth, oscillator, solved[0], times, from_rest=question.start == "rest")
         self._post("growth", times=times.tolist(), methods=curves)
 
     async def _theory_of_system(self, question: Question, system: System) -> None:
@@ -218,12 +222,12 @@ class Session:
 
         engine, answers, statements = self._engine, dict[str, Any](), dict[str, str]()
         for name in system_answers.names(system):  # one by one: the next question waits for one at most
-            answer, statement = await engine.think(system_answers.solve, system, name)
+            answer, statement = await self._theorists.take(system_answers.solve, system, name)
             if answer is None:
                 statements[name] = statement
             else:
                 answers[name] = answer
-        self._post("theory", **await engine.think(system_answers.table, system, answers, statements))
+        self._post("theory", **await self._theorists.take(system_answers.table, system, answers, statements))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer import gathering
@@ -260,7 +264,7 @@ class Session:
         if settings.start == "stationary":
             self._post("searching")
             with stopping() as check:
-                adapted = await engine.pilot(adapt, problem, settings, progress=check)
+                adapted = await self._pilots.take(adapt, problem, settings, progress=check)
         simulation = await engine.simulate(simulation_of, problem, settings, adapted)
         growing = await engine.simulate(gathering.Gathering, simulation, of_system=question.system is not None)
         await asyncio.gather(self._show(question, growing), self._gather(growing))
@@ -311,11 +315,11 @@ class Session:
         curve = engine.curve(key)
         if curve is None:
             points = along_the_order(key)
-            curve = await engine.think(next, points)
+            curve = await self._theorists.take(next, points)
             self._post("curve", **curve)
             await asyncio.sleep(SETTLE)
             while curve["missing"]:
-                curve = await engine.think(next, points)
+                curve = await self._theorists.take(next, points)
                 self._post("curve", **curve)
             engine.keep_curve(key, curve)
         self._post("curve", **curve)

@@ -259,8 +259,25 @@ def _slider(system: System, part: Any, name: str, path: str, value: float, size:
     unit = "" if plain == "1" else written(plain)
     begin, end, steps, log = _ends(system, part, path, value, shown.range, size)
     return Slider(
-        name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind, free=isinstance(value, Free)
-    )
+        name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
+        free=isinstance(value, Free),
+    )  # fmt: skip
+
+
+def _multiple(value: float) -> str:
+    """How a number follows from the free one that the file names, such as that of one of four mounts.
+
+    Examples
+    --------
+    >>> k = Free(80.0, "k", 10.0, 200.0)
+    >>> _multiple(4 * k), _multiple(-k), _multiple(2 * k + 5), _multiple(k), _multiple(80.0)
+    ('4 × k', '−k', '2 × k + 5', '', '')
+    """
+    if not isinstance(value, Free) or value.itself is value:
+        return ""
+    times = {1.0: "", -1.0: "−"}.get(value.times, f"{value.times:g} × ")
+    plus = f" {'−' if value.plus < 0.0 else '+'} {abs(value.plus):g}" if value.plus else ""
+    return f"{times}{value.name}{plus}"
 
 
 def _ends(system: System, part: Any, path: str, value: float, of: str, size: Size) -> tuple[float, float, int, bool]:

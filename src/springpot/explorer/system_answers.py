@@ -12,13 +12,11 @@ import numpy as np
 from springpot.explorer.answers import POINTS, Floats, densities_of, plain, plain_number
 from springpot.parts import Barrier, Contact
 from springpot.system import System
+from springpot.theory.reliability import best_guess
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import methods_for, solve_one, trusted
 
 __all__ = ["lines", "names", "solve", "table"]
-
-_GUESSES = ("exact", "linear", "path_integration", "envelope", "linearisation")
-"""Which method is shown where none is recommended: the first of these that has an answer."""
 
 
 def names(system: System) -> tuple[str, ...]:
@@ -51,7 +49,7 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
     ('exact', 2.5)
     """
     best, _ = trusted(system, answers)
-    shown = best or next((name for name in _GUESSES if name in answers), "")
+    shown = best or best_guess(system, answers)
     places = _places(system, answers[shown]) if hasattr(answers.get(shown), "x_density") else {}
     return {
         "recommended": best or None,

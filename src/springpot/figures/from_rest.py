@@ -114,7 +114,7 @@ def survival(
     data : Run, xarray.Dataset or None
         From rest (``start="rest"``), with recorded paths (``record=``); None for theory alone.
     level : float
-        Of the amplitude A = sqrt(x^2 + v^2 / Omega^2), in m.
+        Of the amplitude A = sqrt(x^2 + v^2 / w^2) with w the `resonance` of the oscillator, in m.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
@@ -156,7 +156,7 @@ def survival(
     design = next_design(axes, color, label)
     if data is not None:
         oscillator, time, x, v = _from_rest(data)
-        below = np.logical_and.accumulate(np.hypot(x, v / oscillator.natural_frequency) < level, axis=1)
+        below = np.logical_and.accumulate(np.hypot(x, v / oscillator.resonance) < level, axis=1)
         share = below.mean(axis=0)
         error = np.sqrt(share * (1.0 - share) / len(below))
         some = slice(None, None, max(1, time.size // _POINTS))

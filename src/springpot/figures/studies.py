@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_study"]
 
 MOST_PANELS = 48
+LONGEST_LINE = 30  # letters of a panel's title, so that it does not reach that of the next one
 WIDE = 30.0  # ratio of largest to smallest value from which an axis is logarithmic
 
 
@@ -102,7 +103,7 @@ def draw_study(
             _map(axes, here, name, used)
         else:
             _curves(axes, here, name, used[0])
-        axes.set_title(", ".join(filter(None, [wall, _title(some, place)])), fontsize="medium")
+        axes.set_title(_in_lines([*filter(None, [wall]), *_title(some, place)]), fontsize="medium")
         legend |= {label: handle for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     for axes in panels[len(drawn) :]:
         axes.set_axis_off()
@@ -147,11 +148,31 @@ def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int
         yield dict(zip(rest, numbers, strict=True))
 
 
-def _title(some: xarray.Dataset, place: Mapping[str, int]) -> str:
-    return ", ".join(
+def _title(some: xarray.Dataset, place: Mapping[str, int]) -> list[str]:
+    """The numbers of a panel."""
+    return [
         f"{_short(some[name])}{' =' if '.' in _short(some[name]) else ''} {float(some[name][number]):g}"
         for name, number in place.items()
-    )
+    ]
+
+
+def _in_lines(words: Sequence[str]) -> str:
+    """Words with commas between them, in lines that are no longer than a panel is wide.
+
+    Examples
+    --------
+    >>> _in_lines(["order 0.5", "restitution 1", "intensity 2"])
+    'order 0.5, restitution 1,\\nintensity 2'
+    """
+    lines = [""]
+    for word in words:
+        longer = f"{lines[-1]}, {word}" if lines[-1] else word
+        if lines[-1] and len(longer) > LONGEST_LINE:
+            lines[-1] += ","
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
 
 
 def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str) -> None:

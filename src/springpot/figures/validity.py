@@ -11,7 +11,7 @@ import numpy as np
 
 from springpot.figures.style import method_label, new_grid, panel
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
-from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_FILE, SYSTEMS_GOOD, read_map
+from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_FILE, SYSTEMS_GOOD, exists, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +27,7 @@ NAMES = {
     "impact_rate": "impact rate",
     "impact_speed_mean": "mean impact speed",
     "impact_speed_mean_square": "mean square impact speed",
+    "rarest_impact_rate": "impact rate of the wall struck least",
 }
 LARGEST = 12.0  # per cent at which the colours end
 
@@ -37,10 +38,13 @@ CASES: Mapping[str, Mapping[str, float]] = {
     "one wall\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "hardening": 1.0},
     "one wall\n$\\kappa$ = 1, $r$ = 0.8": {"walls": 1, "restitution": 0.8, "hardening": 1.0},
     "two walls, near\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 0.5, "restitution": 0.8},
+    "unlike walls\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 1.0, "apart": 1.0, "restitution": 0.8},
     "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "colour": 1.0, "hardening": 1.0},
     "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "colour": 1.0, "hardening": 1.0},
 }
 """Columns of `draw_system_gaps`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
+
+_USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "colour": 0.0, "hardening": 0.0}
 
 Cells = Mapping[str, np.ndarray[Any, Any]]
 
@@ -175,6 +179,7 @@ def system_gaps(
     *,
     walls: int = 0,
     position: float = 0.0,
+    apart: float = 0.0,
     restitution: float = 1.0,
     colour: float = 0.0,
     hardening: float = 1.0,
@@ -184,12 +189,12 @@ def system_gaps(
 
     Parameters
     ----------
-    method : {"averaging_amplitude", "linearisation", "envelope", "path_integration"}
+    method : {"averaging_amplitude", "linearisation", "envelope", "half_cycles", "path_integration"}
     moment : str
-        Any of `springpot.theory.result.MOMENTS` but ``"amplitude_mean_square"``.
+        Any of `springpot.theory.reliability.SYSTEMS_GOOD`.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
-    walls, position, restitution, colour, hardening
+    walls, position, apart, restitution, colour, hardening
         The other numbers of `springpot.theory.cells.Cell`.
     path : Path
         The map; the one that comes with the package if left out.
@@ -214,7 +219,10 @@ def system_gaps(
     if method not in SYSTEM_MAPPED or moment not in SYSTEMS_GOOD:
         known = f"method must be one of {', '.join(SYSTEM_MAPPED)} and moment one of {', '.join(SYSTEMS_GOOD)}"
         raise ValueError(f"{known}, not {method!r}, {moment!r}.")
-    case = {"walls": walls, "position": position, "restitution": restitution, "colour": colour, "hardening": hardening}
+    case = {
+        "walls": walls, "position": position, "apart": apart, "restitution": restitution, "colour": colour,
+        "hardening": hardening,
+    }  # fmt: skip
     here = _cells_of(case, path)
     if not here["c"].size:
         numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
@@ -229,7 +237,7 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
     Parameters
     ----------
     moment : str
-        Any of `springpot.theory.result.MOMENTS` but ``"amplitude_mean_square"``.
+        Any of `springpot.theory.reliability.SYSTEMS_GOOD`.
     methods : sequence of str
     path : Path
         The map; the one that comes with the package if left out.
@@ -250,8 +258,7 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
     """
     if moment not in SYSTEMS_GOOD:
         raise ValueError(f"moment must be one of {', '.join(SYSTEMS_GOOD)}, not {moment!r}.")
-    struck = moment.startswith("impact") or moment == "x_mean"
-    cases = {title: case for title, case in CASES.items() if case["walls"] > 0 or not struck}
+    cases = {title: case for title, case in CASES.items() if exists(moment, _USUAL | dict(case))}
     figure, panels = new_grid(1.75 * len(cases) + 1.2, 1.6 * len(methods) + 1.1, len(methods), len(cases))
     image: Any = None
     for number, cell in enumerate(panels):
@@ -281,9 +288,8 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
 def _cells_of(case: Mapping[str, float], path: Path) -> Cells:
     """The cells of one kind of systems."""
     cells = read_map(path)
-    usual = {"position": 0.0, "restitution": 1.0, "colour": 0.0, "hardening": 0.0}
     chosen = np.ones(cells["c"].size, bool)
-    for name, value in (usual | dict(case)).items():
+    for name, value in (_USUAL | dict(case)).items():
         chosen &= cells[name] == value
     return {name: column[chosen] for name, column in cells.items()}
 

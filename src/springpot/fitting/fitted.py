@@ -56,7 +56,8 @@ def fit(
         Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
         walls and nonlinear parts are allowed; the model needs a stationary state.
     seed : int
-        Of the places between the bounds from which the search is repeated, and of simulations.
+        Of the places between the bounds from which the search is repeated; those of simulations are made from it and
+        from each model.
     paths : int, optional
         Of each run in the last round of a fit to `Statistics`: a power of two from 1024.  If left out, so many that the
         simulation adds no more than a tenth to the error of each number, and 65536 at most; where it adds more, a
@@ -66,8 +67,8 @@ def fit(
     progress : callable, optional
         Called with the fraction of the simulations done.
     stop : callable, optional
-        Asked again and again, from any thread: when it returns True, a fit to `Statistics` or to a `Record` ends with
-        the best numbers so far, and a warning.
+        Asked again and again, from any thread: when it returns True, the fit ends with the best numbers so far, and a
+        warning.
 
     Returns
     -------
@@ -177,6 +178,7 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
     if not likelihood.simulated:  # those of statistics were checked before any work
         _check_size(len(own.free), likelihood.size, 2)
         _check_influence(likelihood)
+        likelihood.stop = work.stop
     best = search(likelihood, work.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
@@ -271,7 +273,7 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
     if isinstance(data, Spectrum):
         from springpot.fitting.spectra import SpectrumLikelihood
 
-        return SpectrumLikelihood(model, data, work.seed)
+        return SpectrumLikelihood(model, data, work.seed, work.stop)
     from springpot.fitting.records import RecordLikelihood
 
     return RecordLikelihood(model, data, work.seed, work.stop)

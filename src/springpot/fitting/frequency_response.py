@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from springpot.arguments import LARGEST, finite_number
-from springpot.faults import shown
+from springpot.faults import per_cent, shown
 from springpot.fitting.columns import FloatArray, PointFault, column, frequencies
 from springpot.fitting.motion_data import Of, check_of
 from springpot.parts.checks import put
@@ -97,7 +97,7 @@ class FrequencyResponse:
             place = int(np.argmax(errors > _MOST_ERROR))
             raise PointFault(
                 name, place, f"is too small: with {self.averages:g} averages the error of this point is "
-                f"{100.0 * errors[place]:.0f} %. Leave out points with an error above 50 %.",
+                f"{per_cent(errors[place], 3)}. Leave out points with an error above 50 %.",
             )  # fmt: skip
 
     @property

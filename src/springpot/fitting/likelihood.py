@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.arguments import Free
+from springpot.faults import Stopped
 
 __all__ = ["Coordinates", "LeastSquares", "Likelihood", "Table", "gamma_residuals", "gamma_slope", "moved", "slopes"]
 
@@ -138,7 +139,7 @@ class Likelihood(ABC):
     stopped : bool
         Whether the search was stopped, as was asked.
     least : (float, ndarray) or None
-        The least deviance so far and its numbers, of a likelihood that can be stopped.
+        The least deviance so far and its numbers.
     """
 
     coordinates: Coordinates
@@ -184,7 +185,24 @@ class Likelihood(ABC):
 
     def doubts(self, theta: FloatArray) -> tuple[str, ...]:
         """One sentence for each reason to doubt the numbers that lies in how the fit was made."""
-        return ()
+        return ("The fit was stopped: these are the best numbers so far.",) if self.stopped else ()
+
+    def ask(self) -> None:
+        """Ask whether to go on with the search.
+
+        Raises
+        ------
+        Stopped
+            If not.
+        """
+        if self.stop is not None and self.stop():
+            self.stop, self.stopped = None, True
+            raise Stopped("the fit was stopped before it had found anything.")
+
+    def note(self, deviance: float, theta: FloatArray) -> None:
+        """Keep these numbers if they are the best so far."""
+        if self.least is None or deviance < self.least[0]:
+            self.least = deviance, theta.copy()
 
     def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
         """Which numbers the data may not find: they are held at their lower bound if the data agree as well there."""
@@ -227,8 +245,15 @@ class LeastSquares(Likelihood):
 
     def deviance(self, theta: FloatArray) -> float:
         """The sum of squares."""
-        found = self.residuals(theta)
+        found = self._tried(theta)
         return float(found @ found)
+
+    def _tried(self, theta: FloatArray) -> FloatArray:
+        """The residuals at a place of the search, which may be stopped there."""
+        self.ask()
+        found = self.residuals(theta)
+        self.note(float(found @ found), theta)
+        return found
 
     def scatter(self, theta: FloatArray, moving: int) -> float:
         """Mean square of the residuals, for the degrees of freedom that are left."""
@@ -258,7 +283,7 @@ class LeastSquares(Likelihood):
             return np.asarray((self.jacobian(theta) * own.slope(theta))[:, moves])
 
         def residuals(part: FloatArray) -> FloatArray:
-            return self.residuals(full(part))
+            return self._tried(full(part))
 
         inside = np.clip(begin[moves], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         found = least_squares(

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
-from springpot.files import read_text
+from springpot.files import open_text
 from springpot.fitting.columns import FloatArray, PointFault
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.motion_data import Record, Spectrum
 from springpot.fitting.part_data import Impacts, Moduli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
+from springpot.fitting.rows import numbers_of, rows_of
 from springpot.fitting.statistics import Statistics
 
 __all__ = ["UNITS", "Data", "data_of", "read_data"]
@@ -60,9 +62,10 @@ _SETTINGS = {
     "segment": "a spectrum",
     "noise": "a spectrum or a record", "error": "impacts",
 }  # fmt: skip
-_MOST_BYTES = 500_000_000
-_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(]\s*)([^\])]+?)\s*[\])]?")
-_SETTING = re.compile(r"#\s*([A-Za-z_]+)\s*[=:]\s*(.+?)\s*$")
+MOST_BYTES = 200_000_000
+# no two parts of a pattern may take the same character: the time is then proportional to the length
+_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(])([^\])]+)[\])]?")
+_SETTING = re.compile(r"#\s*([A-Za-z_]+)\s*[=:](.+)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +100,7 @@ def read_data(path: str | Path) -> Data:
         Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
         ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
         ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error``, the
-        last two in SI units.
+        last two in SI units.  The file may have 200 MB, 1000 columns and 20 million numbers.
 
     Returns
     -------
@@ -120,30 +123,51 @@ def read_data(path: str | Path) -> Data:
     [1000000.0, 1500000.0, 2300000.0]
     """
     title = f"data file {str(path)!r}"
-    return data_of(read_text(path, title, _MOST_BYTES), title)
+    with open_text(path, title, MOST_BYTES) as file:
+        return _read(file, title)
 
 
-def data_of(text: str, title: str) -> Data:
-    """Measured data from the text of such a file; `title` names it in what is said of its faults.
+def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Data:
+    """Measured data from the text of such a file.
+
+    Parameters
+    ----------
+    text : str
+    title : str
+        Names it in what is said of its faults.
+    stop : callable, optional
+        Asked at each line whether to stop.
 
     Raises
     ------
     ValueError
         As `read_data`.
+    springpot.faults.Stopped
+        If reading was stopped.
 
     Examples
     --------
     >>> data_of("before_m/s,after_m/s\\n1,0.7\\n2,1.4\\n3,2.1\\n", "impacts.csv").after.tolist()
     [0.7, 1.4, 2.1]
     """
-    cells, settings, lines = _read(text, title)
-    if tuple(cell.strip().lower() for cell in cells[0]) == HEADER:
+    return _read(io.StringIO(text, newline=None), title, stop)
+
+
+def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> Data:
+    settings: dict[str, str] = {}
+    rows = rows_of(file, title, partial(_note, settings=settings, title=title), stop)
+    line, cells = next(rows)
+    heads = [" ".join(cell.split()) for cell in cells]
+    if tuple(head.lower() for head in heads) == HEADER:
+        found = statistics_in(rows, title)
         if settings:
             name = next(iter(settings))
             raise FileFault(f"{title} is not right: {name} is a setting of {_SETTINGS[name]}, not of statistics.")
-        return statistics_in(cells[1:], lines[1:], title)
-    columns = _columns(cells, lines, title)
-    lines = lines[1:]
+        return found
+    known = [_head(head, line, title) for head in heads]
+    values, lines = numbers_of(rows, heads, title)
+    values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
+    columns = [_Column(head, *own, values[:, n]) for n, (head, own) in enumerate(zip(heads, known, strict=True))]
     try:
         return _made(columns, settings)
     except PointFault as fault:
@@ -153,39 +177,9 @@ def data_of(text: str, title: str) -> Data:
         raise FileFault(f"{title} is not right: {fault}") from None
 
 
-def _read(text: str, title: str) -> tuple[list[list[str]], dict[str, str], list[int]]:
-    """Cells with the header first, settings, and the line of each row."""
-    settings: dict[str, str] = {}
-    rows: list[tuple[int, str]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.lstrip().startswith("#"):
-            _note(line, number, settings, title)
-        elif line.strip():
-            rows.append((number, line))
-    if not rows:
-        raise FileFault(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
-    separator = next((mark for mark in "\t;" if mark in rows[0][1]), ",")
-    try:
-        cells = [*csv.reader(io.StringIO("\n".join(line for _, line in rows)), delimiter=separator, strict=True)]
-    except csv.Error as fault:
-        raise FileFault(f"{title} is not a table: {fault}.") from None
-    if len(cells) != len(rows):
-        raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
-    return cells, settings, [number for number, _ in rows]
-
-
-def _columns(cells: list[list[str]], lines: list[int], title: str) -> list[_Column]:
-    heads = [_head(cell, lines[0], title) for cell in cells[0]]
-    values = _numbers(cells[1:], [cell.strip() for cell in cells[0]], lines[1:], title)
-    return [
-        _Column(cell.strip(), name, unit, values[:, n] * UNITS[name][unit])
-        for n, (cell, (name, unit)) in enumerate(zip(cells[0], heads, strict=True))
-    ]
-
-
-def _note(line: str, number: int, settings: dict[str, str], title: str) -> None:
+def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> None:
     """A comment, which may be a setting."""
-    match = _SETTING.match(line.strip())
+    match = _SETTING.fullmatch(line.strip())
     if match is None:
         return
     name = match[1]
@@ -195,12 +189,11 @@ def _note(line: str, number: int, settings: dict[str, str], title: str) -> None:
         return
     if name in settings:
         raise FileFault(f"{title}, line {number}: {name} must be given only once.")
-    settings[name] = match[2]
+    settings[name] = match[2].strip()
 
 
-def _head(cell: str, line: int, title: str) -> tuple[str, str]:
+def _head(text: str, line: int, title: str) -> tuple[str, str]:
     """What a column is, and its unit."""
-    text = cell.strip()
     match = _HEADER.fullmatch(text)
     name = match[1].lower() if match else text.lower()
     if name not in UNITS:
@@ -210,25 +203,10 @@ def _head(cell: str, line: int, title: str) -> tuple[str, str]:
     if match is None:
         unit = next(iter(UNITS[name]))
         raise FileFault(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
-    if match[2] not in UNITS[name]:
+    if (unit := match[2].strip()) not in UNITS[name]:
         units = listed([*UNITS[name]], "or")
-        raise FileFault(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(match[2])}.")
-    return name, match[2]
-
-
-def _numbers(rows: list[list[str]], heads: list[str], lines: list[int], title: str) -> FloatArray:
-    found = np.empty((len(rows), len(heads)))
-    for place, (row, line) in enumerate(zip(rows, lines, strict=True)):
-        if len(row) != len(heads):
-            raise FileFault(f"{title}, line {line}: {len(heads)} numbers are needed, not {len(row)}.")
-        for n, cell in enumerate(row):
-            try:
-                found[place, n] = float(cell)
-            except ValueError:
-                text = cell.strip()
-                what = f"must be a number, not {shown(text)}" if text else "has no number"
-                raise FileFault(f"{title}, line {line}: {heads[n]} {what}.") from None
-    return found
+        raise FileFault(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(unit)}.")
+    return name, unit
 
 
 def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
@@ -238,9 +216,9 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
         raise ValueError("it must have a column frequency_hz (moduli, a spectrum or a frequency response), time_s (a "
                          "record) or before_m/s (impacts), or the header quantity,value,error "
                          "(statistics).")  # fmt: skip
-    for name in names:
-        if names.count(name) > 1 and name not in ("x", "v", "a"):
-            raise ValueError(f"{name} must be one column, not {names.count(name)}.")
+    for name, count in Counter(names).items():
+        if count > 1 and name not in ("x", "v", "a"):
+            raise ValueError(f"{name} must be one column, not {count}.")
     own = {column.name: column for column in columns}
     if first == "time":
         return _record(own["time"], [c for c in columns if c.name != "time"], _given(settings, "a record", {"noise"}))
@@ -268,7 +246,7 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
 def _record(time: _Column, others: list[_Column], settings: dict[str, Any]) -> Record:
     kinds = {column.name for column in others}
     if len(kinds) != 1 or not kinds <= {"x", "v", "a"}:
-        have = listed([column.header for column in others]) if others else "nothing"
+        have = listed([*dict.fromkeys(column.header for column in others)]) if others else "nothing"
         raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
     of: Any = kinds.pop()
     return Record(time.values, np.array([column.values for column in others]), of, **settings)

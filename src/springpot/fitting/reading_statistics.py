@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from itertools import islice
 
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.fitting.columns import PointFault
-from springpot.fitting.statistics import QUANTILE, Statistics
+from springpot.fitting.rows import Row
+from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, Statistics
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 
@@ -32,7 +35,7 @@ _KNOWN = (
     "amplitude_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square",
     "impact_speed_quantile_0.9",
 )  # fmt: skip
-_QUANTITY = re.compile(r"([A-Za-z_][\w.]*)\s*[\[(]\s*([^\])]+?)\s*[\])]")
+_QUANTITY = re.compile(r"([A-Za-z_][\w.]*)\s*[\[(]([^\])]+)[\])]")
 
 
 def unit_of(name: str, unit: str) -> float:
@@ -57,7 +60,7 @@ def unit_of(name: str, unit: str) -> float:
     return units[unit]
 
 
-def statistics_in(rows: list[list[str]], lines: list[int], title: str) -> Statistics:
+def statistics_in(rows: Iterable[Row], title: str) -> Statistics:
     """Statistics from the rows below the header.
 
     Raises
@@ -67,11 +70,13 @@ def statistics_in(rows: list[list[str]], lines: list[int], title: str) -> Statis
 
     Examples
     --------
-    >>> statistics_in([["x_rms (mm)", "2.5", "0.1"]], [2], "data file 'a.csv'").values.tolist()
+    >>> statistics_in([(2, ["x_rms (mm)", "2.5", "0.1"])], "data file 'a.csv'").values.tolist()
     [0.0025]
     """
     found: dict[str, tuple[float, float]] = {}
-    for row, line in zip(rows, lines, strict=True):
+    lines: list[int] = []
+    for line, row in islice(rows, MOST_STATISTICS + 1):
+        lines.append(line)
         where = f"{title}, line {line}"
         if len(row) != len(HEADER):
             raise FileFault(f"{where}: a quantity, its value and its error are needed, not {len(row)} cells.")
@@ -79,7 +84,7 @@ def statistics_in(rows: list[list[str]], lines: list[int], title: str) -> Statis
         if match is None:
             raise FileFault(f"{where}: {shown(row[0].strip())} must be a quantity with its unit, as x_rms (mm).")
         try:
-            factor = unit_of(match[1], match[2])
+            factor = unit_of(match[1], match[2].strip())
         except ValueError as fault:
             raise FileFault(f"{where}: {fault}") from None
         if match[1] in found:

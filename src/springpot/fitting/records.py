@@ -65,7 +65,7 @@ class RecordLikelihood(Likelihood):
         _check_length(model, data)
         self._filtered(np.array([float(number) for number in free]), free)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
-        self._spectrum = SpectrumLikelihood(model, without_leakage)
+        self._spectrum = SpectrumLikelihood(model, without_leakage, stop=stop)
         self.coordinates = Coordinates(self._begin(free, seed))
 
     def _begin(self, free: tuple[Free, ...], seed: int) -> tuple[Free, ...]:
@@ -87,18 +87,14 @@ class RecordLikelihood(Likelihood):
 
     def deviance(self, theta: FloatArray) -> float:
         """-2 ln L."""
-        if self.stop is not None and self.stop():
-            self.stop, self.stopped = None, True
-            raise Stopped("the fit was stopped before it had found anything.")
+        self.ask()
         found = self._filtered(theta, self.coordinates.free)[0]
-        if self.least is None or found < self.least[0]:
-            self.least = found, theta.copy()
+        self.note(found, theta)
         return found
 
     def doubts(self, theta: FloatArray) -> tuple[str, ...]:
-        """Whether it was stopped."""
-        said = "The fit was stopped: these are the best numbers so far, with errors as the spectrum has them."
-        return (said,) if self.stopped else ()
+        """Whether it was stopped, and where its errors come from then."""
+        return tuple(f"{said[:-1]}, with errors as the spectrum has them." for said in super().doubts(theta))
 
     def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
         """Measurement noise, where the data agree about as well with none."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.arguments import finite_number
-from springpot.faults import listed, meant, shown
+from springpot.faults import listed, meant, name_results, shown
 from springpot.fitting.estimate import Confusion, Solution, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
 
@@ -134,6 +134,9 @@ class Fit:
     choices: tuple[Choice, ...] = ()
     _likelihood: Likelihood | None = field(default=None, repr=False)
     _best: Solution | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        name_results(self, "values", "errors")
 
     @property
     def residuals(self) -> NDArray[np.float64]:

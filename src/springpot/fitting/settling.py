@@ -20,7 +20,8 @@ from springpot.fitting.moments import case_of
 from springpot.fitting.screening import screened
 from springpot.fitting.simulated import Measured, MomentsLikelihood
 from springpot.fitting.statistics import Statistics
-from springpot.free_numbers import free_numbers
+from springpot.free_numbers import free_numbers, with_values
+from springpot.options import own_seed
 from springpot.oscillator import Oscillator
 from springpot.simulation.simulation import Progress
 from springpot.system import System
@@ -73,7 +74,8 @@ def settled(
     free = tuple(free_numbers(tuple(model for model, _ in cases)).values())
     own, telling = Coordinates(free), Telling(progress, stop)
     start = own.named(np.array([float(number) for number in free]))
-    begun = [case_of(model, data, start, seed, threads, telling.alive) for model, data in cases]
+    seeds = [own_seed(seed, {"case": n, **with_values(model, start).to_dict()}) for n, (model, _) in enumerate(cases)]
+    begun = [case_of(*case, start, each, threads, telling.alive) for case, each in zip(cases, seeds, strict=True)]
     search = _Search(Explorer(begun, own, seed, paths, telling), Measured.of([data for _, data in cases]))
     try:
         search.check_influence()

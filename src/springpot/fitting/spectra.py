@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -54,14 +55,18 @@ class SpectrumLikelihood(LeastSquares):
     data : Spectrum
     seed : int
         Of the search without leakage, from which that with leakage starts.
+    stop : callable, optional
+        Tells whether to end with the best numbers so far.
 
     Notes
     -----
     P. Whittle, "Estimation and information in stationary time series", Arkiv för Matematik 2 (1953).
     """
 
-    def __init__(self, model: System | Oscillator, data: Spectrum, seed: int = 1) -> None:
-        self.model, self.data = model, data
+    def __init__(
+        self, model: System | Oscillator, data: Spectrum, seed: int = 1, stop: Callable[[], bool] | None = None
+    ) -> None:
+        self.model, self.data, self.stop = model, data, stop
         free = (*free_numbers(model).values(),)
         if data.noise is None:
             check_name(free)
@@ -72,7 +77,7 @@ class SpectrumLikelihood(LeastSquares):
         self._root = data.averages**0.5
         self._grid = 0
         if data.window is not None and free:
-            rough = SpectrumLikelihood(model, replace(data, window=None, segment=None))
+            rough = SpectrumLikelihood(model, replace(data, window=None, segment=None), stop=stop)
             theta = rough.coordinates.outer(search(rough, seed).u)
             self.coordinates = Coordinates(moved(free, theta))
             self.smooth_start = True

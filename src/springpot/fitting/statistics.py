@@ -14,7 +14,9 @@ from springpot.faults import shown
 from springpot.fitting.columns import FloatArray, PointFault
 from springpot.parts.checks import put
 
-__all__ = ["QUANTILE", "Statistics"]
+__all__ = ["MOST_STATISTICS", "QUANTILE", "Statistics"]
+
+MOST_STATISTICS = 1000
 
 QUANTILE = re.compile(r"(x|v|amplitude|impact_speed)_quantile_(0\.\d+)")
 """The name of a quantile: of what, and its probability."""
@@ -100,6 +102,8 @@ class Statistics:
     def _fill(self, pairs: Mapping[str, Any], correlation: Any) -> None:
         if not pairs:
             raise ValueError(f"Statistics must have at least one statistic, such as {_EXAMPLE}.")
+        if len(pairs) > MOST_STATISTICS:
+            raise ValueError(f"Statistics must have at most {MOST_STATISTICS:,} statistics.")
         numbers = [_pair(place, name, pair) for place, (name, pair) in enumerate(pairs.items())]
         values, errors = np.array(numbers).T
         put(self, names=tuple(pairs), values=_fixed(values), errors=_fixed(errors))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+from springpot.faults import per_cent
 from springpot.oscillator import Oscillator, Springpot
 from springpot.paper.errata import ERRATA, Erratum
 from springpot.paper.montecarlo import Collapse, Estimate, Gap, Point, collapse, pooled, shortfall
@@ -107,7 +108,7 @@ def _start(rows: Sequence[Point]) -> list[str]:
         return [f"An adapted start is right when x(0) is the stationary mean of x; at {where} no pilot run could tell."]
     return [
         "An adapted start is right when x(0) is the stationary mean of x. It is found by pilot runs; the mean of the",
-        f"last one differed from its start by at most {100.0 * worst.start_residual:.2g} % of the r.m.s. of x",
+        f"last one differed from its start by at most {per_cent(worst.start_residual)} of the r.m.s. of x",
         f"({where}), sampling error included, and x(0) was then corrected by that difference.",
     ]
 

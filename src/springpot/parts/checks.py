@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import fields
+from typing import Any, Self
 
 from springpot.arguments import LARGEST, finite_number
-from springpot.faults import shown
+from springpot.faults import listed, meant, shown
 
-__all__ = ["coefficients", "positive", "put", "real", "signed", "unsigned"]
+__all__ = ["Part", "coefficients", "positive", "put", "real", "signed", "unsigned"]
+
+
+class Part:
+    """What every part is: it says which argument was probably meant where it is given one that it does not have.
+
+    Examples
+    --------
+    >>> from springpot.parts import Barrier
+    >>> Barrier(-1.0, e=0.8)
+    Traceback (most recent call last):
+    TypeError: Barrier has no argument 'e'; did you mean restitution?
+    """
+
+    def __new__(cls, *_: object, **given: object) -> Self:
+        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        for name in given:
+            if name not in known:
+                raise TypeError(f"{cls.__name__} has no argument {shown(name)}{meant(name, known) or _all(known)}")
+        return super().__new__(cls)
+
+
+def _all(names: list[str]) -> str:
+    return f": its argument is {names[0]}." if len(names) == 1 else f": its arguments are {listed(names)}."
 
 
 def put(part: object, **values: Any) -> None:

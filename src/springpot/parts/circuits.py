@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
-from springpot.parts.checks import positive, put
+from springpot.parts.checks import Part, positive, put
 
 __all__ = ["Circuit"]
 
 
 @dataclass(frozen=True)
-class Circuit:
+class Circuit(Part):
     """A piezoelectric element with a resistor across it.
 
     The element pulls on the mass with the force theta V, and Cp V' + V / R = theta x'.  The power V^2 / R is what a
@@ -56,6 +57,10 @@ class Circuit:
     def time(self) -> float:
         """R Cp, in s."""
         return self.resistance * self.capacitance
+
+    def modulus(self, p: Any) -> Any:
+        """Force per displacement at the Laplace variable p: of a number or an array."""
+        return self.coupling**2 / self.capacitance * p / (p + 1.0 / self.time)
 
     def per_mass(self, mass: float) -> Circuit:
         """The same part of a system that is divided by its mass: the voltage is then over the root of the mass."""

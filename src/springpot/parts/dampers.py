@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from springpot.parts.checks import coefficients, positive, put, signed, unsigned
+from springpot.parts.checks import Part, coefficients, positive, put, signed, unsigned
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
 
 @dataclass(frozen=True)
-class Dashpot:
+class Dashpot(Part):
     """A linear damper: the force c v.
 
     Parameters
@@ -44,7 +44,7 @@ class Dashpot:
 
 
 @dataclass(frozen=True)
-class PolynomialDashpot:
+class PolynomialDashpot(Part):
     """A nonlinear damper: the force c1 v + c2 v abs(v) + c3 v^3.
 
     Parameters
@@ -90,7 +90,7 @@ class PolynomialDashpot:
 
 
 @dataclass(frozen=True)
-class VanDerPol:
+class VanDerPol(Part):
     """A damper that feeds small motions and damps large ones: the force mu (x^2 - l^2) v.
 
     Parameters
@@ -131,7 +131,7 @@ class VanDerPol:
 
 
 @dataclass(frozen=True)
-class Friction:
+class Friction(Part):
     """Dry (Coulomb) friction: a force of constant size against the velocity, which also holds the mass at rest.
 
     Parameters

@@ -10,7 +10,7 @@ from typing import Literal
 from springpot.arguments import finite_number
 from springpot.device import DensityUnit, Sides, intensity_from_psd
 from springpot.faults import shown
-from springpot.parts.checks import positive, put, real, unsigned
+from springpot.parts.checks import Part, positive, put, real, unsigned
 
 __all__ = [
     "ColouredNoise", "Constant", "FilteredNoise", "Force", "Harmonic", "On", "ParametricNoise", "PoissonImpulses",
@@ -23,7 +23,7 @@ force is -m a."""
 
 
 @dataclass(frozen=True)
-class WhiteNoise:
+class WhiteNoise(Part):
     """Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
 
     Parameters
@@ -92,7 +92,7 @@ class WhiteNoise:
 
 
 @dataclass(frozen=True)
-class ColouredNoise:
+class ColouredNoise(Part):
     """Exponentially correlated (Ornstein-Uhlenbeck) noise, E[y(t) y(s)] = s2 exp(-\\|t - s\\| / tau).
 
     Parameters
@@ -139,7 +139,7 @@ class ColouredNoise:
 
 
 @dataclass(frozen=True)
-class FilteredNoise:
+class FilteredNoise(Part):
     """White noise filtered by the ground (Kanai-Tajimi): wg^2 u + 2 zg wg u', with u'' + 2 zg wg u' + wg^2 u = white.
 
     Parameters
@@ -196,7 +196,7 @@ class FilteredNoise:
 
 
 @dataclass(frozen=True)
-class Constant:
+class Constant(Part):
     """A constant force, such as a weight.
 
     Parameters
@@ -226,7 +226,7 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class Harmonic(Part):
     """A harmonic force F cos(nu t + phase), the phase of each path random: averages are those over a whole period.
 
     Parameters
@@ -267,7 +267,7 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class Recorded(Part):
     """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
 
     A run begins at the first point.
@@ -326,7 +326,7 @@ class Recorded:
 
 
 @dataclass(frozen=True)
-class Force:
+class Force(Part):
     """A force of your own, f(t, x, v), which Numba can compile.
 
     Parameters
@@ -367,7 +367,7 @@ class Force:
 
 
 @dataclass(frozen=True)
-class PoissonImpulses:
+class PoissonImpulses(Part):
     """Random impulses at random times: a Poisson process of impulses of normal, independent sizes of mean zero.
 
     Parameters
@@ -418,7 +418,7 @@ class PoissonImpulses:
 
 
 @dataclass(frozen=True)
-class ParametricNoise:
+class ParametricNoise(Part):
     """A white noise that multiplies the displacement, in the sense of Ito and of Stratonovich alike: the force x xi2.
 
     Parameters
@@ -448,7 +448,7 @@ class ParametricNoise:
 
 
 @dataclass(frozen=True)
-class ThermalNoise:
+class ThermalNoise(Part):
     """The noise of every dissipator at one temperature: with it, and elastic walls, the motion obeys Boltzmann's law.
 
     Each dashpot, springpot, arm and circuit has the noise that the fluctuation-dissipation theorem gives it.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from springpot.parts.checks import positive, put
+from springpot.parts.checks import Part, positive, put
 
 __all__ = ["Mass"]
 
 
 @dataclass(frozen=True)
-class Mass:
+class Mass(Part):
     """The mass on the coordinate x.
 
     Without it, every other number of a system is per unit mass, as in `springpot.Oscillator`.

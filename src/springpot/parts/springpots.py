@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from springpot.arguments import LARGEST, finite_number
 from springpot.faults import shown
-from springpot.parts.checks import positive, put, signed
+from springpot.parts.checks import Part, positive, put, signed
 from springpot.parts.springs import Spring
 
-__all__ = ["Maxwell", "Series", "Springpot"]
+__all__ = ["Maxwell", "Series", "Springpot", "resonance"]
+
+_ROUNDS, _SETTLED = 500, 1e-14  # of the resonance
 
 
 @dataclass(frozen=True)
-class Springpot:
+class Springpot(Part):
     """The element with power-law memory: a force C D^alpha x.
 
     Parameters
@@ -75,7 +79,7 @@ class Springpot:
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(Part):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -130,7 +134,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Maxwell:
+class Maxwell(Part):
     """A spring and a dashpot in series.
 
     Parameters
@@ -172,3 +176,27 @@ class Maxwell:
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p."""
         return self.stiffness * self.coefficient * p / (self.stiffness + self.coefficient * p)
+
+
+class _Element(Protocol):
+    def modulus(self, p: Any) -> Any: ...
+
+
+def resonance(square: float, elements: Iterable[_Element]) -> float:
+    """Frequency at which springs and elements with memory together swing a unit mass, in rad/s.
+
+    The root w of w^2 = square + Re K(iw), with K the modulus of all elements.  ``square`` is the stiffness of the
+    springs over the mass, and must be positive.
+
+    Examples
+    --------
+    >>> round(resonance(1.0, [Springpot(0.5, 1.0)]), 4)
+    1.3496
+    """
+    elements, found = tuple(elements), square
+    for _ in range(_ROUNDS):  # from below: of several roots that nearest to the springs' own; contracts by order / 2
+        before, p = found, 1j * math.sqrt(found)
+        found = square + math.fsum(element.modulus(p).real for element in elements)
+        if abs(found - before) <= _SETTLED * found:
+            break
+    return math.sqrt(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from springpot.parts.checks import coefficients, put, real, signed
+from springpot.parts.checks import Part, coefficients, put, real, signed
 
 __all__ = ["PolynomialSpring", "Spring"]
 
@@ -13,7 +13,7 @@ _MOST_POWERS = 9
 
 
 @dataclass(frozen=True)
-class Spring:
+class Spring(Part):
     """A linear spring: the restoring force k x.
 
     Parameters
@@ -48,7 +48,7 @@ class Spring:
 
 
 @dataclass(frozen=True)
-class PolynomialSpring:
+class PolynomialSpring(Part):
     """A nonlinear spring: the restoring force k1 x + k2 x^2 + k3 x^3 + ...
 
     Parameters

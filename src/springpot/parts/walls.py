@@ -9,7 +9,7 @@ from typing import Literal
 
 from springpot.arguments import finite_number
 from springpot.faults import shown
-from springpot.parts.checks import positive, put, real, unsigned
+from springpot.parts.checks import Part, positive, put, real, unsigned
 
 __all__ = [
     "Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "restitution_of_missed",
@@ -24,7 +24,7 @@ RestitutionLaw = Callable[[float], float]
 
 
 @dataclass(frozen=True)
-class PowerRestitution:
+class PowerRestitution(Part):
     """A restitution that falls with the speed of the impact: r(v) = min(1, restitution (v / speed)^-exponent).
 
     Parameters
@@ -69,7 +69,7 @@ class PowerRestitution:
 
 
 @dataclass(frozen=True)
-class Barrier:
+class Barrier(Part):
     """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
 
     Parameters
@@ -126,7 +126,7 @@ class Barrier:
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Part):
     """A soft stop: beyond its position it pushes back with k d^p (1 + chi d'), where d is the penetration.
 
     Parameters

@@ -24,13 +24,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.arguments import finite_number
-from springpot.faults import few, meant
+from springpot.faults import few, meant, per_cent
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.compose import Floats
-from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words, per_cent
+from springpot.simulation.cost import Clock, Estimate, FractionDone, OutOfTime, in_words
 from springpot.simulation.decision import MOST_FINER, Known, Move, Standing, decide
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.lanes import LANES

@@ -14,6 +14,7 @@ from springpot.parts.walls import restitution_of_missed, slow_restitution
 from springpot.simulation.completed_rate import are_crowded, at_walls
 from springpot.simulation.compose import Floats
 from springpot.simulation.decision import NORMAL, Known, bias_range
+from springpot.simulation.few_events import errors_of_unseen
 from springpot.simulation.forgetting import SLOW, shares_missing, system_shares_missing
 from springpot.simulation.levels import Levels, forgetting_time_of
 from springpot.simulation.simulation import Simulation
@@ -129,6 +130,7 @@ def combine(levels: Levels) -> Estimates:
         middle, half = bias_range(orders, levels.finer)
         values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
         shares[name] = orders, half
+    errors |= errors_of_unseen(values, simulation.impacts(levels.best.rows), simulation.watched(levels.best.rows))
     rate = values.get("impact_rate", math.nan)
     restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
     slow = _slow_shares(problem, settings.window[0], values)

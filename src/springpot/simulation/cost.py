@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
-__all__ = ["Clock", "Estimate", "FractionDone", "OutOfTime", "in_words", "per_cent"]
+__all__ = ["Clock", "Estimate", "FractionDone", "OutOfTime", "in_words"]
 
 
 @dataclass(frozen=True)
@@ -108,14 +108,3 @@ def in_words(seconds: float) -> str:
             number = max(seconds / size, 1.0)
             return f"{float(f'{number:.2g}'):g} {unit}"
     return f"{float(f'{seconds / 86400.0:.2g}'):g} days"
-
-
-def per_cent(share: float) -> str:
-    """With two digits at most, and no powers of ten.
-
-    Examples
-    --------
-    >>> [per_cent(share) for share in (0.0123, 2.0)]
-    ['1.2 %', '200 %']
-    """
-    return f"{float(f'{100.0 * share:.2g}'):g} %"

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.arguments import finite_number
+from springpot.faults import per_cent
 from springpot.simulation.accuracy import checked_quantities
 from springpot.simulation.budget import Budget, combine
 from springpot.simulation.completed_rate import are_crowded
-from springpot.simulation.cost import Estimate, FractionDone, per_cent
+from springpot.simulation.cost import Estimate, FractionDone
 from springpot.simulation.decision import NORMAL, Known, bias_range
 from springpot.simulation.lanes import LANES
 from springpot.simulation.levels import Level, Levels, levels_of

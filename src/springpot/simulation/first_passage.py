@@ -91,8 +91,8 @@ def checked(problem: Oscillator | System, settings: Settings, wanted: Wanted | N
     Parameters
     ----------
     wanted : dict
-        Name and level of each quantity; ``distance`` may have a pair of level and reference, and any other name is an
-        observable's, with a pair of a function f(t, x, v) and a level.
+        Name and level of each quantity; ``distance`` may have ``{"level": ..., "reference": ...}``, and any other name
+        is an observable's, with a pair of a function f(t, x, v) and a level.
 
     Raises
     ------
@@ -113,16 +113,14 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
         function, given = _observable(name, given)
         level, parts = finite_number(given, title, low=-LARGEST, high=LARGEST), _observable_parts(name, function)
     else:
-        if name == "distance":
-            given, reference = given if isinstance(given, tuple | list) and len(given) == 2 else (given, 0.0)
-            reference = finite_number(reference, "first_passage reference of distance", low=-LARGEST, high=LARGEST)
+        given, reference = _level_and_reference(name, given)
         signed = name in ("x", "v")
         low = -LARGEST if signed else 0.0
         level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
         if signed:
             sign = _direction(problem, settings, name, level)
         parts = _parts(name)
-    frequency = problem.natural_frequency
+    frequency = problem.resonance if name == "amplitude" else problem.natural_frequency
     if name in ("amplitude", "energy") and not frequency > 0.0:
         raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
     squared = 0.5 * (frequency * level) ** 2 if name == "amplitude" else level
@@ -134,6 +132,24 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
     initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency]])
     observer = Observer(*parts, initial.ravel(), per_path=True)
     return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
+
+
+def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
+    """The level of a quantity, not yet checked, and the reference of a distance."""
+    if isinstance(given, tuple | list | np.ndarray):
+        raise TypeError(
+            f"first_passage of {name} must be one level, not {shown(given)}; that of a distance from a reference is "
+            "{'level': 0.004, 'reference': 0.006}."
+        )
+    if not isinstance(given, Mapping):
+        return given, 0.0 if name == "distance" else math.nan
+    if name != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
+        raise ValueError(
+            f"first_passage of {name} must be one level, not {shown(given)}; only that of distance may have a level "
+            "and a reference, as {'level': 0.004, 'reference': 0.006}."
+        )
+    where = "first_passage reference of distance"
+    return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
 
 
 def _intensity(problem: Oscillator | System) -> float:

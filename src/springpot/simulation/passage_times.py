@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import per_cent
+
 __all__ = ["PassageTimes"]
 
 Floats = npt.NDArray[np.float64]
@@ -161,7 +163,7 @@ class PassageTimes:
         if not censored.any():
             return *self.restricted_mean, ""
         half = 0.5 * self.horizon
-        share = f"{100.0 * self.share_censored:.2g} % of the paths have not passed by the end of the run"
+        share = f"{per_cent(self.share_censored)} of the paths have not passed by the end of the run"
         seen = np.minimum(self.times, self.horizon)
         late = (self.times > half) & ~censored
         exposure = np.maximum(seen - half, 0.0)
@@ -239,7 +241,7 @@ class PassageTimes:
         if assumed and not mean - self.restricted_mean[0] < error:
             sentences.append(f"{name}: {assumed}")
         if self.share_at_start > 0.0:
-            share = f"{100.0 * self.share_at_start:.2g} %"
+            share = per_cent(self.share_at_start)
             sentences.append(
                 f"{name}: {share} of the paths were beyond the level when the clock started; their time is 0."
             )

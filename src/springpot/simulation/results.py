@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import name_results
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact
 from springpot.simulation.adapted_start import Adapted
@@ -85,6 +86,9 @@ class Run:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
+
+    def __post_init__(self) -> None:
+        name_results(self, "values", "errors", "budgets", "distributions", "extremes", "first_passages")
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, strings, lists and dicts; NaN is None.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
 from springpot.simulation.adapted import adapt
 from springpot.simulation.distributions import Distribution
+from springpot.simulation.few_events import about_few, error_of_unseen
 from springpot.simulation.first_passage import from_the_start
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.observed import Observable, Requested, requested
@@ -35,7 +37,8 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
-from springpot.system import System
+from springpot.system import System, owners_of
+from springpot.theory.walls import about_walls, named_walls
 
 if TYPE_CHECKING:
     import xarray
@@ -122,7 +125,7 @@ def run_as_given(
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
-            near = meant(name, known) or f"; there are {few(sorted(known))}."
+            near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
@@ -165,6 +168,7 @@ def run_as_given(
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
     for name, (value, samples) in observed.counted_impacts.items():
         values[name], errors[name] = value, standard_error(samples)
+    errors |= _errors_of_own(simulation, wanted, values, ensemble.rows)
     speeds = observed.distributions.get("impact_speed")
     warnings = (
         *about_default_start(problem, given),
@@ -189,6 +193,19 @@ def run_as_given(
         path_sums=ensemble.rows,
         adapted=adapted,
     )
+
+
+def _errors_of_own(
+    simulation: Simulation, wanted: Requested, values: dict[str, float], rows: npt.NDArray[np.float64]
+) -> dict[str, float]:
+    """The errors of what the user wanted of impacts, where none was seen."""
+    found = {}
+    if values.get("counted_impact_rate") == 0.0:
+        found["counted_impact_rate"] = error_of_unseen(simulation.watched(rows))
+    impacts = simulation.impacts(rows).get("")
+    if impacts is not None and not impacts.any():
+        found |= dict.fromkeys(wanted.impact_observables, math.nan)
+    return found
 
 
 def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
@@ -247,7 +264,20 @@ def doubts_of(
 ) -> tuple[str, ...]:
     """One sentence for each reason to doubt a number; ``bounded``: the total errors include those of the step."""
     of = doubts_of_system if isinstance(simulation.problem, System) else doubts
-    return tuple(of(simulation, values, errors, rows, bounded=bounded))
+    return (*of(simulation, values, errors, rows, bounded=bounded), *_about_impacts(simulation, values, rows))
+
+
+def _about_impacts(simulation: Simulation, values: dict[str, float], rows: npt.NDArray[np.float64]) -> Iterator[str]:
+    """One sentence for each wall that is misplaced, it seems, or of which few impacts were seen."""
+    problem = simulation.problem
+    if not math.isfinite(values["x_mean_square"]):
+        return
+    rates = {name: values[f"{name}_impact_rate" if name else "impact_rate"] for name in named_walls(problem)}
+    said = about_walls(problem, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
+    yield from said.values()
+    impacts = simulation.impacts(rows)
+    few = {name: impacts[name] for name, rate in rates.items() if math.isfinite(rate) and name not in said}
+    yield from about_few(few, simulation.watched(rows))
 
 
 def _run_to(
@@ -345,8 +375,8 @@ def simulate(
     first_passage : dict
         Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
         ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
-        x - reference with a pair ``(level, reference)``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m) is
-        sqrt(x^2 + v^2 / Omega^2);
+        x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"``
+        (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
         ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
         f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
         left out.
@@ -364,7 +394,10 @@ def simulate(
     window : (float, float)
         Averages are taken over window[0] < t <= window[1]; the second half of the run if left out.
     seed : int
-        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.
+        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Path n of every system has then
+        the same normals, so that unlike systems deviate alike from their true values: a difference of two systems is
+        known better than each, but an average over systems is not better for their number.  Give each its own seed
+        where errors must be independent, as `springpot.comparison.compare`, studies and fits do.
     threads : int
         All available ones if left out.
     scheme : {"default", "grunwald"}
@@ -403,7 +436,8 @@ def simulate(
         Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, ``amplitude_mean_square`` (x^2 + v^2 / Omega^2),
         ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
         ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
-        end of the run, each with a twin ``_se``; impact rate and speeds, the quantiles of the impact speed and of the
+        end of the run, each with a twin ``_se``, a bound where no impact was seen: 1.96 of it are 3 / (paths x length
+        of the window); impact rate and speeds, the quantiles of the impact speed and of the
         largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.
         With ``rtol`` the first seven have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.
         A system that is no oscillator has ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots,

@@ -19,6 +19,7 @@ from springpot.arguments import finite_number
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.compose import Floats
+from springpot.simulation.few_events import errors_of_unseen
 from springpot.simulation.scales import scales_of
 from springpot.simulation.settings import Settings, resolve
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
@@ -134,12 +135,15 @@ class _Samples:
 
 
 def _run(simulation: Simulation, stream: int, progress: Progress | None) -> _Samples:
-    estimates = simulation.samples(simulation.advance(stream=stream, progress=progress).rows)
+    rows = simulation.advance(stream=stream, progress=progress).rows
+    estimates = simulation.samples(rows)
     balance = estimates["energy_residual"][1][:, None]
     for speed, flux in _FLUXES.items():  # rate times speed, linearised
         (rate, rates), (mean, means) = estimates["impact_rate"], estimates[speed]
         estimates[flux] = rate * mean, rates * mean + rate * (means - mean)
-    shared = simulation.errors_of_the_start({name: value for name, (value, _) in estimates.items()})
+    values = {name: value for name, (value, _) in estimates.items()}
+    shared = simulation.errors_of_the_start(values)
+    shared |= errors_of_unseen(values, simulation.impacts(rows), simulation.watched(rows))
     return _Samples({name: controlled(samples, balance) for name, (_, samples) in estimates.items()}, shared)
 
 

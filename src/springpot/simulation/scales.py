@@ -85,17 +85,11 @@ def _energy_time(oscillator: Oscillator) -> float:
 def _slowing(oscillator: Oscillator) -> float:
     """Ratio of the decay rate by averaging at Omega to the actual one: the springpot's stiffness raises the frequency.
 
-    The frequency is w, with
-
-    w^2 = Omega^2 + C w^alpha cos(alpha pi / 2) without a wall; with a wall the stiffness is smaller.  The springpot's
-    power is proportional to w^(alpha - 1), and it stores the part alpha (w^2 - Omega^2) / (2 w^2) of the energy.
+    At the resonance w without a wall (with a wall the stiffness is smaller) the springpot's power is proportional to
+    w^(alpha - 1), and it stores the part alpha (w^2 - Omega^2) / (2 w^2) of the energy.
     """
-    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
-    in_phase = oscillator.springpot.coefficient * math.cos(0.5 * math.pi * order)
-    square = stiffness
-    for _ in range(60):  # contracts by alpha / 2 at least
-        square = stiffness + in_phase * math.pow(square, 0.5 * order)
-    return math.pow(square / stiffness, 0.5 * (1.0 - order)) * (1.0 + 0.5 * order * (1.0 - stiffness / square))
+    order, ratio = oscillator.springpot.order, oscillator.resonance / oscillator.natural_frequency
+    return math.pow(ratio, 1.0 - order) * (1.0 + 0.5 * order * (1.0 - ratio**-2))
 
 
 def _creep_time(oscillator: Oscillator) -> float:

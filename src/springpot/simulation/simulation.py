@@ -16,6 +16,7 @@ from springpot.crew import work_together
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.compose import Floats, Parts, compose
+from springpot.simulation.few_events import errors_of_unseen
 from springpot.simulation.kernel import COLUMNS, block
 from springpot.simulation.lanes import LANES
 from springpot.simulation.observers import BATCHES, HEADER, Observer, Observers
@@ -25,7 +26,7 @@ from springpot.simulation.scales import Scales
 from springpot.simulation.settings import Settings
 from springpot.simulation.slow_impacts import impacts_are_countable
 from springpot.simulation.statistics import ratio, residual, standard_error
-from springpot.simulation.system_results import errors_of_the_start_of_system, samples_of_system
+from springpot.simulation.system_results import errors_of_the_start_of_system, impacts_of_system, samples_of_system
 from springpot.simulation.system_scales import scales_of_problem
 from springpot.system import System
 from springpot.units import UNITS
@@ -231,13 +232,27 @@ class Simulation:
         -------
         values, errors : dict
             Keys of `UNITS`.  With a single path the errors are NaN; a speed without impacts is NaN, and so are impact
-            rate and speeds at a restitution that makes infinitely many impacts.
+            rate and speeds at a restitution that makes infinitely many impacts.  What is 0 since no impact was seen has
+            the errors of `springpot.simulation.few_events`.
         """
         samples = self.samples(rows)
         names = tuple(UNITS) if isinstance(self.problem, Oscillator) else tuple(samples)
         values = {name: samples[name][0] for name in names}
         start = self.errors_of_the_start(values)
-        return values, {name: math.hypot(standard_error(samples[name][1]), start[name]) for name in names}
+        errors = {name: math.hypot(standard_error(samples[name][1]), start[name]) for name in names}
+        return values, errors | errors_of_unseen(values, self.impacts(rows), self.watched(rows))
+
+    def impacts(self, rows: Floats) -> dict[str, Floats]:
+        """Impacts of each path in the window: on each wall of a system by its name, on all under an empty one."""
+        column = dict(zip(self.parts.columns, rows.T, strict=True))
+        if isinstance(self.problem, System):
+            return impacts_of_system(self.problem, column)
+        return {} if self.problem.barrier is None else {"": column["impacts"]}
+
+    def watched(self, rows: Floats) -> float:
+        """The time in all windows together, in s."""
+        low, high = self.settings.window_steps
+        return len(rows) * (high - low) * self.settings.step
 
     def errors_of_the_start(self, values: dict[str, float]) -> dict[str, float]:
         """Standard error of each value due to the sampling error of an adapted x(0), which is the same for all paths.

@@ -33,7 +33,7 @@ from springpot.simulation.walls import Soft
 from springpot.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["errors_of_the_start_of_system", "samples_of_system", "taken_by_walls", "uncountable"]
+__all__ = ["errors_of_the_start_of_system", "impacts_of_system", "samples_of_system", "taken_by_walls", "uncountable"]
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
@@ -137,6 +137,12 @@ def samples_of_system(system: System, parts: Parts, settings: Settings, rows: Fl
         undefined = math.nan, np.full(len(rows), np.nan)
         samples |= {name: undefined for name in samples if "impact_" in name}
     return samples
+
+
+def impacts_of_system(system: System, column: dict[str, Floats]) -> dict[str, Floats]:
+    """Impacts of each path: on each wall and contact by its name, on all of them under an empty one."""
+    at_walls = {name: sums[0] for name, sums in _at_walls(system, column).items()}
+    return {"": column["impacts"], **at_walls} if at_walls else {}
 
 
 def _has_damping(system: System) -> bool:

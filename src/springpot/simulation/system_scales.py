@@ -36,6 +36,7 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.parts.springpots import resonance
 from springpot.parts.walls import restitution_at
 from springpot.potential import Potential
 from springpot.simulation.scales import Scales, scales_of
@@ -186,9 +187,9 @@ def _from(holds: Callable[[FloatArray], NDArray[np.bool_]], before: float, after
     return float(after)
 
 
-def dissipated(unit: System, law: BoltzmannLaw) -> float:
-    """Power taken out by dampers, memory and walls at this law, per unit mass."""
-    theta, w = law.temperature, law.frequency
+def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
+    """Power taken out by dampers, memory and walls per unit mass; at the frequency of the law if none is given."""
+    theta, w = law.temperature, law.frequency if frequency is None else frequency
     rate, power = 0.0, 0.0
     for part in unit.parts:
         match part:
@@ -285,7 +286,10 @@ def system_scales(system: System) -> SystemScales:
             case Harmonic():
                 rates.append(0.5 * part.frequency)
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
-    taken = dissipated(unit, law) + _fed_by_dampers(unit, law)
+    # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
+    pots = [pot for pot in unit.of(Springpot) if pot.remembers]
+    stiffened = resonance(law.frequency**2, [*pots, *unit.of(Series), *unit.of(Maxwell), *unit.of(Circuit)])
+    taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
     return SystemScales(
         fastest_rate=max(rates),

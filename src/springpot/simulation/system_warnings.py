@@ -8,11 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import listed
+from springpot.faults import listed, per_cent
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Recorded, ThermalNoise, WhiteNoise
 from springpot.parts.walls import restitution_of_missed
-from springpot.simulation.cost import per_cent
 from springpot.simulation.forgetting import MOST_TRANSIENT
 from springpot.simulation.kernel import COLUMNS
 from springpot.simulation.settings import default_start
@@ -108,7 +107,7 @@ def _about_window(simulation: Simulation, system: System) -> Iterator[str]:
     left = math.exp(-settings.window[0] / scales.relaxation_time)
     if left > MOST_TRANSIENT:
         yield (
-            f"window starts at {settings.window[0]:g} s, when about {100.0 * left:.0f} % of the transient is left: "
+            f"window starts at {settings.window[0]:g} s, when about {per_cent(left)} of the transient is left: "
             f"start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
         )
 
@@ -121,14 +120,14 @@ def _about_energy(
     settled = simulation.settings.window[0] > 3.0 * simulation.scales.relaxation_time
     if settled and math.isfinite(error) and abs(gained.mean()) > max(_FAR_OFF * error, 0.04 * energy):
         yield (
-            f"the mean energy still changed by {100.0 * gained.mean() / energy:.2g} % of the kinetic energy over the "
+            f"the mean energy still changed by {per_cent(gained.mean() / energy)} of the kinetic energy over the "
             "window, so it is not stationary yet: use a longer run and a later window."
         )
     residual, its_error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
     if math.isfinite(its_error) and abs(residual) > max(_FAR_OFF * its_error, 0.01):
         yield (
-            f"the energy balance fails by {100.0 * residual:.2g} % of the input power (standard error "
-            f"{100.0 * its_error:.1g} %): repeat the run with a finer step before you trust it."
+            f"the energy balance fails by {per_cent(residual)} of the input power (standard error "
+            f"{per_cent(its_error, 1)}): repeat the run with a finer step before you trust it."
         )
 
 

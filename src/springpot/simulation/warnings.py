@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from springpot.faults import per_cent
 from springpot.options import Options
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.cost import per_cent
 from springpot.simulation.distributions import Distribution
 from springpot.simulation.forgetting import MOST_TRANSIENT, transient_left
 from springpot.simulation.kernel import COLUMNS
@@ -71,7 +71,7 @@ def doubts(
     settled = oscillator.excitation.intensity > 0.0 and transient_left(oscillator, settings) <= MOST_TRANSIENT
     if settled and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, 0.02 * energy):
         sentences.append(
-            f"the mean energy still changed by {100.0 * gained / energy:.2g} % over the window "
+            f"the mean energy still changed by {per_cent(gained / energy)} over the window "
             f"({gained / its_error:.0f} standard errors), so it is not stationary yet: use a longer run and a later "
             "window."
         )
@@ -83,8 +83,8 @@ def doubts(
     floor = max(0.01, 1e-4 * energy / energy_supplied) if energy_supplied > 0.0 else 0.01
     if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
         sentences.append(
-            f"the energy balance fails by {100.0 * residual:.2g} % of the input power (standard error "
-            f"{100.0 * error:.1g} %): repeat the run with a finer step before you trust it."
+            f"the energy balance fails by {per_cent(residual)} of the input power (standard error "
+            f"{per_cent(error, 1)}): repeat the run with a finer step before you trust it."
         )
     if not bounded:
         sentences.extend(_about_slow_impacts(simulation, values))
@@ -101,8 +101,8 @@ def _about_start(adapted: Adapted | None) -> list[str]:
         ]
     if adapted.residual > MOST_RESIDUAL:
         return [
-            f"the adapted start was off by {100.0 * adapted.residual:.2g} % of the root mean square displacement "
-            f"(standard error {100.0 * adapted.residual_se:.1g} %) before its last correction."
+            f"the adapted start was off by {per_cent(adapted.residual)} of the root mean square displacement "
+            f"(standard error {per_cent(adapted.residual_se, 1)}) before its last correction."
         ]
     return []
 
@@ -144,7 +144,7 @@ def _about_settings(simulation: Simulation, values: dict[str, float], bounded: b
         sentences.append(
             "without dissipation there is no stationary state: the averages are those of a growing response."
             if math.isinf(scales.energy_time)
-            else f"window starts at {settings.window[0]:g} s, when about {100.0 * left:.0f} % of the transient is "
+            else f"window starts at {settings.window[0]:g} s, when about {per_cent(left)} of the transient is "
             f"left: start it after {4.6 * scales.relaxation_time:.3g} s for stationary values."
         )
     size = math.sqrt(max(values["x_mean_square"], 0.0))
@@ -265,14 +265,10 @@ def about_quantiles(
     if not off.any():
         return []
     named = ", ".join(
-        f"{100.0 * p:g} % (by up to {_rounded(100.0 * b / x)} %)"
+        f"{per_cent(p, 3)} (by up to {per_cent(b / x)})"
         for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
     )
     return [
         f"the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are wrong: {named}. "
         "impact_speed_quantile_step_bias bounds the error; a shorter step reduces it."
     ]
-
-
-def _rounded(number: float) -> str:
-    return f"{float(f'{number:.2g}'):g}" if math.isfinite(number) else "?"

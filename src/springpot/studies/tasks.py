@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.faults import FileFault
+from springpot.options import own_seed
 from springpot.oscillator import Oscillator
 from springpot.parts import Recorded
 from springpot.studies.axes import some_points, spread
@@ -160,11 +161,10 @@ def _task(method: str, point: Point, how: _How) -> Task:
         **({} if how.system is None else {"system": how.unvaried}),
         **(random if method == "monte_carlo" else {}),
     }
-    # Python writes the shortest decimal that reads back as the same double: equal text, equal numbers
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
-    words = [int.from_bytes(digest[8 * i : 8 * i + 8], "little") for i in range(3)]
-    own_seed = words[2] >> 1 if method == "monte_carlo" else 0
-    return Task(method, point, how.settings, how.quantities, own_seed, words[0] >> 4, words[1] >> 12, how.system)
+    slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
+    seed = own_seed(how.seed, content) if method == "monte_carlo" else 0
+    return Task(method, point, how.settings, how.quantities, seed, slot, check, how.system)
 
 
 def check_some(study: Study, most: int) -> int:

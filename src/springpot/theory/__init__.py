@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
-    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "HalfCycles", "LinearResponse",
-    "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "Trust", "all_methods",
-    "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact", "fokker_planck", "half_cycles", "linear",
-    "linearisation", "path_integration", "recommended", "solve_all", "solve_one", "trust", "why_none_is_recommended",
+    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "HalfCycles",
+    "LinearResponse", "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result",
+    "Trust", "all_methods", "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact",
+    "fokker_planck", "half_cycles", "linear", "linearisation", "path_integration", "recommended", "solve_all",
+    "solve_one", "trust", "why_none_is_recommended",
 ]  # fmt: skip
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),

@@ -111,8 +111,8 @@ _OSCILLATORS = _Map(
 _SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
-        ("walls", 0.0), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05), ("colour", 0.2), ("hardening", 0.1), ("order", 0.1),
-        ("c", 0.1),
+        ("walls", 0.0), ("colour", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
+        ("hardening", 0.1), ("order", 0.1), ("c", 0.1),
     ),
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
@@ -287,7 +287,7 @@ def _limits(atlas: _Map, here: Mapping[str, float] | None) -> dict[str, float]:
 
 
 def _beside(values: Floats, here: float, slack: float) -> tuple[tuple[float, float], ...]:
-    """The values of the map next to a number on either side, with weights; empty if it is outside by more than ``slack``.
+    """The values of the map beside a number, with weights; empty if it is outside by more than ``slack``.
 
     Between two values the weights are those of a straight line, but at least a small part.
     """
@@ -372,8 +372,8 @@ def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
     """The recommended method, or the one most likely to be accurate if the errors are unknown.
 
     Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
-    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the envelope, or
-    statistical linearisation, or averaging of the amplitude.
+    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the half
+    cycles, or the envelope, or statistical linearisation, or averaging of the amplitude.
 
     Parameters
     ----------

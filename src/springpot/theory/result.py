@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from springpot.faults import NotCovered
 from springpot.oscillator import Oscillator
+from springpot.parts.checks import put
+from springpot.system import System
+from springpot.theory.walls import about_walls
 
 __all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]
 
@@ -58,6 +62,12 @@ class Moments:
     impact_speed_mean_square: float
 
 
+def about_walls_of(problem: Oscillator | System, moments: Moments, rates: Mapping[str, float]) -> tuple[str, ...]:
+    """What `springpot.theory.walls` says of the walls where these are the moments."""
+    said = about_walls(problem, moments.x_mean, moments.x_mean_square, moments.v_mean_square, rates)
+    return tuple(said.values())
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of one method for one oscillator.
@@ -86,6 +96,11 @@ class Result:
     stationary: Moments | str
     assumptions: tuple[str, ...]
     warnings: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.stationary, Moments):
+            said = about_walls_of(self.oscillator, self.stationary, {"": self.stationary.impact_rate})
+            put(self, warnings=(*self.warnings, *said))
 
     @property
     def moments(self) -> Moments:

@@ -183,6 +183,56 @@ class EnergyDiffusion:
         weights = vectors[0] / root[0] * (root @ vectors)
         return FirstPassage(mean_time, np.maximum(rates, 0.0), weights)
 
+    def first_passage_seen(self, level: float, every: float) -> FirstPassage:
+        """When the action is first seen at a level or above, looked at in equal intervals after a start at rest.
+
+        Between two looks it may pass the level and come back.  Where it changes little between looks this is the first
+        passage of a somewhat higher level; where it changes much, each look is a chance of its own.
+
+        Parameters
+        ----------
+        level : float
+            Between the lowest and the highest cell.
+        every : float
+            Time between looks.
+
+        Raises
+        ------
+        ValueError
+            If the level is outside the cells.
+        """
+        between = (0.5 * (np.sqrt(self.action[1:]) + np.sqrt(self.action[:-1]))) ** 2  # edges of the cells
+        above = int(np.searchsorted(between, level))
+        if not 0 < above < between.size:
+            raise ValueError("the level must lie between rest and the far end of the stationary law.")
+        rates, vectors = self.modes
+        step = (vectors * np.exp(-rates * every)) @ vectors.T
+        low, high = (self._mean_time_inside(step, inside) for inside in (above, above + 1))
+        part = (level - between[above - 1]) / (between[above] - between[above - 1])
+        mean_time = every * low ** (1.0 - part) * high**part
+        root = np.sqrt(self.mass[:above])
+        kept, shapes = linalg.eigh(step[:above, :above])
+        found = -np.log(np.clip(kept[::-1], 1e-300, 1.0 - 1e-15)) / every
+        weights = (shapes[0] / root[0] * (root @ shapes))[::-1]
+        slow = (mean_time - float(np.sum(weights[1:] / found[1:]))) / weights[0]
+        return FirstPassage(mean_time, np.r_[1.0 / slow if slow > 0.0 else found[0], found[1:]], weights)
+
+    def _mean_time_inside(self, step: FloatArray, inside: int) -> float:
+        """Mean number of steps from rest until a cell beyond the first so many is seen.
+
+        By elimination without a subtraction (W. K. Grassmann, M. I. Taksar and D. P. Heyman, Operations Research 33,
+        1985), so that the rarest passage has all its digits.
+        """
+        root = np.sqrt(self.mass)
+        moved = np.maximum(step[:inside] * root / root[:inside, None], 0.0)
+        kept, left, steps = moved[:, :inside].copy(), moved[:, inside:].sum(axis=1), np.ones(inside)
+        for k in range(inside - 1, 0, -1):
+            share = kept[:k, k] / (left[k] + kept[k, :k].sum())
+            kept[:k, :k] += np.multiply.outer(share, kept[k, :k])
+            left[:k] += share * left[k]
+            steps[:k] += share * steps[k]
+        return float(steps[0] / left[0])
+
     def _spectrum(self, cells: int, escape: float) -> tuple[FloatArray, FloatArray]:
         """Rates, rising, and modes of the lowest cells; ``escape`` is the conductance at the upper end."""
         root = np.sqrt(self.mass[:cells])

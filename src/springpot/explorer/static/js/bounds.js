@@ -40,3 +40,10 @@ export function boundsOf(view) {
   return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
     Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
 }
+
+// the walls that are too far away to be drawn, in words
+export function outOfView(walls, [low, high], written) {
+  const far = walls.filter(({ position }) => position < low || position > high);
+  const said = far.map(({ name, position }) => (position < low ? `← ${name} at ${written(position)}` : `${name} at ${written(position)} →`));
+  return said.length ? `Out of view: ${said.join(" · ")}` : "";
+}

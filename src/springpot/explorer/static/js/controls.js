@@ -71,6 +71,7 @@ export class Controls {
   refuse(sentence, values) {
     this.refused = this.touched ? { name: this.touched, sentence } : null;
     this.state.restore(values);
+    if (this.refused) this.rows[this.touched].element.scrollIntoView({ block: "nearest" }); // with the reason
     return Boolean(this.refused);
   }
 

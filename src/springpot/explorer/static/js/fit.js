@@ -5,7 +5,9 @@ import { OPENED, PARAMETERS } from "./problem.js";
 import { short, withError } from "./numbers.js";
 import { palette } from "./theme.js";
 
-const LARGEST = 1_400_000, PART = 7000; // characters
+const LARGEST = 1_400_000; // bytes
+const PARTS = /[^]{1,7000}(?![\udc00-\udfff])/g; // no sign is cut in two
+const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no table of text has
 const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
 const COLOURS = ["path", "impact", "pinned"];
 const TITLES = Object.fromEntries((OPENED.parts ?? []).map(({ name, title }) => [name, title]));
@@ -16,7 +18,7 @@ const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 export class FitCard {
   constructor(element, connection, controls) {
     Object.assign(this, { connection, controls });
-    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "note", "free", "plot", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
+    for (const name of ["file", "run", "stop", "running", "progress", "said", "use", "many", "count", "set", "note", "free", "plot", "legend", "table", "statistics", "warnings"]) this[name] = element(`fit-${name}`);
     this.found = null;
     this.ready = false;
     this.file.addEventListener("change", () => this.send(this.file.files[0]));
@@ -25,7 +27,8 @@ export class FitCard {
       this.stop.disabled = true;
       connection.stopFit();
     });
-    this.use.addEventListener("click", () => controls.set(Object.fromEntries(this.found.values.map(({ name, value }) => [name, value])), null));
+    this.use.addEventListener("click", () => this.take());
+    this.count.addEventListener("input", () => this.showCount());
     controls.onTick = () => this.showFree();
     connection.addEventListener("data", ({ detail }) => this.taken(detail));
     connection.addEventListener("fit", ({ detail }) => this.fitted(detail));
@@ -41,20 +44,26 @@ export class FitCard {
       return;
     }
     this.say(`reading ${file.name}…`);
-    const text = await file.text(), of = Math.max(Math.ceil(text.length / PART), 1);
-    for (let part = 0; part < of && this.sent === file; part += 1) {
+    const text = await file.text().catch(() => null), name = [...file.name].slice(0, 100).join("");
+    if (text === null || NO_TEXT.test(text)) {
+      this.say(text === null ? `${name} cannot be read.` : `${name} is not text, for it has control characters: save its table as CSV.`, true);
+      return;
+    }
+    const parts = text.match(PARTS) ?? [""];
+    for (let part = 0; part < parts.length && this.sent === file; part += 1) {
       if (part && part % HANDFUL === 0) await pause(PAUSE);
-      this.connection.data({ name: file.name, part, of, text: text.slice(part * PART, (part + 1) * PART) });
+      this.connection.data({ name, part, of: parts.length, text: parts[part] });
     }
   }
 
   forget() {
     this.found = null;
+    this.work({ running: false });
     this.ready = false;
     this.chart?.destroy();
     this.chart = null;
-    for (const host of [this.plot, this.legend, this.table, this.statistics, this.warnings]) host.replaceChildren();
-    this.plot.hidden = this.use.hidden = true;
+    for (const host of [this.plot, this.legend, this.table, this.statistics, this.warnings, this.set]) host.replaceChildren();
+    this.plot.hidden = this.use.hidden = this.many.hidden = true;
     this.run.disabled = true;
   }
 
@@ -78,17 +87,37 @@ export class FitCard {
     if (found.fault) return this.say(found.fault, true);
     this.found = found;
     this.use.hidden = false;
-    this.table.innerHTML = '<thead><tr><th scope="col">number</th><th scope="col">value</th><th scope="col">95 % interval</th></tr></thead><tbody></tbody>';
-    for (const { name, value, error, interval, bound } of found.values) {
+    this.many.hidden = !found.values.some(({ adds }) => adds);
+    this.set.textContent = "";
+    this.showCount();
+    this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
+    if (found.statistics.length) this.list(found.statistics); else this.draw(found);
+  }
+
+  // how many of what was measured the device has
+  get times() { return this.many.hidden || !this.count.checkValidity() || !this.count.value ? 1 : Number(this.count.value); }
+
+  showCount() {
+    const { times } = this, these = times > 1 ? `${times} of these mounts` : "these numbers";
+    this.use.textContent = `Set the sliders to ${these}`;
+    this.count.setAttribute("aria-invalid", String(!this.count.value || !this.count.checkValidity()));
+    this.table.innerHTML = `<thead><tr><th scope="col">number</th><th scope="col">value</th><th scope="col">95 % interval</th>${times > 1 ? `<th scope="col">${these}</th>` : ""}</tr></thead><tbody></tbody>`;
+    for (const { name, value, error, interval, bound, adds } of this.found.values) {
       const row = this.table.tBodies[0].insertRow(), head = document.createElement("th"), { unit } = PARAMETERS[name];
       head.scope = "row";
       head.textContent = wholeName(name);
       row.append(head);
       row.insertCell().textContent = `${withError(value, error)}${unit ? ` ${unit}` : ""}`;
       row.insertCell().textContent = bound ? `held at its ${bound === "low" ? "lower" : "upper"} bound` : `${short(interval[0])} to ${short(interval[1])}`;
+      if (times > 1) row.insertCell().textContent = short(adds ? times * value : value);
     }
-    this.warnings.replaceChildren(...found.warnings.map((sentence) => Object.assign(document.createElement("p"), { textContent: sentence })));
-    if (found.statistics.length) this.list(found.statistics); else this.draw(found);
+  }
+
+  // side by side, stiffnesses and coefficients add up, and orders stay
+  take() {
+    const { times } = this;
+    this.controls.set(Object.fromEntries(this.found.values.map(({ name, value, adds }) => [name, adds ? times * value : value])), null);
+    this.set.textContent = times > 1 ? `The sliders were set to ${times} of these mounts: ${times} times the stiffness and the coefficients, and the same orders.` : "";
   }
 
   // statistics have many units: they stand in a table

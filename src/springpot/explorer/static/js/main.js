@@ -1,6 +1,6 @@
 // The page: takes what the server sends into one view, and draws the view.
 
-import { boundsOf, setBounds, stretch } from "./bounds.js";
+import { boundsOf, outOfView, setBounds, stretch } from "./bounds.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { FitCard } from "./fit.js";
@@ -218,8 +218,11 @@ function rmsSpeed() {
 const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) });
 
 function drawMotion() {
-  const { values, walls } = view;
-  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: unitsOf().length, bounds: boundsOf(view), rms: rmsSpeed() });
+  const { values, walls } = view, bounds = boundsOf(view), { length } = unitsOf();
+  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: length, bounds, rms: rmsSpeed() });
+  const far = outOfView(walls, bounds, (position) => `${short(position * length.factor)} ${length.name}`);
+  element("out-of-view").textContent = far;
+  element("out-of-view").hidden = !far;
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();
   const places = Math.min(Math.max(Math.round(2.6 - Math.log10(until - since)), 0), 8); // a tenth of a second in 40
   element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(places)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
@@ -394,7 +397,12 @@ state.onChange((_, another) => {
 });
 addEventListener("hashchange", () => { if (location.hash !== linkShown) takeLink(); });
 takeLink();
-if (matchMedia("(max-width: 900px)").matches) element("controls").open = false;
+// where there is one column, the picture stands above the sliders and stays in view while one moves
+const column = matchMedia("(max-width: 900px)");
+const placePicture = () => element(column.matches ? "bench" : "results").prepend(element("motion"));
+column.addEventListener("change", placePicture);
+placePicture();
+if (column.matches) element("controls").open = false;
 connection.open();
 requestAnimationFrame(frame);
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from springpot.faults import per_cent
 from springpot.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, normal
@@ -358,6 +359,6 @@ def _about_negative_densities(solved: _Solved | None) -> list[str]:
     if dip <= _DIP:
         return []
     return [
-        f"The densities fall below 0 by up to {100.0 * dip:.1g} % of their maximum: polynomials of this degree cannot "
+        f"The densities fall below 0 by up to {per_cent(dip, 1)} of their maximum: polynomials of this degree cannot "
         "describe the slow impacts at a lossy wall.  The moments are more accurate."
     ]

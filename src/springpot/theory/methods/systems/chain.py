@@ -160,7 +160,7 @@ class Chain:
                 values, vectors = linalg.eigs(operator, k=wanted, v0=start, ncv=_VECTORS, tol=1e-7, maxiter=_RESTARTS)
             except linalg.ArpackError as failed:
                 raise NoConvergence(
-                    "path integration found no stationary law: its iteration did not settle."
+                    "path integration found no stationary law: its iteration did not settle, as where damping is light."
                 ) from failed
             nearest = int(np.argmin(np.abs(values - 1.0)))
             if abs(values[nearest] - 1.0) < _UNSETTLED and np.abs(values).max() < largest:

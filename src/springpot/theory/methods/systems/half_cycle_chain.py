@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,9 +133,9 @@ class Problem:
         marks = sorted({0.0, FASTEST, *(speed for speed in reaching if speed < FASTEST)})
         pieces = [
             np.linspace(a, b, max(_LEAST_CELLS, round(_CELLS * (b - a) / FASTEST)), endpoint=False)
-            for a, b in zip(marks, marks[1:], strict=False)
+            for a, b in pairwise(marks)
         ]
-        return np.r_[np.concatenate(pieces), FASTEST]
+        return np.append(np.concatenate(pieces), FASTEST)
 
     def without_stops(self) -> Problem:
         free = Stop(math.inf)

@@ -235,10 +235,10 @@ def _motion_without_walls(unit: System) -> tuple[HardSpring, _Scales]:
     stiffness, cubic = coefficients[1], coefficients[3]
     q = sum(noise.intensity for noise in unit.of(WhiteNoise))
     others = unit.of(Springpot, Dashpot, PolynomialDashpot)
-    square = 0.0
+    square: float = 0.0
     for _ in range(_ROUNDS):
         spring = Spring(stiffness + 3.0 * cubic * square)
-        found = linear(System(spring, *others, WhiteNoise(q)))
+        found = linear(System(spring, *others, WhiteNoise(q))).moments
         before, square = square, found.x_mean_square
         if cubic == 0.0 or abs(square - before) < _SETTLED * square:
             break
@@ -255,7 +255,9 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
         spring=spring,
         damping=scales.damping / w,
         memory=tuple(
-            Springpot(pot.order, pot.coefficient * w ** (pot.order - 2.0)) for pot in unit.of(Springpot) if pot.remembers
+            Springpot(pot.order, pot.coefficient * w ** (pot.order - 2.0))
+            for pot in unit.of(Springpot)
+            if pot.remembers
         ),
         upper=Stop(upper.position / scales.length, _rebound(upper, scales.speed)),
         lower=Stop(-lower.position / scales.length, _rebound(lower, scales.speed)),

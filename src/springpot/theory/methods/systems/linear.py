@@ -77,10 +77,8 @@ class Companion:
         """Force over displacement of dampers, memory and circuits at frequencies w."""
         p = 1j * np.asarray(w, float)
         found = self.damping * p
-        for element in self.elements:
+        for element in (*self.elements, *self.circuits):
             found = found + element.modulus(p)
-        for circuit in self.circuits:
-            found = found + circuit.coupling**2 / circuit.capacitance * p / (p + 1.0 / circuit.time)
         return np.asarray(found)
 
     def dynamic_stiffness(self, w: FloatArray) -> NDArray[np.complex128]:

@@ -22,7 +22,6 @@ from springpot.parts import (
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
-    Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
@@ -90,8 +89,8 @@ def linearisation(system: System) -> Linearisation:
     -----
     x and v are taken as Gaussian and independent at one time.  The stiffness is E[U''(x)], the damping
     E[v F(x, v)] / E[v^2], and the mean of x balances the mean force; memory is kept as it is [1]_.  For a cubic spring
-    <x^2> comes out too small; a warning says where it would be by more than 5 % in thermal noise, where the exact law is
-    known.
+    <x^2> comes out too small; a warning says where it would be by more than 5 % in thermal noise, where the exact law
+    is known.
 
     References
     ----------
@@ -191,7 +190,8 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
         damping = _damping(unit, mean, x_spread, v_spread)
         here = replace(companion, stiffness=stiffness, damping=damping, force=0.0)
         balance = float(_WEIGHTS @ potential.force(places))
-        return here, moments_of(unit, here), balance / stiffness
+        held = float(_WEIGHTS @ potential.curvature(places))  # also by springpots of order 0
+        return here, moments_of(unit, here), balance / held
 
     def missing(state: FloatArray) -> FloatArray:
         _, moments, shift = at(state)

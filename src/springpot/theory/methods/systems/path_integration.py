@@ -51,6 +51,7 @@ _LONGEST = 80.0  # of correlations, over the first
 _FITS = 1.15  # change of a scale up to which the grid stays
 _SETTLED, _ROUNDS, _FINE_ROUNDS = 2e-3, 24, 2  # change of the moments from one memory force to the next
 _STARTS, _WIDER = 10, (1.3, 1.8)  # grids that are tried; how much wider than one without a law
+_WIDENED = 3  # times at most
 
 
 @dataclass(frozen=True)
@@ -305,21 +306,24 @@ def _solve(problem: _Problem) -> _Law:
 def _fitted(problem: _Problem) -> tuple[_Law, _Memory | None]:
     """A rough law on a grid that fits it, with a first guess of the memory."""
     mean, deviation, speed = _guess(problem)
-    refused: NoConvergence | None = None
+    refused: list[NoConvergence] = []
     for _ in range(_STARTS):
         memory = _first_memory(problem, mean, deviation, speed)
         grid = _grid(problem, mean, deviation, speed, _ROUGH if problem.stops else _ROUGH_FREE)
         try:
             law = _law(problem, grid, _step(problem, mean, deviation, speed), memory, None)
         except NoConvergence as failed:  # the grid may be too narrow
-            refused, deviation, speed = failed, _WIDER[0] * deviation, _WIDER[1] * speed
+            refused.append(failed)
+            if len(refused) > _WIDENED:  # it was not that: the damping is too light, and more tries take long
+                raise
+            deviation, speed = _WIDER[0] * deviation, _WIDER[1] * speed
             continue
         changes = abs(law.mean - mean) / deviation, law.deviation / deviation, law.speed / speed
         mean, deviation, speed = law.mean, law.deviation, law.speed
         if changes[0] < 0.3 and all(1.0 / _FITS < each < _FITS for each in changes[1:]):
             return law, memory
-    if refused is not None:
-        raise refused
+    if refused:
+        raise refused[-1]
     raise NoConvergence("path integration found no grid that fits the law of x and v.")
 
 

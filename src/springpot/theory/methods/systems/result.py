@@ -9,8 +9,10 @@ from typing import Any
 
 from springpot.faults import shown
 from springpot.parts import Barrier, Contact
+from springpot.parts.checks import put
 from springpot.system import System
-from springpot.theory.result import MOMENTS, Moments, NoStationaryState, no_answer
+from springpot.theory.result import MOMENTS, Moments, NoStationaryState, about_walls_of, no_answer
+from springpot.theory.walls import named_walls
 
 __all__ = ["SYSTEM_MOMENTS", "SystemMoments", "SystemResult", "at_all_walls", "checked_system", "walls_of"]
 
@@ -92,6 +94,13 @@ class SystemResult:
     stationary: SystemMoments | str
     assumptions: tuple[str, ...]
     warnings: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.stationary, SystemMoments):
+            walls = [*named_walls(self.system)]
+            rates = self.stationary.barrier_impact_rate or (self.stationary.impact_rate,) * (len(walls) == 1)
+            said = about_walls_of(self.system, self.stationary, dict(zip(walls, rates, strict=False)))
+            put(self, warnings=(*self.warnings, *said))
 
     @property
     def moments(self) -> SystemMoments:

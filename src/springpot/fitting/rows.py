@@ -1,0 +1,122 @@
+"""The rows of a table in a text file, one after the other and within limits: of the file only its numbers are kept."""
+
+from __future__ import annotations
+
+import csv
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from itertools import chain
+from typing import TextIO
+
+import numpy as np
+
+from springpot.faults import FileFault, Stopped, shown
+from springpot.fitting.columns import FloatArray
+
+__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "numbers_of", "rows_of"]
+
+MOST_COLUMNS = 1000
+MOST_NUMBERS = 20_000_000
+LONGEST_LINE = 100_000  # characters
+
+Row = tuple[int, list[str]]
+"""The number of its line, and its cells."""
+
+
+def rows_of(
+    file: TextIO, title: str, note: Callable[[str, int], None], stop: Callable[[], bool] | None = None
+) -> Iterator[Row]:
+    """Each row of a table, the header first.
+
+    Parameters
+    ----------
+    file : TextIO
+        Cells are separated by commas, semicolons or tabs; empty lines are passed over.
+    title : str
+        Names the file in what is said of its faults.
+    note : callable
+        Is given each line that begins with ``#``, and its number.
+    stop : callable, optional
+        Tells whether to stop reading.
+
+    Raises
+    ------
+    FileFault
+        If it is no table, or exceeds a limit.
+    Stopped
+        If reading was stopped.
+
+    Examples
+    --------
+    >>> import io
+    >>> list(rows_of(io.StringIO("time_s;x_m\\n\\n0;1\\n"), "a.csv", print))
+    [(1, ['time_s', 'x_m']), (3, ['0', '1'])]
+    """
+    at = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal at
+        for at, line in enumerate(iter(partial(file.readline, LONGEST_LINE + 1), ""), start=1):
+            if stop is not None and stop():
+                raise Stopped("reading was stopped.")
+            if len(line) > LONGEST_LINE:
+                raise FileFault(f"{title}, line {at}: a line must have at most {LONGEST_LINE:,} characters.")
+            if line.lstrip().startswith("#"):
+                note(line, at)
+            elif line.strip():
+                yield line
+
+    whole = lines()
+    first = next(whole, None)
+    if first is None:
+        raise FileFault(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
+    separator = next((mark for mark in "\t;" if mark in first), ",")
+    if (columns := first.count(separator) + 1) > MOST_COLUMNS:
+        raise FileFault(f"{title} must have at most {MOST_COLUMNS:,} columns, not {columns:,}.")
+    reader = csv.reader(chain([first], whole), delimiter=separator, strict=True)
+    try:
+        for count, row in enumerate(reader, start=1):
+            if reader.line_num != count:
+                raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
+            yield at, row
+    except csv.Error as fault:
+        raise FileFault(f"{title} is not a table: {fault}.") from None
+
+
+def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:
+    """The numbers below a header, and the line of each row.
+
+    Raises
+    ------
+    FileFault
+        If a row has other than one number for each column, or there are more than `MOST_NUMBERS`.
+
+    Examples
+    --------
+    >>> numbers_of([(2, ["0", "1"]), (4, ["1", "3"])], ["time_s", "x_m"], "a.csv")[0].tolist()
+    [[0.0, 1.0], [1.0, 3.0]]
+    """
+    numbers, lines = array("d"), array("I")
+    for line, row in rows:
+        if len(row) != len(heads):
+            raise FileFault(f"{title}, line {line}: {len(heads)} numbers are needed, not {len(row)}.")
+        try:
+            numbers.extend(map(float, row))
+        except ValueError:
+            raise FileFault(f"{title}, line {line}: {_first_fault(row, heads)}") from None
+        lines.append(line)
+        if len(numbers) > MOST_NUMBERS:
+            raise FileFault(f"{title} must have at most {MOST_NUMBERS:,} numbers: line {line} has more.")
+    return np.asarray(numbers).reshape(-1, len(heads)), lines
+
+
+def _first_fault(row: Sequence[str], heads: Sequence[str]) -> str:
+    """What is wrong with the first cell that is no number."""
+    for cell, head in zip(row, heads, strict=True):
+        try:
+            float(cell)
+        except ValueError:
+            text = cell.strip()
+            return f"{head} must be a number, not {shown(text)}." if text else f"{head} has no number."
+    raise AssertionError("every cell is a number")

@@ -1,0 +1,96 @@
+"""What is said of a wall that is never reached, always pressed against, or struck all the time: often a slip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from springpot.oscillator import Oscillator
+from springpot.parts import Barrier, Contact
+from springpot.system import System
+
+__all__ = ["about_walls", "named_walls"]
+
+FAR = 8.0  # standard deviations of x between its mean and a wall
+NEVER = 1e-6  # impacts in a natural period, at most, of a wall that is far
+PRESSED = 8.0  # force on a wall over that of the springs at a usual amplitude, Omega times the root mean square of v
+CLOSE = 3.0  # standard deviations between the mean of x and a wall that is pressed against, at most
+CHATTER = 20.0  # impacts in a natural period
+
+
+def named_walls(problem: Oscillator | System) -> dict[str, Barrier | Contact]:
+    """The walls and contacts of a system by their names; that of an oscillator has an empty one.
+
+    Examples
+    --------
+    >>> list(named_walls(System(upper=Barrier(1.0, side="below")))), list(named_walls(Oscillator()))
+    (['upper'], [''])
+    """
+    if isinstance(problem, Oscillator):
+        return {} if problem.barrier is None else {"": problem.barrier}
+    return {name: part for name, part in problem.named() if isinstance(part, Barrier | Contact)}
+
+
+def about_walls(
+    problem: Oscillator | System, x_mean: float, x_mean_square: float, v_mean_square: float, rates: Mapping[str, float]
+) -> dict[str, str]:
+    """One sentence at most for each wall, by its name.
+
+    Parameters
+    ----------
+    problem : Oscillator or System
+    x_mean, x_mean_square, v_mean_square : float
+        By theory or Monte Carlo.
+    rates : dict
+        The impact rate of each wall, as far as it is known.
+
+    Returns
+    -------
+    dict
+
+    Examples
+    --------
+    >>> about_walls(Oscillator(barrier=Barrier(-4.0)), 0.0, 0.25, 0.25, {"": 1e-9})
+    {}
+    >>> about_walls(Oscillator(barrier=Barrier(-400.0)), 0.0, 0.25, 0.25, {"": 0.0})[""][:60]
+    'the wall at -400 m is 800 standard deviations of x away from'
+    """
+    spread = math.sqrt(max(x_mean_square - x_mean**2, 0.0))
+    if not (0.0 < spread < math.inf and 0.0 < v_mean_square < math.inf):
+        return {}
+    speed = math.sqrt(v_mean_square)
+    omega = problem.natural_frequency
+    period = 2.0 * math.pi / (omega if omega > 0.0 else speed / spread)
+    said = {}
+    for name, wall in named_walls(problem).items():
+        side = 1.0 if wall.side == "above" else -1.0
+        away = side * (x_mean - wall.position) / spread
+        struck = rates.get(name, math.nan) * period
+        push = _push(problem, wall) / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
+        words = f"{name or 'the wall'} at {wall.position:g} m"
+        if away > FAR and not struck > NEVER:
+            said[name] = (
+                f"{words} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check "
+                "place, side and unit."
+            )
+        elif push > PRESSED and away < CLOSE:
+            said[name] = (
+                f"{words} is pressed against all the time: the force there is {push:.0f} times that of the springs at "
+                f"a usual amplitude, and x strays {spread:.2g} m only: check place, side and unit."
+            )
+        elif struck > CHATTER:
+            said[name] = (
+                f"{words} is struck {rates[name]:.3g} times per second, {struck:.0f} times in a natural period: this "
+                "is chatter near a wall, or rattle in a narrow gap, of impacts that are mostly small; "
+                "slowest_counted_impact of a run counts those that are not."
+            )
+    return said
+
+
+def _push(problem: Oscillator | System, wall: Barrier) -> float:
+    """The force per mass with which the springs press on a wall from inside; negative where they pull away."""
+    if isinstance(problem, Oscillator):
+        force = problem.natural_frequency**2 * wall.position
+    else:
+        force = float(problem.potential.force(wall.position))
+    return force if wall.side == "above" else -force

@@ -1,0 +1,53 @@
+"""Wrong names get one sentence with the one that was probably meant; shares are written without powers of ten."""
+
+from typing import Any
+
+import pytest
+
+import springpot as sp
+from springpot.faults import per_cent
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: sp.Barrier(-1.0, e=0.5), "Barrier has no argument 'e'; did you mean restitution?"),
+        (lambda: sp.Spring(k=80.0), "Spring has no argument 'k'; did you mean stiffness?"),
+        (lambda: sp.Springpot(alpha=0.5, coefficient=1.0), "Springpot has no argument 'alpha'; did you mean order?"),
+        (lambda: sp.Mass(m=1.0), "Mass has no argument 'm'; did you mean value?"),
+        (lambda: sp.Spring(colour="red"), "Spring has no argument 'colour': its argument is stiffness."),
+        (lambda: sp.Oscillator(omega=2.0), "Oscillator has no argument 'omega'; did you mean natural_frequency?"),
+        (lambda: sp.run(sp.Oscillator(), e=0.5), "no argument 'e'; did you mean Barrier(restitution=...)?"),
+        (lambda: sp.run(sp.Oscillator(), pathes=5), "no argument 'pathes'; did you mean paths?"),
+        (
+            lambda: sp.System(sp.Spring(80.0), stiffness=80.0),
+            "stiffness must be a part of that name, as stiffness=Spring(80.0), not 80.0; did you mean "
+            "Spring(stiffness=...), ",
+        ),
+        (lambda: sp.System(barrier=-0.003), "barrier must be a part of that name"),
+        (lambda: sp.System(barrier=-0.003), "did you mean Barrier(...)?"),
+        (lambda: sp.System(sp.Mass(1.0), sp.Mass(2.0), sp.Spring(1.0)), "Two structures that pound each other"),
+    ],
+)
+def test_what_was_meant_is_named(make: Any, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError)) as fault:
+        make()
+    assert sentence in str(fault.value)
+
+
+@pytest.mark.parametrize(("word", "near"), [("rms", "x_mean_square"), ("impact_rates", "impact_rate")])
+def test_an_unknown_result_names_a_near_one(word: str, near: str) -> None:
+    result = sp.run(sp.Oscillator(), paths=64, duration=2.0, start="rest")
+    for numbers in (result.values, result.errors):
+        with pytest.raises(KeyError, match=f"there is no '{word}'; did you mean {near}\\?"):
+            numbers[word]
+    with pytest.raises(KeyError, match="there is no 'colour': there are x_mean, "):
+        result.values["colour"]
+
+
+@pytest.mark.parametrize(
+    ("share", "digits", "words"),
+    [(0.996, 1, "100 %"), (0.998, 2, "100 %"), (25.0, 2, "2500 %"), (3e-8, 1, "0.000003 %"), (0.0123, 2, "1.2 %")],
+)
+def test_shares_have_no_powers_of_ten(share: float, digits: int, words: str) -> None:
+    assert per_cent(share, digits) == words
