@@ -6,6 +6,8 @@ import math
 import numbers
 from typing import Any
 
+from springpot.faults import shown
+
 __all__ = ["LARGEST", "Free", "finite_number"]
 
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
@@ -149,7 +151,7 @@ def finite_number(
     2.0
     """
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{name} must be a real number, not {value!r} ({type(value).__name__}).{_sentence(hint)}")
+        raise TypeError(f"{name} must be a real number, not {shown(value)} ({type(value).__name__}).{_sentence(hint)}")
     try:
         number = float(value)
     except OverflowError:  # a whole number beyond double precision

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
+from springpot.faults import few, shown
 from springpot.oscillator import Oscillator
 from springpot.parts import (
     Barrier,
@@ -34,6 +36,7 @@ from springpot.theory import solve_all
 
 __all__ = ["equation", "explain"]
 
+MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
 
@@ -67,16 +70,16 @@ def explain(problem: System | Oscillator) -> str:
     if isinstance(problem, Oscillator):
         problem = System.of_oscillator(problem)
     if not isinstance(problem, System):
-        raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
+        raise TypeError(f"problem must be a System or an Oscillator, not {shown(problem)}.")
     return "\n".join([*equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])
 
 
 def equation(system: System) -> Iterator[str]:
     """The equation of motion with its numbers, and a line for each excitation, wall and circuit."""
     inertia = f"{system.mass:.6g} x''" if system.of(Mass) else "x''"
-    left = "".join(part.term() for part in system.parts if hasattr(part, "term"))
+    left = _some([part.term() for part in system.parts if hasattr(part, "term")], "")
     excitations = [*_excitations(system)]
-    right = " + ".join(symbol for symbol, _ in excitations).replace("+ -", "- ") or "0"
+    right = _some([symbol for symbol, _ in excitations], " + ").replace("+ -", "- ") or "0"
     yield f"{inertia}{left} = {right}"
     yield "in SI units: x in m, t in s, forces in N" if system.of(Mass) else "per unit mass: x in m, t in s"
     for symbol, words in excitations:
@@ -93,9 +96,16 @@ def equation(system: System) -> Iterator[str]:
             )
 
 
+def _some(terms: list[str], between: str) -> str:
+    """The terms of one side of the equation; of many the first ones."""
+    left = len(terms) - MOST_TERMS
+    return between.join(terms if left <= 1 else [*terms[:MOST_TERMS], f"{'' if between else ' + '}({left} more terms)"])
+
+
 def _excitations(system: System) -> Iterator[tuple[str, str]]:
     """The symbol of each excitation in the equation, and what it is."""
-    symbols = iter("wuyzabcdefghijklnopqrs")
+    letters = "wuyzabcdefghijklnopqrs"
+    symbols = itertools.chain(letters, (f"{letter}{n}" for n in itertools.count(2) for letter in letters))
     si = bool(system.of(Mass))
     for name, part in system.named():
         if isinstance(part, Constant):
@@ -158,7 +168,7 @@ def _scales(system: System) -> Iterator[str]:
 
 def _losses(system: System) -> Iterator[str]:
     names = [name for name, part in system.named() if _dissipates(part)]
-    yield f"energy is taken by: {', '.join(names)}" if names else "nothing takes energy"
+    yield f"energy is taken by: {few(names)}" if names else "nothing takes energy"
 
 
 def _dissipates(part: object) -> bool:
@@ -180,4 +190,4 @@ def _coverage(system: System) -> Iterator[str]:
     yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
     for statement in dict.fromkeys(statements.values()):
         names = [name for name, said in statements.items() if said == statement]
-        yield f"  {', '.join(names)}: {statement}"
+        yield f"  {few(names)}: {statement}"

@@ -9,9 +9,11 @@ from decimal import Decimal
 from typing import TypeVar
 
 __all__ = [
-    "FileFault", "Named", "NotCovered", "Stopped", "cause_of", "listed", "meant",
+    "FileFault", "Named", "NotCovered", "Stopped", "cause_of", "few", "listed", "meant",
     "name_results", "nearest", "per_cent", "shown",
 ]  # fmt: skip
+
+MOST_WORDS = 24  # of a list in a sentence
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -69,15 +71,32 @@ def shown(value: object) -> str:
         return "a very long number"
 
 
+def few(words: Iterable[str]) -> str:
+    """Words with commas; of many the first ones, and the number of the others.
+
+    Examples
+    --------
+    >>> few(["order", "coefficient"]), few([f"contact_{n}" for n in range(200)])[-34:]
+    ('order, coefficient', 'contact_22, contact_23, 176 others')
+    """
+    return ", ".join(_first([*words]))
+
+
 def listed(words: Sequence[str], last: str = "and") -> str:
-    """Words as a list in a sentence.
+    """Words as a list in a sentence; of many the first ones, and the number of the others.
 
     Examples
     --------
     >>> listed(["order", "coefficient", "position"])
     'order, coefficient and position'
     """
-    return f" {last} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+    own = _first(words)
+    return f" {last} ".join(filter(None, [", ".join(own[:-1]), own[-1]]))
+
+
+def _first(words: Sequence[str]) -> list[str]:
+    left = len(words) - MOST_WORDS
+    return [*words] if left <= 1 else [*words[:MOST_WORDS], f"{left} others"]
 
 
 def meant(word: str, names: Iterable[str]) -> str:

@@ -63,13 +63,13 @@ class Oscillator(Part):
         )
         object.__setattr__(self, "natural_frequency", frequency)
         if not isinstance(self.springpot, Springpot):
-            raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
+            raise TypeError(f"springpot must be a Springpot, not {shown(self.springpot)}.")
         if not isinstance(self.barrier, Barrier | None):
-            raise TypeError(f"barrier must be a Barrier or None, not {self.barrier!r}.")
+            raise TypeError(f"barrier must be a Barrier or None, not {shown(self.barrier)}.")
         if self.barrier is not None and callable(self.barrier.restitution):
             raise ValueError("barrier must have a number as restitution: a System takes a law of the speed.")
         if not isinstance(self.excitation, WhiteNoise):
-            raise TypeError(f"excitation must be a WhiteNoise, not {self.excitation!r}.")
+            raise TypeError(f"excitation must be a WhiteNoise, not {shown(self.excitation)}.")
         if self.excitation.on != "mass":
             raise ValueError("excitation must act on the mass; white noise of the ground has the same law.")
 
@@ -150,7 +150,8 @@ class Oscillator(Part):
         stiffness = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
         if not isinstance(springpot, tuple | list) or len(springpot) != 2:
             raise TypeError(
-                f"springpot must be two numbers, (order, k_alpha), not {springpot!r}. A dashpot c in N s/m is (1, c)."
+                f"springpot must be two numbers, (order, k_alpha), not {shown(springpot)}. A dashpot c in N s/m is "
+                "(1, c)."
             )
         order = finite_number(
             springpot[0], "springpot's order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."

@@ -37,6 +37,8 @@ __all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
 
 Part = TypeVar("Part")
 
+MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
+
 
 def kind_of(part: object) -> str:
     """The name of a part's kind in files and in names.
@@ -338,6 +340,10 @@ def _names(parts: tuple[object, ...], taken: set[str]) -> Iterator[str]:
 
 def _check_together(system: System) -> None:
     """What only the whole can know."""
+    if len(system.parts) > MOST_PARTS:
+        raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
+    if len(system.of(Contact)) > MOST_CONTACTS:
+        raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {len(system.of(Contact))}.")
     if len(system.of(Mass)) > 1:
         raise ValueError(
             "a system must have one Mass at most, for it has one coordinate. Two equal masses that strike each other "

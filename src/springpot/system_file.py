@@ -116,7 +116,7 @@ def to_toml(system: System) -> str:
     <BLANKLINE>
     """
     if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {system!r}.")
+        raise TypeError(f"system must be a System, not {shown(system)}.")
     check_writable(system)
     return "\n".join(_table(name, part) for name, part in system.named())
 

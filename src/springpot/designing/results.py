@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
-from springpot.faults import listed, meant, name_results, per_cent
+from springpot.faults import few, listed, meant, name_results, per_cent
 from springpot.oscillator import Oscillator
 from springpot.plain import plain
 from springpot.system import System
@@ -209,7 +209,7 @@ class Design:
             name = self._limits[0].name
         if name not in self.quantities:
             raise ValueError(
-                f"name must be among {', '.join(self.quantities)}, not {name}{meant(str(name), self.quantities) or '.'}"
+                f"name must be among {few(self.quantities)}, not {name}{meant(str(name), self.quantities) or '.'}"
             )
         own = [limit for limit in self._limits if limit.name == name]
         upper = not own or any(limit.upper for limit in own)

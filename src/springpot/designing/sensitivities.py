@@ -16,7 +16,7 @@ from springpot.designing.quantities import MONTE_CARLO, checked_names, chosen_me
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.designing.stencils import Stencil, extrapolated, stencil
-from springpot.faults import NotCovered, meant
+from springpot.faults import NotCovered, few, meant
 from springpot.oscillator import Oscillator
 from springpot.simulation.completed_rate import are_crowded
 from springpot.simulation.settings import Settings, check_stationary, resolve
@@ -126,7 +126,7 @@ def _by_theory(
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     for name in names:
         if name not in base:
-            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base) or '.'}")
+            raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
     values, errors = _tables(names), _tables(names)
     for done, name in enumerate(numbers.values):
 
@@ -193,7 +193,7 @@ def _by_monte_carlo(
     base = simulated(problem)
     for name in names:
         if name not in base:
-            raise ValueError(f"quantities must be among {', '.join(base)}, not {name}{meant(name, base) or '.'}")
+            raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
     if are_crowded(as_simulated(problem)) and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     values, errors, gains = _tables(names), _tables(names), _tables(names)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.arguments import LARGEST, Free, finite_number
-from springpot.faults import meant, shown
+from springpot.faults import few, meant, shown
 
 __all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
 
@@ -144,7 +144,7 @@ def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:
     for limit in limits:
         if limit.name not in known:
             near = meant(limit.name, known) or "."
-            raise ValueError(f"subject_to must limit results among {', '.join(known)}, not {limit.name}{near}")
+            raise ValueError(f"subject_to must limit results among {few(known)}, not {limit.name}{near}")
 
 
 def checked_cost(minimise: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
@@ -163,7 +163,7 @@ def checked_cost(minimise: object, free: Mapping[str, Free], known: Sequence[str
         )
     names = [*free, *known]
     if minimise not in names:
-        raise ValueError(f"minimise must be among {', '.join(names)}, not {minimise}{meant(minimise, names) or '.'}")
+        raise ValueError(f"minimise must be among {few(names)}, not {minimise}{meant(minimise, names) or '.'}")
     return minimise
 
 
@@ -185,7 +185,7 @@ def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
     try:
         return float(cost(values))
     except Exception as fault:
-        raise ValueError(f"minimise failed: {fault!r}; it has the values {', '.join(values)}.") from fault
+        raise ValueError(f"minimise failed: {fault!r}; it has the values {few(values)}.") from fault
 
 
 def name_of(cost: Cost) -> str:

@@ -203,7 +203,10 @@ class Explorer:
         return found if math.isfinite(found) else math.inf
 
     def paths(self, surface: Surface, u: FloatArray, measured: FloatArray) -> int:
-        """So many that the simulation enlarges the errors of the numbers by a tenth at most: a power of two."""
+        """So many that the runs enlarge the errors of the numbers by a twentieth: a power of two.
+
+        The other half of `MOST_SHARE` is for the slopes, and for what the surface leaves of the runs.
+        """
         if self.wanted is not None:
             return self.wanted
         n = self.data.size
@@ -215,7 +218,7 @@ class Explorer:
         paths = (4 if self.quantiles else 1) * _FEWEST_PATHS
         while paths < MOST_PATHS:
             whole = measured + simulated * self.rough / paths
-            if (spread(whole) <= (1.0 + MOST_SHARE) * spread(measured)).all():
+            if (spread(whole) <= (1.0 + 0.5 * MOST_SHARE) * spread(measured)).all():
                 break
             paths *= 2
         return paths

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from springpot.arguments import Free
-from springpot.faults import listed
+from springpot.faults import listed, shown
 from springpot.fitting.likelihood import (
     Coordinates,
     FloatArray,
@@ -85,7 +85,7 @@ def law_of(model: object) -> Law:
     if isinstance(model, Oscillator | System | Barrier):
         return _law_of_wall(model)
     if not callable(model) or isinstance(model, type):
-        raise TypeError(f"model must be a Barrier, a system with one, or a function r(speed, ...), not {model!r}.")
+        raise TypeError(f"model must be a Barrier, a system with one, or a function r(speed, ...), not {shown(model)}.")
     arguments = [*inspect.signature(model).parameters.values()][1:]
     free = {a.name: a.default for a in arguments if isinstance(a.default, Free)}
     if bad := [a.name for a in arguments if a.default is a.empty and a.kind is a.POSITIONAL_OR_KEYWORD]:

@@ -245,7 +245,7 @@ def rounding_of(values: FloatArray) -> float:
     """
     gaps = np.diff(np.unique(values))
     first = -int(np.floor(np.log10(np.abs(values).max())))
-    decimals = ((10.0**-places, values) for places in range(first, first + _MOST_DIGITS))
+    decimals = ((float(10.0**-places), values) for places in range(first, first + _MOST_DIGITS))
     for step, numbers in ((float(gaps.min()), gaps), *decimals):
         if (np.abs(numbers / step - np.rint(numbers / step)) < _EVENLY).all():
             return float(step / 12.0**0.5)

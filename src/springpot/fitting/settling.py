@@ -91,7 +91,7 @@ def settled(
         telling.ended()
     return MomentsLikelihood(
         Coordinates(moved(free, own.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
-        search.explorer.cases, search.said,
+        search.explorer.cases, search.said, last=True,
     )  # fmt: skip
 
 
@@ -189,29 +189,27 @@ class _Search:
         for _ in range(_LAST_ROUNDS):
             reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
             surface = explorer.surface(Region(u, reach), place.surface, paths, rough=False)
-            before, place = u, self._stand(surface, _BEYOND, u)
+            before, place = u, self._stand(surface, _BEYOND, u, last=True)
             u, likelihood = place.u, place.likelihood
             free = (u > own.low) & (u < own.high)
             inside = bool((np.abs(u - before)[free] < _INSIDE * reach[free]).all())
             stays = inside or self._gain(place, before) < _LITTLE
             right = likelihood.wrong(u) <= _MOST_MISFIT
-            sharp = likelihood.blur(u) <= 1.0 + MOST_SHARE
-            more = not sharp and explorer.wanted is None and paths < MOST_PATHS
+            added = float(likelihood.added(u).max())
+            more = added > MOST_SHARE and explorer.wanted is None and paths < MOST_PATHS
             if stays and right and not more:
                 break
             width = width if right else _NARROWER * width
-            paths = 2 * paths if more else paths
+            paths = min(paths * _times(added / MOST_SHARE), MOST_PATHS) if more else paths
         if not stays:
             self.said = ("The search did not settle: start it nearer, or narrow the bounds.",)
         elif not right:
             self.said = ("The surface through the runs is not right near the result: narrow the bounds.",)
-        elif not sharp:
-            self.said = ("The slopes of the simulated statistics are uncertain: give more paths.",)
 
-    def _stand(self, surface: Surface, far: float, u: FloatArray) -> _Place:
+    def _stand(self, surface: Surface, far: float, u: FloatArray, *, last: bool = False) -> _Place:
         """The best numbers on a surface, with the weights there; the search stands there then."""
-        u = MomentsLikelihood(self.own, self.measured, surface, far).minimum(u)
-        self.best = _Place(MomentsLikelihood(self.own, self.measured, surface, far, u), u, far)
+        u = MomentsLikelihood(self.own, self.measured, surface, far, last=last).minimum(u)
+        self.best = _Place(MomentsLikelihood(self.own, self.measured, surface, far, u, last=last), u, far)
         return self.best
 
     def _gain(self, place: _Place, before: FloatArray) -> float:
@@ -225,3 +223,14 @@ class _Search:
         width = np.where(own.logarithmic, 1.0, own.high - own.low)
         reach = np.clip(_ERRORS * errors, least * width, most * width)
         return np.minimum(reach, 0.25 * (own.high - own.low))
+
+
+def _times(excess: float) -> int:
+    """By how much there must be more paths: a power of two, 2 to 8.
+
+    Examples
+    --------
+    >>> _times(1.1), _times(3.5), _times(100.0)
+    (2, 4, 8)
+    """
+    return int(2 ** min(max(math.ceil(math.log2(excess)), 1), 3))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.surfaces import Surface
 from springpot.faults import listed
+from springpot.fitting.exploring import MOST_SHARE
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, inverse
 from springpot.fitting.moments import Case, step_biases_at
 from springpot.fitting.statistics import Statistics
@@ -60,6 +61,9 @@ class MomentsLikelihood(LeastSquares):
         As far as the surface is used, in units of its region.
     at : ndarray, optional
         Where the weights are taken; the centre of the surface if not given.
+    last : bool
+        Whether what the surface leaves of the runs counts as an error too; of a plane that only leads there it does
+        not.
     cases : sequence of Case
         For what is said of the step.
     said : tuple of str
@@ -69,7 +73,8 @@ class MomentsLikelihood(LeastSquares):
     -----
     D. McFadden, "A method of simulated moments for estimation of discrete response models without numerical
     integration", Econometrica 57 (1989).  The weights are the inverse of the measured covariance plus that of the
-    surface, which is found from the samples path by path, so that common random numbers are taken into account.
+    surface: of its runs, which is found from the samples path by path, so that common random numbers are taken into
+    account, and what it leaves of them beyond that.
     """
 
     known = True
@@ -85,14 +90,17 @@ class MomentsLikelihood(LeastSquares):
         at: FloatArray | None = None,
         cases: Sequence[Case] = (),
         said: tuple[str, ...] = (),
+        last: bool = False,
     ) -> None:
         self.coordinates, self.measured, self.surface, self._far = coordinates, measured, surface, far
         self.size = n = measured.values.size
         self._cases, self._said = cases, said
-        self._simulated = surface.covariance(surface.centre if at is None else at)[:n, :n]
+        at = surface.centre if at is None else at
+        self._runs = surface.covariance(at)[:n, :n]
+        self._simulated = self._runs + (np.diag(self._misfit(at) ** 2) if last else 0.0)
         whole = measured.covariance + self._simulated
         self._spread = np.sqrt(np.diag(whole))
-        self._root = np.linalg.inv(np.linalg.cholesky(whole))
+        self._root, self._root_of_data = (np.linalg.inv(np.linalg.cholesky(c)) for c in (whole, measured.covariance))
 
     # -- for the search, at coordinates ---------------------------------------------------------------------------
 
@@ -108,19 +116,18 @@ class MomentsLikelihood(LeastSquares):
     def chi_square(self, u: FloatArray) -> float:
         """The sum of squares, with what the surface leaves of the runs among the errors."""
         left = self.measured.values - self.surface(u)[: self.size]
-        whole = self.measured.covariance + self._simulated + np.diag(self._misfit(u) ** 2)
+        whole = self.measured.covariance + self._runs + np.diag(self._misfit(u) ** 2)
         return float(left @ np.linalg.solve(whole, left))
 
     def wrong(self, u: FloatArray) -> float:
         """How far runs are off the surface, in errors: of the statistic that has it worst."""
-        return float((self._misfit(u) / self._spread).max())
+        return float((self._misfit(u) / np.sqrt(np.diag(self.measured.covariance + self._runs))).max())
 
-    def blur(self, u: FloatArray) -> float:
-        """How much the uncertain slopes enlarge the errors: of the number that has it worst."""
+    def added(self, u: FloatArray) -> FloatArray:
+        """By how much the simulation enlarges the error of each number, relative to the error from the data alone."""
         every = np.ones(u.size, bool)
-        theta = self.coordinates.outer(u)
-        plain = super().covariance(theta, every)
-        return float(np.sqrt(np.max(np.diag(self.covariance(theta, every)) / np.diag(plain))))
+        alone = self._covariance(u, every, self._root_of_data, simulated=False)
+        return np.sqrt(np.diag(self._covariance(u, every, self._root)) / np.diag(alone)) - 1.0
 
     def _misfit(self, u: FloatArray) -> FloatArray:
         """How far runs are off the surface, in the units of the statistics."""
@@ -141,15 +148,21 @@ class MomentsLikelihood(LeastSquares):
         With slopes J + e and weights W the estimates solve (J + e)' W (...) = 0; the information is
         J' W J = (J + e)' W (J + e) - E[e' W e], and the covariance of the score is the first of these terms.
         """
-        own = (self.sensitivity(theta) * self.coordinates.slope(theta))[:, moves]
-        errors = self.surface.slope_samples(self.coordinates.inner(theta))[:, : self.size][..., moves]
-        errors = np.einsum("ij,gjk->gik", self._root, errors)
+        return self._covariance(self.coordinates.inner(theta), moves, self._root)
+
+    def _covariance(
+        self, u: FloatArray, moves: NDArray[np.bool_], root: FloatArray, *, simulated: bool = True
+    ) -> FloatArray:
+        """With these weights; without what the error of the slopes adds, if they are not simulated."""
+        own = (root @ self.surface.slope(u)[: self.size])[:, moves]
+        errors = np.einsum("ij,gjk->gik", root, self.surface.slope_samples(u)[:, : self.size][..., moves])
         seen, excess = own.T @ own, np.einsum("gia,gib->ab", errors, errors)
         # in directions in which the data tell nothing, the excess may be all that is seen
-        root = np.linalg.cholesky(inverse(seen))
-        shares, turn = np.linalg.eigh(root.T @ excess @ root)
-        root = root @ turn / (1.0 - np.minimum(shares, _MOST_BLUR))
-        return np.asarray(root @ root.T)
+        half = np.linalg.cholesky(inverse(seen))
+        shares, turn = np.linalg.eigh(half.T @ excess @ half)
+        left = 1.0 - np.minimum(shares, _MOST_BLUR)
+        half = half @ turn / (left if simulated else np.sqrt(left))
+        return np.asarray(half @ half.T)
 
     def _expected(self, theta: FloatArray) -> FloatArray:
         return self.surface(self.coordinates.inner(theta))[: self.size]
@@ -176,6 +189,10 @@ class MomentsLikelihood(LeastSquares):
     def doubts(self, theta: FloatArray) -> tuple[str, ...]:
         """About the simulation: its errors, its step, and whether the search came to an end."""
         said = [*self._said]
+        added = self.added(self.coordinates.inner(theta))
+        if (most := float(added.max())) > MOST_SHARE:
+            name = self.coordinates.names[int(added.argmax())]
+            said.append(f"The simulation adds {100.0 * most:.0f} % to the error of {name}: give more paths.")
         measured = np.diag(self.measured.covariance)
         large = np.diag(self._simulated) > measured
         if large.any():

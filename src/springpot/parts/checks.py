@@ -64,7 +64,7 @@ def coefficients(values: object, most: int, hint: str) -> tuple[float, ...]:
         If they are not such numbers, or all of them are 0.
     """
     if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
-        raise TypeError(f"coefficients must be a tuple of numbers, not {values!r}. {hint}")
+        raise TypeError(f"coefficients must be a tuple of numbers, not {shown(values)}. {hint}")
     numbers = tuple(real(value, f"coefficients[{place}]", hint) for place, value in enumerate(values))
     if not 1 <= len(numbers) <= most:
         raise ValueError(f"coefficients must be 1 to {most} numbers, not {len(numbers)}. {hint}")

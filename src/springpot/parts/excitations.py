@@ -9,6 +9,7 @@ from typing import Literal
 
 from springpot.arguments import finite_number
 from springpot.device import DensityUnit, Sides, intensity_from_psd
+from springpot.faults import shown
 from springpot.parts.checks import Part, positive, put, real, unsigned
 
 __all__ = [
@@ -357,7 +358,7 @@ class Force(Part):
 
     def __post_init__(self) -> None:
         if not callable(self.function):
-            raise TypeError(f"function must be a function f(t, x, v), not {self.function!r}.")
+            raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
         put(self, share=real(self.share, "share", "It is a factor on the function."))
 
     def per_mass(self, mass: float) -> Force:
@@ -485,10 +486,10 @@ class ThermalNoise(Part):
 def _numbers(values: object, name: str) -> tuple[float, ...]:
     """The numbers of a table, one by one."""
     if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a list of numbers, not {values!r}.")
+        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
     return tuple(real(value, f"{name}[{place}]", "It is a point of the record.") for place, value in enumerate(values))
 
 
 def _check_on(on: object) -> None:
     if not isinstance(on, str) or on not in ("mass", "ground"):
-        raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {on!r}.")
+        raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from springpot.arguments import LARGEST, finite_number
+from springpot.faults import shown
 from springpot.parts.checks import Part, positive, put, signed
 from springpot.parts.springs import Spring
 
@@ -109,11 +110,11 @@ class Series(Part):
 
     def __post_init__(self) -> None:
         if not isinstance(self.springpot, Springpot):
-            raise TypeError(f"springpot must be a Springpot, not {self.springpot!r}.")
+            raise TypeError(f"springpot must be a Springpot, not {shown(self.springpot)}.")
         if not isinstance(self.spring, Spring):
-            raise TypeError(f"spring must be a Spring, not {self.spring!r}.")
+            raise TypeError(f"spring must be a Spring, not {shown(self.spring)}.")
         if not self.springpot.order > 0.0 or not self.springpot.coefficient > 0.0:
-            raise ValueError(f"springpot must have an order and a coefficient above 0, not {self.springpot!r}.")
+            raise ValueError(f"springpot must have an order and a coefficient above 0, not {shown(self.springpot)}.")
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from springpot.arguments import finite_number
+from springpot.faults import shown
 from springpot.parts.checks import Part, positive, put, real, unsigned
 
 __all__ = [
@@ -250,4 +251,4 @@ def _fraction(value: object, name: str, hint: str) -> float:
 
 def _check_side(side: object) -> None:
     if not isinstance(side, str) or side not in ("above", "below"):
-        raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {side!r}.")
+        raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {shown(side)}.")

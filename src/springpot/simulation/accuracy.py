@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.arguments import finite_number
-from springpot.faults import meant, per_cent
+from springpot.faults import few, meant, per_cent
 from springpot.oscillator import Oscillator
 from springpot.simulation.adapted import adapt
 from springpot.simulation.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
@@ -260,10 +260,10 @@ def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) 
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     allowed = controllable(problem)
     if not names or not set(names) <= set(allowed):
-        given = ", ".join(map(str, names)) or "nothing"
+        given = few(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
         hint = meant(wrong, allowed) or "."
-        raise ValueError(f"quantities must be among {', '.join(allowed)}, not {given}{hint}")
+        raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from springpot.faults import shown
 from springpot.simulation.extended_to import extended_to
 from springpot.simulation.more_paths import with_paths
 from springpot.simulation.results import Run
@@ -73,7 +74,7 @@ def extend(
     """
     _check(run)
     if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
+        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
     if (paths is None) == (rtol is None):
         raise ValueError("paths or rtol must be given, and not both.")
     if rtol is not None:
@@ -83,7 +84,7 @@ def extend(
 
 def _check(run: object) -> None:
     if not isinstance(run, Run):
-        raise TypeError(f"run must be a Run, not {run!r}.")
+        raise TypeError(f"run must be a Run, not {shown(run)}.")
     if run.budgets and not run.path_sums.size:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     more = {

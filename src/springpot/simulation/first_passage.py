@@ -103,7 +103,8 @@ def checked(problem: Oscillator | System, settings: Settings, wanted: Wanted | N
     if wanted is None:
         return ()
     if not isinstance(wanted, Mapping):
-        raise TypeError(f"first_passage must be a dict of names and levels, such as {{'x': 0.01}}, not {wanted!r}.")
+        words = "first_passage must be a dict of names and levels"
+        raise TypeError(f"{words}, such as {{'x': 0.01}}, not {shown(wanted)}.")
     return tuple(_passage(problem, settings, name, given) for name, given in wanted.items())
 
 
@@ -221,7 +222,7 @@ def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
     """The function and the level of an observable."""
     known = ", ".join(QUANTITIES)
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
-        raise ValueError(f"first_passage must name {known} or an observable in one word, not {name!r}.")
+        raise ValueError(f"first_passage must name {known} or an observable in one word, not {shown(name)}.")
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise ValueError(
             f"first_passage must name {known}; for an observable such as {name!r} give a pair: a function of (t, x, "
@@ -231,7 +232,7 @@ def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
         raise ValueError(f"first_passage cannot call an observable {name!r}: a run already has a result of that name.")
     function, level = given
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
-        raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {function!r}.")
+        raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {shown(function)}.")
     return function, level
 
 

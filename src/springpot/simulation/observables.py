@@ -18,7 +18,7 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.faults import cause_of
+from springpot.faults import cause_of, shown
 from springpot.simulation.cache import callback
 from springpot.simulation.distributions import SKETCHED
 from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES
@@ -59,11 +59,12 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     """
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
-        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {name!r}.")
+        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {shown(name)}.")
     if name in taken_names() or name.endswith("_se"):
         raise ValueError(f"an observable cannot be called {name!r}: a run already has a result of that name.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
-        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {function!r}: wrap it in a lambda.")
+        given = shown(function)
+        raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
     try:
         compiled = (_on_steps_of if kind == "state" else _on_impacts_of)(function)
     except (NumbaError, TypeError) as reason:

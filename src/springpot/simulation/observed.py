@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.arguments import finite_number
+from springpot.faults import shown
 from springpot.oscillator import Oscillator
 from springpot.parts import Barrier, Contact
 from springpot.simulation.distributions import Distribution, distributions_in, sketches
@@ -138,11 +139,11 @@ def requested(
     state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
     for name, given in (("observables", state), ("impact_observables", impact)):
         if not isinstance(given, Mapping):
-            raise TypeError(f"{name} must be a dict of names and functions, not {given!r}.")
+            raise TypeError(f"{name} must be a dict of names and functions, not {shown(given)}.")
     if both := [name for name in state if name in impact]:
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
     if not isinstance(distributions, bool):
-        raise TypeError(f"distributions must be True or False, not {distributions!r}.")
+        raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
     fastest = scales_of_problem(problem).fastest_rate
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
     return Requested(

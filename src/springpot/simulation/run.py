@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, listed, meant
+from springpot.faults import NotCovered, few, listed, meant, shown
 from springpot.options import Options
 from springpot.oscillator import Oscillator
 from springpot.simulation.accuracy import reach
@@ -125,10 +125,10 @@ def run_as_given(
     for name in given:
         if name not in Options.__annotations__:
             known = [*Options.__annotations__, *_OWN_ARGUMENTS]
-            near = meant(name, known) or owners_of(name) or f"; there are {', '.join(sorted(known))}."
+            near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
     if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {progress!r}.")
+        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
     if rtol is not None:
         more = {
             "observables": observables,

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.arguments import LARGEST, finite_number
+from springpot.faults import shown
 from springpot.options import DEFAULTS, Derivative, Options, Scheme, StartKind
 from springpot.oscillator import Oscillator
 from springpot.parts import (
@@ -155,7 +156,7 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
         One sentence that names the argument, what is wrong with it and what would be right.
     """
     if not isinstance(problem, Oscillator | System):
-        raise TypeError(f"oscillator must be an Oscillator or a System, not {problem!r}.")
+        raise TypeError(f"oscillator must be an Oscillator or a System, not {shown(problem)}.")
     options = cast(Options, {**DEFAULTS, **given})
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
@@ -340,7 +341,7 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
     if window is None:
         window = 0.5 * duration, duration
     if not isinstance(window, Sequence) or isinstance(window, str) or len(window) != 2:
-        raise TypeError(f"window must be a pair of times (start, end), not {window!r}.")
+        raise TypeError(f"window must be a pair of times (start, end), not {shown(window)}.")
     begin = finite_number(window[0], "window start", low=0.0)
     end = finite_number(window[1], "window end", low=0.0)
     if not begin < end:
@@ -444,7 +445,7 @@ def checked_threads(threads: int | None) -> int:
 def whole_number(value: object, name: str, low: int, high: int, hint: str = "") -> int:
     """``value`` as an int, or one sentence, and the hint, that names the argument and its range."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise TypeError(f"{name} must be a whole number, not {value!r}.{hint}")
+        raise TypeError(f"{name} must be a whole number, not {shown(value)}.{hint}")
     if not low <= int(value) <= high:
         raise ValueError(f"{name} must be in [{low}, {high}], not {value}.{hint}")
     return int(value)
@@ -452,4 +453,4 @@ def whole_number(value: object, name: str, low: int, high: int, hint: str = "") 
 
 def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in words:
-        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {value!r}.")
+        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {shown(value)}.")

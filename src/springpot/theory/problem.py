@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.faults import shown
 from springpot.oscillator import Oscillator
 from springpot.system import System
 from springpot.theory.result import Moments
@@ -113,7 +114,7 @@ def checked(oscillator: Oscillator | System) -> Oscillator:
     if isinstance(oscillator, System):
         return oscillator.canonical()
     if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {oscillator!r}.")
+        raise TypeError(f"oscillator must be an Oscillator, not {shown(oscillator)}.")
     return oscillator
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, listed
+from springpot.faults import NotCovered, listed, shown
 from springpot.oscillator import Oscillator
 from springpot.system import System
 from springpot.theory.cells import cell_of
@@ -200,7 +200,7 @@ def trust(problem: Oscillator | System, method: str) -> Trust:
     """
     atlas, here = _place(problem)
     if method not in atlas.methods:
-        raise ValueError(f"method must be one of {', '.join(atlas.methods)}, not {method!r}.")
+        raise ValueError(f"method must be one of {', '.join(atlas.methods)}, not {shown(method)}.")
     unknown = Trust(dict.fromkeys(atlas.good, math.inf), mapped=False, limits=_limits(atlas, here))
     if here is None:
         return unknown

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, overload
 
+from springpot.faults import shown
 from springpot.oscillator import Oscillator
 from springpot.system import System
 from springpot.theory.methods.systems.result import SystemResult
@@ -92,7 +93,7 @@ def solve_one(oscillator: Oscillator | System, method: str) -> tuple[Result | Sy
     """
     methods = methods_for(oscillator)
     if not isinstance(method, str) or method not in methods:
-        raise ValueError(f"method must be one of {', '.join(methods)}, not {method!r}.")
+        raise ValueError(f"method must be one of {', '.join(methods)}, not {shown(method)}.")
     try:
         result = methods[method].solve(oscillator)
     except (NotCovered, NoConvergence) as refusal:

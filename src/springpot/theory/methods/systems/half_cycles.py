@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
+from springpot.faults import NotCovered, few, shown
 from springpot.parts import Barrier, Dashpot, Mass, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.parts.walls import restitution_at, slow_restitution
 from springpot.system import System
@@ -123,7 +123,7 @@ class HalfCycles(SystemResult):
         u = real_array(speed, "speed") / scales.speed
         walls = {name: part for name, part in self.system.per_unit_mass.named() if isinstance(part, Barrier)}
         if wall not in walls:
-            raise ValueError(f"wall must be one of {', '.join(walls)}, not {wall!r}.")
+            raise ValueError(f"wall must be one of {few(walls)}, not {shown(wall)}.")
         found = _impacts(chain, walls[wall], scales)
         if found is None or not found.speeds.size:
             raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from springpot.faults import shown
 from springpot.parts import Barrier, Contact
 from springpot.parts.checks import put
 from springpot.system import System
@@ -143,7 +144,7 @@ def checked_system(system: object) -> System:
         If it is something else.
     """
     if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {system!r}.")
+        raise TypeError(f"system must be a System, not {shown(system)}.")
     return system
 
 
