@@ -18,7 +18,7 @@ from springpot.faults import per_cent
         (lambda: sp.Spring(colour="red"), "Spring has no argument 'colour': its argument is stiffness."),
         (lambda: sp.Oscillator(omega=2.0), "Oscillator has no argument 'omega'; did you mean natural_frequency?"),
         (lambda: sp.run(sp.Oscillator(), e=0.5), "no argument 'e'; did you mean Barrier(restitution=...)?"),
-        (lambda: sp.run(sp.Oscillator(), pathes=5), "no argument 'pathes'; did you mean paths?"),
+        (lambda: sp.run(sp.Oscillator(), path=5), "no argument 'path'; did you mean paths?"),
         (
             lambda: sp.System(sp.Spring(80.0), stiffness=80.0),
             "stiffness must be a part of that name, as stiffness=Spring(80.0), not 80.0; did you mean "

@@ -97,7 +97,7 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
     Examples
     --------
-    >>> nearest("stifness", ["stiffness", "order"]), nearest("rms", ["x_mean", "x_mean_square"]), nearest("?", ["x"])
+    >>> nearest("stiff", ["stiffness", "order"]), nearest("rms", ["x_mean", "x_mean_square"]), nearest("?", ["x"])
     ('stiffness', 'x_mean_square', '')
     """
     known = [*names]
