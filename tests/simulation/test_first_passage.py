@@ -247,6 +247,38 @@ def test_the_envelope_knows_when_x_passes_on_one_side_or_both(order: float, c: f
         assert abs(envelope.first_passage(**{name: level}).mean_time / mean - 1.0) < room + 2.0 * error / mean, name
 
 
+def test_between_two_walls_an_impact_on_one_is_no_passage_at_the_other() -> None:
+    """Mirror images alike, and a distance from a wall is a place: impacts were read as on the lower wall at 0."""
+    parts = sp.Spring(1.0), sp.Dashpot(0.2)
+    even = sp.System(*parts, sp.WhiteNoise(0.4), sp.Barrier(-0.3, 0.3), sp.Barrier(0.3, 0.3, side="below"))
+    (down, its), (up, error) = (
+        run(even, paths=4000, duration=60.0, start="rest", seed=5, first_passage={"v": v}).first_passages["v"].mean[:2]
+        for v in (-1.0, 1.0)
+    )
+    assert math.hypot(its, error) < 0.025 * up
+    assert abs(down - up) < 3.5 * math.hypot(its, error)
+    pressed = sp.System(
+        *parts, sp.Constant(1.0), sp.WhiteNoise(0.05), sp.Barrier(1.0, 0.7), sp.Barrier(2.0, 0.7, side="below")
+    )
+    levels = {"distance": {"level": 0.4, "reference": 1.0}, "x": 1.4}
+    found = run(pressed, paths=500, duration=60.0, start="rest", seed=5, first_passage=levels).first_passages
+    np.testing.assert_allclose(found["distance"].times, found["x"].times, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("c", "level"), [(1e-5, 3.0), (1e-5, 6.0), (0.01, 5.0), (0.1, 6.0)])
+def test_an_elastic_wall_at_rest_shows_the_distance_without_it(c: float, level: float) -> None:
+    """Behind it x is |x| without the wall, at order 1: it was off by a factor of 2."""
+
+    def of(barrier: sp.Barrier | None) -> sp.theory.Envelope:
+        pot, noise = sp.Springpot(1.0, c), sp.WhiteNoise(2.0 * c)
+        return sp.theory.envelope(sp.Oscillator(springpot=pot, barrier=barrier, excitation=noise))
+
+    behind, without = of(sp.Barrier(0.0)).first_passage(x=level), of(None).first_passage(distance=level)
+    assert behind.mean_time == pytest.approx(without.mean_time, rel=0.04)
+    if c == 1e-5:  # one that is looked at so often passes as the amplitude does
+        assert without.mean_time == pytest.approx(of(None).first_passage(amplitude=level).mean_time, rel=0.05)
+
+
 @pytest.mark.parametrize("level", [6.0, 8.0])
 def test_rare_passages_of_the_envelope_come_at_rices_rate(level: float) -> None:
     """At order 1, unit variance and c = 0.3: 2 pi exp(level^2 / 2) on one side, half of it on both."""

@@ -9,6 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot.theory import NotCovered, best_guess, envelope, half_cycles, recommended, solve_all, trust
+from springpot.theory.cells import cell_of
 from tests.sizes import thinned
 
 SOFT = sp.PolynomialSpring((0.0, 0.0, -0.1))
@@ -215,3 +216,56 @@ def test_thirty_random_systems_say_their_error() -> None:
     assert stated >= 20
     assert exceeded <= 2
     assert np.median(ratios) <= 3.0
+
+
+def test_a_springpot_of_order_0_is_a_spring() -> None:
+    stops = {"near": sp.Barrier(-1.0), "far": sp.Barrier(1.2, side="below")}
+    parts = sp.Dashpot(0.1), sp.WhiteNoise(0.2)
+    split = sp.System(sp.Spring(1.0), sp.Springpot(0.0, 1.0), *parts, **stops)
+    whole = sp.System(sp.Spring(2.0), *parts, **stops)
+    assert half_cycles(split).barrier_impact_rate == pytest.approx(half_cycles(whole).barrier_impact_rate, rel=1e-9)
+    assert cell_of(split) == pytest.approx(cell_of(whole))
+
+
+@pytest.mark.parametrize(("c", "share"), [(1e-3, 0.03), (3e-3, 0.02)])
+def test_light_damping_has_narrow_cells(c: float, share: float) -> None:
+    """With cells of one width <v^2> was 6 % too large at c = 0.001."""
+    system = between(1.0, c, (1.0, 1.7), (1.0, 1.0))
+    found, true = half_cycles(system), sp.theory.exact(system)
+    assert found.v_mean_square == pytest.approx(true.v_mean_square, rel=share)
+    assert found.barrier_impact_rate == pytest.approx(true.barrier_impact_rate, rel=2.5 * share)
+
+
+def test_what_the_chain_does_not_resolve_is_refused() -> None:
+    for system, sentence in (
+        (between(1.0, 1e-5, (1.0, 1.7), (1.0, 1.0)), "the damping is very light or the walls are very near"),
+        (between(1.0, 0.05, (1e-9, 2e-9), (1.0, 1.0)), "the damping is very light or the walls are very near"),
+        (between(0.5, 0.3, (0.1, 0.15), (1.0, 1.0)), "here it is nearer"),
+    ):
+        with pytest.raises(NotCovered, match=sentence):
+            half_cycles(system)
+        answers, _ = solve_all(system)
+        assert "half_cycles" not in answers
+        assert "envelope" in answers
+
+
+def test_other_methods_answer_where_nothing_draws_the_mass_at_rest() -> None:
+    stops = {"near": sp.Barrier(-1.5, 0.6), "far": sp.Barrier(2.2, 0.6, side="below")}
+    for springs in ((), (sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)))):
+        _, statements = solve_all(sp.System(*springs, sp.Springpot(0.7, 0.5), sp.WhiteNoise(0.5), **stops))
+        assert "half cycles" in statements["half_cycles"]
+
+
+@pytest.mark.parametrize("restitution", [sp.PowerRestitution(0.5, 1.0, 1.0), 1e-9])
+def test_the_density_of_x_where_all_impacts_end_with_one_speed(restitution: sp.PowerRestitution | float) -> None:
+    found = half_cycles(between(1.0, 0.2, (1.2, 1.9), (restitution, restitution)))  # type: ignore[arg-type]
+    x = np.linspace(-1.2, 1.9, 20_001)
+    density = found.x_density(x)
+    assert np.all(np.isfinite(density))
+    assert np.trapezoid(density, x) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_wall_beyond_the_grid_has_no_rate_and_a_sentence() -> None:
+    found = half_cycles(between(1.0, 0.1, (1.0, 6.9), (1.0, 1.0)))
+    assert math.isnan(found.barrier_impact_rate[1])
+    assert found.warnings
