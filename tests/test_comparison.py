@@ -229,7 +229,7 @@ def test_what_the_map_cannot_judge_is_not_called_good() -> None:
     lossy = oscillator(0.9, 1.0, position=-2.0, restitution=0.8)
     assert "x_mean" in trust(lossy, "envelope").unjudged
     (sentence,) = map_warnings(lossy, "envelope")
-    assert "to judge <x>, impact rate, mean impact speed and mean square impact speed." in sentence
+    assert "cannot judge <x>, impact rate, mean impact speed and mean square impact speed: Monte" in sentence
 
 
 def test_small_orders_say_nothing_of_a_spring() -> None:

@@ -575,3 +575,22 @@ def test_a_springpot_of_order_0_may_be_the_only_spring(damper: sp.Dashpot | sp.S
     assert found.v_mean_square == pytest.approx(usual.v_mean_square, rel=1e-9)
     assert abs(found.x_mean) < 1e-9
     assert "linearisation" in sp.explain(sp.System(sp.Springpot(0.0, 4.0), damper, sp.WhiteNoise(1.0)))
+
+
+@pytest.mark.parametrize("noise", [WHITE, sp.ColouredNoise(1.0, 2.0), sp.ThermalNoise(1.0)])
+def test_linearisation_of_a_linear_system_warns_of_nothing(noise: object) -> None:
+    """It is exact there, and warned of 21 and 50 %: its measure left out the springpots' stiffness."""
+    for parts in ((SPRING, sp.Springpot(0.25, 3.0)), (SPRING, sp.PolynomialSpring((1.0,)), sp.Springpot(0.5, 1.0))):
+        found = linearisation(sp.System(*parts, noise))
+        assert found.warnings == ()
+        assert found.x_mean_square == pytest.approx(linear(sp.System(*parts, noise)).x_mean_square, rel=1e-6)
+
+
+def test_linearisation_warns_of_bent_springs_by_all_stiffness() -> None:
+    """A springpot that is most of the stiffness makes a cubic spring a small part of it, but not in a bath."""
+    bent, pot = cubic(1.0), sp.Springpot(0.25, 20.0)
+    for noise, strained in ((WHITE, False), (sp.ThermalNoise(1.0), True)):
+        warnings = linearisation(sp.System(SPRING, bent, pot, noise)).warnings
+        assert any("bend so much" in sentence for sentence in warnings) == strained
+    light = linearisation(sp.System(SPRING, bent, sp.Springpot(0.25, 0.05), WHITE))
+    assert any("bend so much" in sentence for sentence in light.warnings)

@@ -221,7 +221,9 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
 def _strained(unit: System, companion: Companion, found: SystemMoments) -> Iterator[str]:
     """Where x is far from Gaussian."""
     variance = found.x_mean_square - found.x_mean**2
-    memory = float(companion.dissipative(np.array([math.sqrt(found.v_mean_square / variance)]))[0].real)
+    memory = 0.0
+    if not unit.of(ThermalNoise):  # in a bath memory does not change the law of x
+        memory = float(companion.dissipative(np.array([math.sqrt(found.v_mean_square / variance)]))[0].real)
     springs = [part for part in unit.parts if isinstance(part, PolynomialSpring | Spring | Constant)]
     # a bath in which the same springs, and the memory's, have this variance where x is Gaussian
     bath = System(Dashpot(1.0), ThermalNoise((companion.stiffness + memory) * variance), *springs, Spring(memory))
