@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
@@ -131,6 +132,23 @@ def test_numbers_that_the_data_do_not_tell_apart_are_named() -> None:
     assert [own.names for own in found.not_told_apart] == [("k1", "k2")]
     assert found.not_told_apart[0].correlation < -0.999
     assert "The data do not tell k1 and k2 apart" in found.report()
+
+
+def test_what_is_known_of_two_numbers_together_is_said() -> None:
+    """In a narrow band C (2 pi f)^order is known, neither of them as well; small errors were not spoken of."""
+    f = np.geomspace(50.0, 60.0, 16)
+    p, rng = 2j * np.pi * f, np.random.default_rng(1)
+    modulus = 2.0 * p**0.5 * (1.0 + 0.01 * rng.standard_normal(16))
+    found = sp.fit(sp.Springpot(ORDER, C), sp.Moduli(f, modulus.real, modulus.imag, relative_error=0.01))
+    assert abs(found.correlation("order", "C")) > 0.95
+    assert not found.not_told_apart
+    (said,) = found.known_together
+    assert said in found.report()
+    numbers = re.findall(r"order C\^(\S+) is known to \+?-? ?(\S+) %, order alone to (\S+) %", said)
+    assert len(numbers) == 1
+    power, together, alone = map(float, numbers[0])
+    assert together < 0.3 * alone
+    assert power > 0.0
 
 
 def test_a_profile_agrees_with_the_interval_and_reaches_its_level() -> None:

@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from springpot.faults import Stopped
 from springpot.fitting.likelihood import FloatArray, Likelihood
 
-__all__ = ["STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "profile_along", "search"]
+__all__ = [
+    "STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "known_together", "profile_along",
+    "search",
+]  # fmt: skip
 
 STRONG = 0.95
 """Correlation from which numbers may not be told apart: each is three times as certain if the others are known."""
 
 _STRONG_AT_BOUND = 0.9
+_WHOLLY = 1.0 - 1e-9  # correlation from which rounding hides how well a combination is known
 
 VAGUE = 0.25
 """Relative error from which numbers of strong correlation are said not to be told apart."""
@@ -185,6 +189,50 @@ def correlation_of(covariance: FloatArray) -> FloatArray:
     """
     size = np.sqrt(np.diag(covariance))
     return np.asarray(np.clip(covariance / np.outer(size, size), -1.0, 1.0))
+
+
+def known_together(names: tuple[str, ...], logarithmic: NDArray[np.bool_], covariance: FloatArray) -> tuple[str, ...]:
+    """Of numbers whose errors have a strong correlation: which combination of two is known, and how well.
+
+    Parameters
+    ----------
+    names : tuple of str
+    logarithmic : ndarray of bool, shape (numbers,)
+        Whether the coordinate of each is its logarithm.
+    covariance : ndarray, shape (numbers, numbers)
+        Of the coordinates; NaN for numbers that are held.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each pair, the strongest first; each number is in one of them.
+
+    Examples
+    --------
+    >>> whole = 0.01 * np.array([[1.0, 1.98], [1.98, 4.0]])
+    >>> known_together(("C", "q"), np.array([True, True]), whole)[0]
+    'The errors of C and q have a correlation of 0.990: C q^-0.495 is known to 1.4 %, C alone to 10 %.'
+    """
+    rho = correlation_of(covariance)
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if abs(rho[i, j]) >= STRONG]
+    said, told = [], set[int]()
+    for i, j in sorted(pairs, key=lambda pair: -abs(rho[pair])):
+        if told & {i, j} or abs(rho[i, j]) > _WHOLLY:
+            continue
+        told |= {i, j}
+        alone = float(np.sqrt(covariance[i, i]))
+        together, power = alone * float(np.sqrt(1.0 - rho[i, j] ** 2)), -float(covariance[i, j] / covariance[j, j])
+        one, other = (f"ln {names[n]}" if logarithmic[n] else names[n] for n in (i, j))
+        what = f"{one} {'-' if power < 0.0 else '+'} {abs(power):.3g} {other}"
+        errors = [f"+- {error:.2g}" for error in (together, alone)]
+        if logarithmic[i] and logarithmic[j]:
+            one, what = names[i], f"{names[i]} {names[j]}^{power:.3g}"
+            errors = [f"{100.0 * error:.2g} %" for error in (together, alone)]
+        said.append(
+            f"The errors of {names[i]} and {names[j]} have a correlation of {rho[i, j]:.3f}: {what} is known to "
+            f"{errors[0]}, {one} alone to {errors[1]}."
+        )
+    return tuple(said)
 
 
 def confusions(

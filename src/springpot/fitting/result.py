@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from springpot.arguments import finite_number
 from springpot.faults import listed, meant, name_results, shown
-from springpot.fitting.estimate import Confusion, Solution, profile_along
+from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
 
 if TYPE_CHECKING:
@@ -148,6 +148,14 @@ class Fit:
         """Data less the numbers that were found."""
         likelihood, best = self._solved()
         return likelihood.size - int(best.moves.sum())
+
+    @property
+    def known_together(self) -> tuple[str, ...]:
+        """One sentence for each two numbers whose errors have a correlation of 0.95 or more: what is known of both."""
+        likelihood, best = self._solved()
+        own = likelihood.coordinates
+        slope = own.slope(own.outer(best.u))
+        return known_together(own.names, own.logarithmic, self.covariance / np.outer(slope, slope))
 
     def correlation(self, first: str, second: str) -> float:
         """The correlation of the errors of two numbers.
@@ -348,6 +356,7 @@ class Fit:
             number = f"{value:.6g} +- {self.errors[name]:.2g}"
             lines.append(f"{name:{wide}}{number:22} 95 % interval {low:.6g} to {high:.6g}")
         lines += [f"{name:{wide}}{value:.3g} (estimated)" for name, value in self.extras.items()]
+        lines += self.known_together
         lines.append(f"BIC {self.bic:.2f}")
         lines += [f"{choice.label}: BIC {choice.bic:.2f} with {choice.numbers} numbers" for choice in self.choices]
         return "\n".join([*lines, *(self.warnings if warnings else ())])
@@ -373,6 +382,7 @@ class Fit:
             "intervals": {name: [plain(end) for end in self.interval(name)] for name in self.values},
             "at_bounds": self.at_bounds,
             "not_told_apart": [{"names": [*c.names], "correlation": c.correlation} for c in self.not_told_apart],
+            "known_together": [*self.known_together],
             "correlations": [[plain(value) for value in row] for row in self.correlations.tolist()],
             "extras": self.extras,
             "deviance": self.deviance,
