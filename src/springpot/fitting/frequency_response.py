@@ -104,7 +104,8 @@ class FrequencyResponse:
     def errors(self) -> FloatArray | None:
         """Standard deviation of each magnitude relative to it, and of each phase in rad; None if it is not known."""
         if self.coherence is not None and self.averages is not None:
-            return np.asarray(np.sqrt((1.0 - self.coherence) / (2.0 * self.averages * self.coherence)))
+            with np.errstate(over="ignore"):  # an error that is infinite is refused
+                return np.asarray(np.sqrt((1.0 - self.coherence) / (2.0 * self.averages * self.coherence)))
         return None if self.relative_error is None else np.asarray(self.relative_error)
 
     @property

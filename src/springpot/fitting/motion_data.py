@@ -18,6 +18,7 @@ __all__ = ["Of", "Record", "Spectrum", "check_of", "window_samples"]
 Of = Literal["x", "v", "a"]
 
 _FEWEST_SAMPLES = 32
+_LONGEST_SEGMENT = 2**20
 _EVEN = 1e-3  # of a sampling step: how far a time may be from its place
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
@@ -100,15 +101,19 @@ class Spectrum:
             raise ValueError(f"window must be 'boxcar' or 'hann', not {shown(self.window)}.")
         if self.sampling_rate is None:
             raise ValueError("sampling_rate must be given with window and segment.")
-        if isinstance(self.segment, bool) or not isinstance(self.segment, int | np.integer) or self.segment < 8:
-            raise ValueError(f"segment must be a whole number of samples, at least 8, not {shown(self.segment)}.")
-        places = self.frequency_hz * self.segment / self.sampling_rate
+        segment = self.segment
+        whole = isinstance(segment, int | np.integer) and not isinstance(segment, bool)
+        if not whole or segment is None or not 8 <= segment <= _LONGEST_SEGMENT:
+            raise ValueError(
+                f"segment must be a whole number of samples from 8 to {_LONGEST_SEGMENT:,}, not {shown(segment)}."
+            )
+        places = self.frequency_hz * segment / self.sampling_rate
         off = np.abs(places - np.round(places)) > 1e-3
         if off.any():
             place = int(np.argmax(off))
             raise PointFault(
                 "frequency_hz", place, "must be a multiple of sampling_rate / segment, "
-                f"{self.sampling_rate / self.segment:g} Hz, not {self.frequency_hz[place]:g}.",
+                f"{self.sampling_rate / segment:g} Hz, not {self.frequency_hz[place]:g}.",
             )  # fmt: skip
 
     @property

@@ -16,7 +16,7 @@ import numpy as np
 from springpot.device import STANDARD_GRAVITY
 from springpot.faults import FileFault, listed, meant, shown
 from springpot.files import open_text
-from springpot.fitting.columns import FloatArray, PointFault
+from springpot.fitting.columns import FloatArray, PointFault, column
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.motion_data import Record, Spectrum
 from springpot.fitting.part_data import Impacts, Moduli
@@ -166,7 +166,8 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
         return found
     known = [_head(head, line, title) for head in heads]
     values, lines = numbers_of(rows, heads, title)
-    values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
+    with np.errstate(over="ignore"):  # what is infinite then is refused
+        values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
     columns = [_Column(head, *own, values[:, n]) for n, (head, own) in enumerate(zip(heads, known, strict=True))]
     try:
         return _made(columns, settings)
@@ -274,10 +275,8 @@ def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Freque
     first, second = (own[name] for name in pairs[0])
     if pairs[0] == ("real", "imaginary") and first.unit != second.unit:
         raise ValueError(f"real and imaginary must have the same unit, not {first.unit} and {second.unit}.")
-    if pairs[0] == ("magnitude", "phase"):
-        response = first.values * np.exp(1j * second.values)
-    else:
-        response = first.values + 1j * second.values
+    a, b = column(first.values, first.name), column(second.values, second.name)
+    response = a * np.exp(1j * b) if pairs[0] == ("magnitude", "phase") else a + 1j * b
     if "coherence" in own:
         given["coherence"] = own["coherence"].values
     of, on = _RESPONSES[first.unit]

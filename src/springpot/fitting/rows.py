@@ -80,8 +80,8 @@ def rows_of(
             if reader.line_num != count:
                 raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
             yield at, row
-    except csv.Error as fault:
-        raise FileFault(f"{title} is not a table: {fault}.") from None
+    except csv.Error:
+        raise FileFault(f"{title}, line {at}: a quotation mark has no partner, or stands within a cell.") from None
 
 
 def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:

@@ -51,6 +51,8 @@ FloatArray = NDArray[np.float64]
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
+_LEAST_SHARE = 1e-200
+_NOT_HELD = "the system must have a spring, or a wall on each side: nothing holds the mass at a place."
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +85,11 @@ class BoltzmannLaw:
     def frequency(self) -> float:
         """That of the linear spring with the same variance."""
         return math.sqrt(self.temperature / self.variance)
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether its places differ, in double precision."""
+        return self.variance > 0.0 and bool(self.places[1] > self.places[0])
 
     def density_at(self, place: float) -> float:
         """p(x) at a place on the grid or at its end."""
@@ -121,6 +128,8 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     limit = float(depth.min()) + _FARTHEST * temperature
     within = np.flatnonzero(depth <= limit)
     low, high = (_edge(potential, grid[within[end]], sign, limit) for end, sign in ((0, -1.0), (-1, 1.0)))
+    if not math.isfinite(high - low):
+        raise ValueError(_NOT_HELD)
     places = np.linspace(low, high, _POINTS)
     energy = potential.energy(places)
     weights = np.exp(-np.minimum((energy - energy.min()) / temperature, 700.0))
@@ -131,7 +140,9 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
 @lru_cache(maxsize=16)
 def _around_the_wells(potential: Potential) -> FloatArray:
     """Places between the walls: all where the potential is least, and a grid from the first to the last of them."""
-    roots = np.roots(potential.coefficients[::-1]) if len(potential.coefficients) > 1 else np.zeros(0)
+    powers = np.array(potential.coefficients[::-1])
+    # a power that matters only at lengths beyond all use has no root there, and a ratio of coefficients no overflow
+    roots = np.roots(np.where(np.abs(powers) > _LEAST_SHARE * np.abs(powers).max(), powers, 0.0))
     real = roots[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))].real
     touches = [contact.position for contact in potential.contacts]
     low, high = max(potential.low, -1e300), min(potential.high, 1e300)
@@ -256,11 +267,20 @@ def system_scales(system: System) -> SystemScales:
     >>> scales = system_scales(System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0)))
     >>> round(scales.law.temperature, 6), round(scales.length, 3), round(scales.energy_time, 6)
     (1.0, 0.684, 2.0)
+
+    Raises
+    ------
+    ValueError
+        If nothing holds the mass, or it moves less than numbers can tell.
     """
     unit = system.per_unit_mass
     potential = unit.potential
+    if not potential.holds():
+        raise ValueError(_NOT_HELD)
     theta = _temperature(unit, potential)
     law = boltzmann_law(potential, theta)
+    if not law.is_resolved:
+        raise ValueError(f"the motion about {law.places[0]:g} m must be large enough to be told from it in 16 digits.")
     linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
     smooth = replace(potential, contacts=())
@@ -315,7 +335,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         last = math.nan
         for theta in size * 10.0**powers:
             law = boltzmann_law(potential, float(theta))
-            if not law.variance > 0.0:
+            if not law.is_resolved:
                 break
             surplus = _fed(unit, law) - dissipated(unit, law)
             if surplus > 0.0 and not math.isnan(last):
