@@ -259,12 +259,13 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
     if moment not in SYSTEMS_GOOD:
         raise ValueError(f"moment must be one of {', '.join(SYSTEMS_GOOD)}, not {moment!r}.")
     cases = {title: case for title, case in CASES.items() if exists(moment, _USUAL | dict(case))}
+    orders = sorted(set(read_map(path)["order"]))
     figure, panels = new_grid(1.75 * len(cases) + 1.2, 1.6 * len(methods) + 1.1, len(methods), len(cases))
     image: Any = None
     for number, cell in enumerate(panels):
         row, column = divmod(number, len(cases))
         title, case = list(cases.items())[column]
-        image = _panel(cell, _cells_of(case, path), f"{methods[row]}:{moment}", SYSTEMS_GOOD[moment])
+        image = _panel(cell, _cells_of(case, path), f"{methods[row]}:{moment}", SYSTEMS_GOOD[moment], orders)
         if row == 0:
             cell.set_title(title, fontsize=8)
         if column == 0:
@@ -278,10 +279,10 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
     bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
     bar.set_label(
         f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
-        f"bold: more than {SYSTEMS_GOOD[moment]:g} %; grey: no result; blank: Monte Carlo too uncertain",
+        f"bold: more than {SYSTEMS_GOOD[moment]:g} %; grey: no result; blank: no cell, or Monte Carlo too uncertain",
         fontsize=7,
     )
-    figure.suptitle(f"Systems: gap of {NAMES[moment]} to Monte Carlo; walls at or about the equilibrium", fontsize=10)
+    figure.suptitle(f"Systems: gap of {NAMES[moment]}\nto Monte Carlo; walls at or about the equilibrium", fontsize=9)
     return figure
 
 
@@ -294,8 +295,8 @@ def _cells_of(case: Mapping[str, float], path: Path) -> Cells:
     return {name: column[chosen] for name, column in cells.items()}
 
 
-def _panel(panel: Axes, here: Cells, name: str, good: float) -> Any:
-    orders, strengths = sorted(set(here["order"])), sorted(set(here["c"]))
+def _panel(panel: Axes, here: Cells, name: str, good: float, orders: Sequence[float] = ()) -> Any:
+    orders, strengths = orders or sorted(set(here["order"])), sorted(set(here["c"]))
     gaps = np.full((len(orders), len(strengths)), np.nan)
     for order, c, gap in zip(here["order"], here["c"], here[name], strict=True):
         gaps[orders.index(order), strengths.index(c)] = gap
