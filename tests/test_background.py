@@ -31,6 +31,7 @@ def test_the_page() -> None:
     assert (started.process.returncode, out, err) == (130, "", "springpot: interrupted.\n")
 
 
+@pytest.mark.validation  # every day: any long work, in test_interrupt.py
 def test_the_page_in_the_middle_of_a_fit(tmp_path: Path) -> None:
     (tmp_path / "rubber.toml").write_text(RUBBER)
     with in_the_background(), running(str(tmp_path / "rubber.toml")) as started, tab(started) as page:
