@@ -166,7 +166,8 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
         return found
     known = [_head(head, line, title) for head in heads]
     values, lines = numbers_of(rows, heads, title)
-    values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
+    with np.errstate(over="ignore"):  # each column is checked
+        values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
     columns = [_Column(head, *own, values[:, n]) for n, (head, own) in enumerate(zip(heads, known, strict=True))]
     try:
         return _made(columns, settings)
