@@ -13,7 +13,7 @@ __all__ = [
     "name_results", "nearest", "per_cent", "shown",
 ]  # fmt: skip
 
-MOST_WORDS = 24  # of a list in a sentence
+MOST_WORDS = 20  # of a list in a sentence
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -77,7 +77,7 @@ def few(words: Iterable[str]) -> str:
     Examples
     --------
     >>> few(["order", "coefficient"]), few([f"contact_{n}" for n in range(200)])[-34:]
-    ('order, coefficient', 'contact_22, contact_23, 176 others')
+    ('order, coefficient', 'contact_18, contact_19, 180 others')
     """
     return ", ".join(_first([*words]))
 

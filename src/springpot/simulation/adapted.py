@@ -16,7 +16,7 @@ from springpot.oscillator import Barrier, Oscillator
 from springpot.parts import Circuit, Maxwell, Series, Springpot, ThermalNoise
 from springpot.simulation.adapted_start import Adapted
 from springpot.simulation.schemes import Splitting
-from springpot.simulation.settings import Settings
+from springpot.simulation.settings import TOO_FAR_APART, Settings
 from springpot.simulation.simulation import Progress, simulation_of
 from springpot.simulation.statistics import controlled, standard_error
 from springpot.simulation.system_scales import is_symmetric, scales_of_problem, system_scales, typical_frequency
@@ -82,6 +82,8 @@ def adapt(
             break
         now = guess.inside(now + (reached - now) / (1.0 - _slope(tried)))
     check, its_error, spread = mean(now, 2)
+    if not 0.0 < spread < math.inf:
+        raise ValueError(TOO_FAR_APART)
     # the fixed point from the last two pilots, which have independent normals
     settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
     return Adapted(

@@ -18,7 +18,7 @@ from springpot.simulation.controls import controls_of
 from springpot.simulation.decision import FEWEST_PATHS
 from springpot.simulation.forgetting import oscillators_alike, shares_missing
 from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import Settings, derivative_at
+from springpot.simulation.settings import MOST_STEPS, Settings, derivative_at
 from springpot.simulation.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.slow_impacts import extrapolation_step
 from springpot.simulation.system_scales import scales_of_problem
@@ -29,6 +29,7 @@ __all__ = [
     "FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "forgetting_time_of", "level_settings", "levels_of",
 ]  # fmt: skip
 
+LONGEST = 100 * MOST_STEPS  # path with rtol
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if the energy time is so long
 GUESSED = 1.5  # factor on the forgetting time of a system
@@ -175,6 +176,11 @@ def level_settings(
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
     length = max(min(max(MANY_RELAXATIONS / rtol, fewest), most) * relaxation, 0.5 * begin)
+    if begin + length > LONGEST * step:
+        raise ValueError(
+            f"rtol cannot be reached: the motion forgets its start only after {relaxation:.2g} s, and a path has at "
+            f"most {LONGEST:,} steps of {step:.2g} s; give paths and duration instead."
+        )
     begin, length = (step * math.ceil(time / step) for time in (begin, length))
     return Settings(
         paths=FEWEST_PATHS,

@@ -488,10 +488,11 @@ def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls
         raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
     substeps = 1
     for name, contact in total.contacts:
-        needed = math.ceil(0.5 * step / (contact_time(contact, speed) / _SUBSTEPS))
+        needed = math.ceil(min(0.5 * step / (contact_time(contact, speed) / _SUBSTEPS), 2.0 * _MOST_SUBSTEPS))
         if needed > _MOST_SUBSTEPS:
             raise ValueError(
-                f"{name} is so stiff that half a step would need {needed} parts: use a Barrier, which is the limit."
+                f"{name} is so stiff that half a step would need more than {_MOST_SUBSTEPS} parts: use a Barrier, "
+                "which is the limit."
             )
         substeps = max(substeps, needed)
     away = {"above": 1.0, "below": -1.0}

@@ -44,6 +44,7 @@ __all__ = [
     "whole_number",
 ]
 
+TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 MOST_STEPS = 100_000_000
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
@@ -307,15 +308,19 @@ def _grid(
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
     scales = scales_of_problem(problem)
+    fastest = scales.fastest_rate
+    if not 0.0 < fastest < math.inf:
+        raise ValueError(TOO_FAR_APART)
     if step is None:
-        step = min(scheme_of(scheme).default_step / scales.fastest_rate, math.inf if duration is None else duration)
+        step = min(scheme_of(scheme).default_step / fastest, math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:
         duration = default_duration(problem, scales, step)
+        if not duration > 0.0:
+            raise ValueError(TOO_FAR_APART)
     if step > duration:
         raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
-    fastest = scales.fastest_rate
     coarsest = COARSEST_EXACT if keeps_the_law(problem, scheme) else COARSEST
     if step * fastest > coarsest:
         raise ValueError(
@@ -329,8 +334,8 @@ def _grid(
         if duration / MOST_STEPS * fastest <= coarsest:
             advice = f"a step of at least {duration / MOST_STEPS:.3g} s or {advice}"
         raise ValueError(
-            f"duration of {duration:g} s takes {ratio:.3g} steps of {step:g} s, but at most {MOST_STEPS:,} are "
-            f"allowed: use {advice}."
+            f"duration of {duration:g} s takes more than the {MOST_STEPS:,} steps of {step:g} s that are allowed: "
+            f"use {advice}."
         )
     # duration / step rounded up, with a margin for rounding errors
     steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))

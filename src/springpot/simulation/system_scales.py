@@ -83,8 +83,8 @@ class BoltzmannLaw:
 
     @property
     def frequency(self) -> float:
-        """That of the linear spring with the same variance."""
-        return math.sqrt(self.temperature / self.variance)
+        """That of the linear spring with the same variance; infinite if double precision shows none."""
+        return math.sqrt(self.temperature / self.variance) if self.variance > 0.0 else math.inf
 
     @property
     def is_resolved(self) -> bool:
@@ -93,8 +93,8 @@ class BoltzmannLaw:
 
     def density_at(self, place: float) -> float:
         """p(x) at a place on the grid or at its end."""
-        spacing = self.places[1] - self.places[0]
-        return float(np.interp(place, self.places, self.shares) / spacing)
+        spacing = float(self.places[1] - self.places[0])
+        return float(np.interp(place, self.places, self.shares)) / spacing if spacing > 0.0 else math.inf
 
     def drawn(self, chance: FloatArray) -> FloatArray:
         """Places below which x lies with these probabilities."""

@@ -118,7 +118,7 @@ def _about_energy(
     gained = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
     error, energy = standard_error(gained), 0.5 * values["v_mean_square"]
     settled = simulation.settings.window[0] > 3.0 * simulation.scales.relaxation_time
-    if settled and math.isfinite(error) and abs(gained.mean()) > max(_FAR_OFF * error, 0.04 * energy):
+    if settled and energy > 0.0 and math.isfinite(error) and abs(gained.mean()) > max(_FAR_OFF * error, 0.04 * energy):
         yield (
             f"the mean energy still changed by {per_cent(gained.mean() / energy)} of the kinetic energy over the "
             "window, so it is not stationary yet: use a longer run and a later window."

@@ -291,6 +291,7 @@ class _Law:
         return rayleigh(speed, self.mu * self.frequency**2)
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shifted"] = "corrected") -> Averaging:
     """Solve the oscillator by stochastic averaging (the paper's Eq. 18-20).
 

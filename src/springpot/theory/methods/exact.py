@@ -240,6 +240,7 @@ class _Normals:
 def exact(oscillator: Oscillator) -> Exact: ...
 @overload
 def exact(oscillator: System) -> ExactLaw: ...
+@np.errstate(all="ignore")  # what is not finite is no answer
 def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
     """Solve the oscillator exactly, where that can be done.
 

@@ -214,6 +214,7 @@ class _Solved:
         return self.plane.impact_speed_density(np.clip(speed, 0.0, _FAR))
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def closure(oscillator: Oscillator) -> Closure:
     """Solve the oscillator by the Gaussian memory closure.
 

@@ -348,6 +348,7 @@ class _Law:
 def envelope(oscillator: Oscillator) -> Envelope: ...
 @overload
 def envelope(oscillator: System) -> Envelope | SystemResult: ...
+@np.errstate(all="ignore")  # what is not finite is no answer
 def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
     """Solve the oscillator by diffusion of the energy in a mean field.
 

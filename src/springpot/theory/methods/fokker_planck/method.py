@@ -82,6 +82,7 @@ class FokkerPlanck(Densities):
         return {**common, **errors, **tail}
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     """Solve the stationary Fokker-Planck equation of an oscillator with a dashpot and a lossy wall.
 

@@ -312,6 +312,7 @@ class AmplitudeAveraging(SystemResult):
         return self._law
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def averaging_amplitude(system: System) -> AmplitudeAveraging:
     """Stochastic averaging of the amplitude with an equivalent stiffness and damping, as in much of the literature.
 

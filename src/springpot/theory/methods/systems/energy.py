@@ -183,6 +183,7 @@ class ExactLaw(SystemResult):
         return self._law
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def exact_law(system: System) -> ExactLaw:
     """The exact stationary law of a system, where its density depends on the energy alone.
 

@@ -136,6 +136,7 @@ class HalfCycles(SystemResult):
         return self.chain, self.scales
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def half_cycles(system: System) -> HalfCycles:
     """Solve a system between two walls by a chain of half cycles.
 

@@ -203,6 +203,7 @@ class LinearResponse(SystemResult):
         return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def linear(system: System) -> LinearResponse:
     """The exact stationary moments of a linear system without walls.
 

@@ -63,6 +63,7 @@ class Linearisation(SystemResult):
     damping: float
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def linearisation(system: System) -> Linearisation:
     """Replace nonlinear springs and dampers by the linear ones whose force differs least in mean square.
 

@@ -111,6 +111,7 @@ class _Law:
         return cls(chain, weights, mean, math.sqrt(square), math.sqrt(speed))
 
 
+@np.errstate(all="ignore")  # what is not finite is no answer
 def path_integration(system: System) -> SystemResult:
     """Solve a system with coloured noise by a Markov chain of the noise, x and v on a grid.
 

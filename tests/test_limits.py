@@ -1,0 +1,105 @@
+"""Extreme numbers and many parts: one short sentence, and no warning of NumPy."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.faults import few, listed
+from springpot.simulation.accuracy import reach
+from springpot.simulation.filters import Filter, _stationary
+from springpot.simulation.settings import resolve
+from tests.sizes import validation
+
+LONGEST = 600  # characters in a sentence
+SPRINGS = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
+PRESSED = sp.System(*SPRINGS, sp.Springpot(0.5, 0.3), sp.Barrier(40.0, 0.9), sp.WhiteNoise(1.0))
+HUGE = sp.System(
+    sp.Spring(1e50), sp.PolynomialSpring((0.0, 0.0, 1e50)), sp.Springpot(0.5, 1e-50), sp.Barrier(-1e-50, 0.9),
+    sp.WhiteNoise(1e50),
+)  # fmt: skip
+FAR = sp.Oscillator(1.0, sp.Springpot(0.5, 0.2), sp.Barrier(-1e30, 0.9), sp.WhiteNoise(1.0))
+UNDAMPED = sp.Oscillator(1.0, sp.Springpot(0.5, 1e-20), None, sp.WhiteNoise(1.0))
+
+
+@pytest.fixture(autouse=True)
+def _warnings_are_errors() -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        yield
+
+
+@pytest.mark.parametrize("problem", [PRESSED, HUGE, FAR])
+def test_theory_of_extreme_numbers_answers_or_refuses(problem: sp.Oscillator | sp.System) -> None:
+    answers = sp.theory.all_methods(problem)
+    assert "envelope" in answers
+
+
+def test_scales_of_a_wall_far_outside_the_law() -> None:
+    assert resolve(PRESSED, paths=1).steps > 0
+
+
+MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
+REFUSED: list[Any] = [
+    (lambda: resolve(HUGE), "the problem's numbers must be closer together"),
+    validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
+    (lambda: reach(UNDAMPED, 0.1), "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s"),
+    (lambda: resolve(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
+    (lambda: sp.System(*SPRINGS, *MANY), "a system must have at most 64 parts, not 202"),
+    (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),
+    (lambda: sp.explain([MANY]), "problem must be a System or an Oscillator, not "),
+    (lambda: sp.Oscillator([*range(10_000)]), "natural_frequency must be a real number, not "),  # type: ignore[arg-type]
+    (lambda: sp.run(MANY), "oscillator must be an Oscillator or a System, not "),  # type: ignore[arg-type]
+    (lambda: sp.theory.envelope(MANY), "must be an Oscillator"),  # type: ignore[call-overload]
+    (lambda: resolve(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
+    (lambda: sp.design(_walled(7), "c", {"impact_rat": (None, 1.0)}), "did you mean impact_rate"),
+]
+
+
+def _walled(dampers: int) -> sp.System:
+    """With many results: each damper has a power."""
+    more = [sp.PolynomialDashpot((0.0, 0.0, 0.1)) for _ in range(dampers)]
+    damper = sp.Dashpot(sp.free("c", 0.5, (0.1, 2.0)))
+    return sp.System(sp.Spring(1.0), damper, *more, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
+
+
+@pytest.mark.parametrize(("make", "sentence"), REFUSED)
+def test_what_is_too_much_is_one_short_sentence(make: Callable[[], Any], sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence) as caught:
+        make()
+    assert len(str(caught.value)) < LONGEST
+
+
+def test_an_equation_of_many_parts_is_short() -> None:
+    dampers = [sp.Springpot(0.01 * n, 0.1) for n in range(1, 51)]
+    lines = [*sp.explanation.equation(sp.System(sp.Spring(1.0), *dampers, sp.WhiteNoise(1.0)))]
+    assert max(map(len, lines)) < LONGEST
+    assert "(39 more terms) = w(t)" in lines[0]
+    noises = [sp.WhiteNoise(1.0) for _ in range(50)]
+    assert "w2(t): white noise (white_noise_23)" in "\n".join(
+        sp.explanation.equation(sp.System(sp.Spring(1.0), *noises))
+    )
+
+
+def test_lists_in_sentences_end() -> None:
+    assert listed([f"n{k}" for k in range(400)], "or").endswith("n19 or 380 others")
+    assert few(["a", "b, c"]) == "a, b, c"
+    assert listed(["b, c"]) == "b, c"
+
+
+def test_numbers_that_overflow_with_their_unit_are_refused(tmp_path: Path) -> None:
+    rows = "\n".join(f"{n},1e308,1" for n in range(1, 9))
+    (tmp_path / "a.csv").write_text(f"frequency_kHz,storage_GPa,loss_GPa\n{rows}")
+    with pytest.raises(ValueError, match="line 2: storage_GPa must be a finite number, not inf"):
+        sp.read_data(tmp_path / "a.csv")
+
+
+def test_a_fast_filter_does_not_hide_a_slow_one() -> None:
+    both = Filter(np.diag([-1e40, -1.0]), np.diag([2e40, 2.0]), np.ones(2))
+    assert _stationary(both) == pytest.approx(np.eye(2))
