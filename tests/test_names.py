@@ -1,5 +1,6 @@
 """Wrong names get one sentence with the one that was probably meant; shares are written without powers of ten."""
 
+import re
 from typing import Any
 
 import pytest
@@ -35,14 +36,19 @@ def test_what_was_meant_is_named(make: Any, sentence: str) -> None:
     assert sentence in str(fault.value)
 
 
-@pytest.mark.parametrize(("word", "near"), [("rms", "x_mean_square"), ("impact_rates", "impact_rate")])
-def test_an_unknown_result_names_a_near_one(word: str, near: str) -> None:
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("rms", "; its square is x_mean_square."),
+        ("impact_rates", "; did you mean impact_rate?"),
+        ("colour", ", only x_mean"),
+    ],
+)
+def test_an_unknown_result_names_a_near_one(word: str, hint: str) -> None:
     result = sp.run(sp.Oscillator(), paths=64, duration=2.0, start="rest")
     for numbers in (result.values, result.errors):
-        with pytest.raises(KeyError, match=f"there is no '{word}'; did you mean {near}\\?"):
+        with pytest.raises(KeyError, match=re.escape(f"{word} is not among the results{hint}")):
             numbers[word]
-    with pytest.raises(KeyError, match="there is no 'colour': there are x_mean, "):
-        result.values["colour"]
 
 
 @pytest.mark.parametrize(

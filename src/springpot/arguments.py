@@ -60,7 +60,8 @@ class Free(float):
 
     def __repr__(self) -> str:
         if (self.times, self.plus) != (1.0, 0.0):
-            return f"{self.times!r} * {self.itself!r} + {self.plus!r}"
+            times = {1.0: "", -1.0: "-"}.get(self.times, f"{self.times!r} * ")
+            return f"{times}{self.itself!r}" + (f" + {self.plus!r}" if self.plus else "")
         return f"free({self.name!r}, {float(self)!r}, ({self.low!r}, {self.high!r}))"
 
     @property

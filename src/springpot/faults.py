@@ -131,11 +131,15 @@ class Named(dict[str, _Value]):
     --------
     >>> Named({"impact_rate": 2.0})["impact_rates"]
     Traceback (most recent call last):
-    KeyError: "there is no 'impact_rates'; did you mean impact_rate?"
+    KeyError: 'impact_rates is not among the results; did you mean impact_rate?'
     """
 
     def __missing__(self, name: object) -> _Value:
-        raise KeyError(f"there is no {shown(name)}{meant(str(name), self) or f': there are {listed([*self])}.'}")
+        hint = "; its square is x_mean_square" if name in ("rms", "x_rms", "rms_x") and "x_mean_square" in self else ""
+        if not hint:
+            hint = meant(str(name), self).rstrip("?") or f", only {listed([*self])}"
+        end = "?" if hint.startswith("; did") else "."
+        raise KeyError(f"{name} is not among the results{hint}{end}")
 
 
 def name_results(result: object, *fields: str) -> None:

@@ -86,7 +86,7 @@ def test_design_prints_and_writes(
             "--below must be given only once for impact_rat",
         ),
         (["--above", "impact_rate", "2", "--below", "impact_rate", "1"], "must have a low limit below the high one"),
-        validation(["--below", "impact_rate", "1e-12"], "impact_rate < 1e-12 is missed least with"),
+        validation(["--below", "impact_rate", "1e-12"], "which misses impact_rate < 1e-12"),
         (["--plot", "found.png"], "--plot needs a limit, --below or --above."),
         (["--below", "impact_rate", "1", "--overwrite"], "--overwrite needs --out"),
         (["--below", "impact_rate", "1", "--rtol", "0"], "--rtol must be in"),

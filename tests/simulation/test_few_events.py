@@ -116,7 +116,7 @@ def test_the_bound_is_in_budgets_maps_studies_and_on_the_page() -> None:
 # --- walls ----------------------------------------------------------------------------------------------------------
 
 FAR = "standard deviations of x away from its mean, so no path comes near it"
-PRESSED = "is pressed against all the time: the force there is"
+PRESSED = "is pressed against by the springs all the time"
 CHATTER = "times in a natural period: this is chatter"
 WALLS = [
     (sp.Barrier(-40.0, 0.8), FAR),

@@ -119,6 +119,9 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     # warnings of the other methods: --json prints them
     for sentence in sentences(answers.get(str(best), {}), "warnings"):
         warn(f"{best}: {sentence}")
+    if not best:
+        for sentence in dict.fromkeys(each for answer in shown.values() for each in sentences(answer, "warnings")):
+            warn(sentence)
     return 0
 
 

@@ -125,11 +125,11 @@ def design(
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     watch = Watch(max_time, progress, MOST_ROUNDS)
     check_stationary(as_simulated(problem), "design")
-    watch.say()
-    allowed = controllable(as_simulated(problem))
-    check_names(limits, allowed)
-    cost = checked_cost(minimise, free, allowed)
     try:
+        watch.say()
+        allowed = controllable(as_simulated(problem))
+        check_names(limits, allowed)
+        cost = checked_cost(minimise, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
@@ -142,7 +142,7 @@ def design(
         measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
         found = rounds(plan, measure)
     except OutOfTime:
-        raise TimeoutError(f"max_time of {max_time:g} s is too short for any result.") from None
+        raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
     watch.end()
     return _told(problem, plan, found, chosen)
 

@@ -53,5 +53,7 @@ def impossible(limits: tuple[Limit, ...], found: Found) -> str:
     value = found.quantities.get(missed.name, math.nan)
     where = listed([f"{name} = {value:.4g}" for name, value in found.values.items()])
     off = abs(value / missed.bound - 1.0) if missed.bound else math.nan
-    share = f", {per_cent(off, 3)} beyond the limit" if math.isfinite(off) else ""
-    return f"subject_to cannot hold: {missed} is missed least with {value:.4g}{share}, at {where}."
+    share = f" by {per_cent(off, 3)}" if math.isfinite(off) else ""
+    wanted = "a limit that can be reached" if len(limits) == 1 else "limits that can hold together"
+    nearest = f"the nearest design, at {where}, has {missed.name} = {value:.4g}"
+    return f"subject_to must have {wanted}: {nearest}, which misses {missed}{share}."

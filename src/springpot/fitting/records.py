@@ -111,7 +111,8 @@ class RecordLikelihood(Likelihood):
             return super().at_bound(name, end, value)
         return (
             f"The measurement noise cannot be found, because the data agree as well with none: it is fixed at "
-            f"{value:.2g}, about the rounding of the data, and the errors of the others hold for this value."
+            f"{value:.2g}, {'the' if rounding_of(self.data.values) else 'far below any'} rounding of the data, and the "
+            "errors of the others hold for this value."
         )
 
     def _information(self, theta: FloatArray) -> FloatArray:

@@ -52,6 +52,7 @@ QUANTITIES = {
 }  # fmt: skip
 """Quantities that can pass a level, other than observables, and the units of the levels."""
 
+_OR_FROM = ", or {'level': 0.004, 'reference': 0.006} from a reference"
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
 SETTLED = 2.0  # relaxation times after which the rate of passages is assumed constant
 _FIRST = len(HEADER)
@@ -141,15 +142,13 @@ def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
     """The level of a quantity, not yet checked, and the reference of a distance."""
     if isinstance(given, tuple | list | np.ndarray):
         raise TypeError(
-            f"first_passage of {name} must be one level, not {shown(given)}; that of a distance from a reference is "
-            "{'level': 0.004, 'reference': 0.006}."
+            f"first_passage of {name} must be one level{_OR_FROM if name == 'distance' else ''}, not {shown(given)}."
         )
     if not isinstance(given, Mapping):
         return given, 0.0 if name == "distance" else math.nan
     if name != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
         raise ValueError(
-            f"first_passage of {name} must be one level, not {shown(given)}; only that of distance may have a level "
-            "and a reference, as {'level': 0.004, 'reference': 0.006}."
+            f"first_passage of {name} must be one level{_OR_FROM if name == 'distance' else ''}, not {shown(given)}."
         )
     where = "first_passage reference of distance"
     return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)

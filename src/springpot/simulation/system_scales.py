@@ -52,7 +52,7 @@ FloatArray = NDArray[np.float64]
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
-_NOT_HELD = "the system must have a spring, or a wall on each side: nothing holds the mass at a place."
+_NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,7 +280,7 @@ def system_scales(system: System) -> SystemScales:
     theta = _temperature(unit, potential)
     law = boltzmann_law(potential, theta)
     if not law.is_resolved:
-        raise ValueError(f"the motion about {law.places[0]:g} m must be large enough to be told from it in 16 digits.")
+        raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
     linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
     smooth = replace(potential, contacts=())

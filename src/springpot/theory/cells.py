@@ -93,7 +93,7 @@ def system_of(cell: Cell) -> System:
 
 _REACH = (
     "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, a wall "
-    "or one on either side of the equilibrium, and white or coloured noise"
+    "or two, one on each side of the equilibrium, and white or coloured noise"
 )
 
 

@@ -71,12 +71,12 @@ def about_walls(
         if away > FAR and not struck > NEVER:
             said[name] = (
                 f"{words} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check "
-                "place, side and unit."
+                "position, side and unit."
             )
         elif push > PRESSED and away < CLOSE:
             said[name] = (
-                f"{words} is pressed against all the time: the force there is {push:.0f} times that of the springs at "
-                f"a usual amplitude, and x strays {spread:.2g} m only: check place, side and unit."
+                f"{words} is pressed against by the springs all the time, and x has a standard deviation of only "
+                f"{spread:.2g} m: check position, side and unit."
             )
         elif struck > CHATTER:
             said[name] = (

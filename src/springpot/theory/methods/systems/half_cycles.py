@@ -33,7 +33,7 @@ __all__ = ["HalfCycles", "half_cycles"]
 
 FloatArray = NDArray[np.float64]
 
-_REACH = "The half cycles cover one rigid wall on either side of the equilibrium 0"
+_REACH = "The half cycles cover two rigid walls, one on each side of the equilibrium 0"
 _REACHED = FASTEST - 0.5  # the fastest states that are resolved, in standard deviations of the speed without walls
 _ROUNDS, _SETTLED = 200, 1e-9  # of the linear spring with the mean square of a hardening one
 _NEAREST = 0.45  # of the walls, where springpots remember
@@ -231,10 +231,10 @@ def _walls(unit: System) -> tuple[Barrier, Barrier]:
     below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
     if len(walls) != 2 or not (below and above):
-        raise NotCovered(f"{_REACH}; here the walls are others.")
+        raise NotCovered(f"{_REACH}; here the walls are different.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
     if any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
-        raise NotCovered(f"{_REACH}, and linear springs and cubic ones that harden; here the springs are others.")
+        raise NotCovered(f"{_REACH}, and linear springs and cubic ones that harden; here the springs are different.")
     if not any(pot.dissipates for pot in unit.of(Springpot)) and not unit.damping > 0.0:
         raise NotCovered(f"{_REACH} with a dashpot or springpot; here there is none.")
     if not coefficients[1] > 0.0:
@@ -290,8 +290,8 @@ def _check_walls(problem: Problem) -> None:
         )
     if problem.memory and min(problem.upper.distance, problem.lower.distance) < _NEAREST:
         raise NotCovered(
-            f"The half cycles cover springpots between walls of which the nearer is {_NEAREST:g} standard deviations "
-            "of the motion without walls away; here it is nearer."
+            f"The half cycles cover springpots where each wall is at least {_NEAREST:g} standard deviations of x "
+            "without walls away from the equilibrium; here a wall is nearer."
         )
 
 
