@@ -312,19 +312,23 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> SystemMoments:
     x = scales.length * per_time * chain.total(lambda stage: stage.side * stage.flights.first)
     x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
     v_square = scales.speed**2 * per_time * chain.total(lambda stage: stage.flights.action)
-    rates, means, squares = [], [], []
+    rates, means, squares, unresolved = [], [], [], []
     for wall in system.per_unit_mass.of(Barrier):
         found = _impacts(chain, wall, scales)
+        unresolved.append(found is not None and math.isnan(found.rate))
         rates.append(math.nan if found is None else found.rate * scales.frequency)
         means.append(math.nan if found is None else found.speed_mean * scales.speed)
         squares.append(math.nan if found is None else found.speed_mean_square * scales.speed**2)
+    own = tuple(rates)
+    rates = [0.0 if far else rate for far, rate in zip(unresolved, rates, strict=True)]
     omega = system.natural_frequency
     return SystemMoments(
         amplitude_mean_square=x_square + v_square / omega**2 if omega > 0.0 else math.nan,
         x_mean=x,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls(rates, means, squares),
+        # of all walls together; a far one that is struck too rarely for the chain counts nothing
+        **at_all_walls(rates, means, squares) | {"barrier_impact_rate": own},
     )
 
 
@@ -389,4 +393,4 @@ def _warnings(unit: System, spring: HardSpring, scales: _Scales) -> Iterator[str
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
         if spring.speed_to(abs(part.position) / scales.length) > _REACHED:
             away = abs(part.position) / scales.length
-            yield f"{name} is {away:.3g} standard deviations away: its impacts are rarer than the chain can tell."
+            yield f"{name} is {away:.3g} standard deviations of x away: its rate is too small for the half cycles."
