@@ -48,7 +48,7 @@ def test_scales_of_a_wall_far_outside_the_law() -> None:
 
 MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
 REFUSED: list[Any] = [
-    (lambda: resolve(HUGE), "system must move by more than rounding"),
+    (lambda: resolve(HUGE), "must be closer together|system must move by more than rounding"),
     validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
     (lambda: reach(UNDAMPED, 0.1), "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s"),
     (lambda: resolve(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),

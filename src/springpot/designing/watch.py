@@ -37,6 +37,7 @@ class Watch:
     def __init__(self, limit: float | None, progress: Progress | None, rounds: int) -> None:
         self.clock, self._progress, self._rounds = Clock(limit), progress, rounds
         self._done = 0.0
+        self._second: tuple[float, float] | None = None  # when the second short run began, and the share done then
 
     @property
     def left(self) -> float | None:
@@ -59,8 +60,12 @@ class Watch:
 
     def short_run(self, fraction: float, run: int, runs: int, path_steps: float) -> None:
         """Within one of the short runs that take the place of theory."""
-        share = (run + fraction) / runs
-        seconds = self.clock.elapsed * (1.0 / share - 1.0) if run else math.nan
+        share, seconds = (run + fraction) / runs, math.nan
+        if run and self._second is None:  # the first one may have compiled the kernel
+            self._second = self.clock.elapsed, share
+        elif self._second is not None and share > self._second[1]:
+            begun, before = self._second
+            seconds = (self.clock.elapsed - begun) * (1.0 - share) / (share - before)
         self._tell(SEARCH * share, Estimate(path_steps, seconds, f"short runs at {runs} places", math.nan))
 
     def round(self, number: int, fraction: float) -> None:
