@@ -102,8 +102,8 @@ def test_max_time_bounds_the_search_too(monkeypatch: pytest.MonkeyPatch) -> None
             damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, max_time=1.0,
             progress=lambda done: told.append((time.perf_counter() - begun, done)),
         )  # fmt: skip
-    assert time.perf_counter() - begun < 1.5
-    assert told[0][0] < 0.1
+    assert time.perf_counter() - begun < 5.0  # not the tens of seconds of the whole search
+    assert told[0][0] < 1.0
     assert [done for _, done in told] == sorted(done for _, done in told)
 
 
