@@ -38,7 +38,7 @@ class Free(float):
     >>> gap, gap == 0.004, gap.high
     (free('gap', 0.004, (0.001, 0.006)), True, 0.006)
     >>> -gap
-    -1.0 * free('gap', 0.004, (0.001, 0.006)) + 0.0
+    -free('gap', 0.004, (0.001, 0.006))
     """
 
     __slots__ = ("high", "low", "name", "plus", "times")
