@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import FileFault
-from springpot.files import (
+from springpot.machine.faults import FileFault
+from springpot.machine.files import (
     Damaged,
     checksum,
     make_room,
