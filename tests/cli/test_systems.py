@@ -40,7 +40,7 @@ def test_theory_of_a_file(place: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_a_harvester_has_its_power_in_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "harvester.toml"
-    place.write_text(sp.to_toml(sp.System(sp.Spring(1.0), sp.Circuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0))))
+    place.write_text(sp.to_toml(sp.System(sp.Spring(1.0), sp.PiezoelectricCircuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0))))
     assert cli.main(["theory", str(place)]) == 0
     assert any(line.split()[0] == "harvested_power" for line in capsys.readouterr().out.splitlines() if line.split())
 

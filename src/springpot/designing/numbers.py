@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from springpot.machine.arguments import Free
-from springpot.machine.faults import NotCovered, shown
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, with_numbers
 from springpot.problem.numbers import unit_of as number_unit
@@ -109,7 +109,7 @@ def as_simulated(model: Oscillator | System) -> Oscillator | System:
         return model
     try:
         return model.canonical()
-    except NotCovered:
+    except NotCoveredError:
         return model
 
 

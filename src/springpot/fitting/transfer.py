@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.fitting.frequency_response import FrequencyResponse
+from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import complex_modulus
 from springpot.machine.arguments import Free
@@ -38,7 +38,7 @@ def response_of(
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If there is a wall, or something nonlinear.
 
     Examples
@@ -76,7 +76,7 @@ class ResponseLikelihood(LeastSquares):
     ----------
     model : System or Oscillator
         Linear, without walls, with free numbers.
-    data : FrequencyResponse
+    data : MeasuredFrequencyResponse
 
     Raises
     ------
@@ -90,7 +90,7 @@ class ResponseLikelihood(LeastSquares):
     analytic (but for values beyond |z| = 1): the estimates are not biased by it.
     """
 
-    def __init__(self, model: System | Oscillator, data: FrequencyResponse) -> None:
+    def __init__(self, model: System | Oscillator, data: MeasuredFrequencyResponse) -> None:
         self.model, self.data = model, data
         self.coordinates = Coordinates(tuple(free_numbers(model).values()))
         self.size = data.size

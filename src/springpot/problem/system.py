@@ -8,22 +8,22 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
-from springpot.machine.faults import NotCovered, listed, meant, nearest, shown
+from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem import parts as kinds
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
     Constant,
     Contact,
     Dashpot,
     Force,
+    FractionalMaxwell,
     Friction,
     Mass,
     Maxwell,
+    PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
-    Series,
     Spring,
     Springpot,
     ThermalNoise,
@@ -243,7 +243,10 @@ class System:
         """
         if not self.stiffness > 0.0:
             return math.nan
-        return resonance(self.natural_frequency**2, self.per_unit_mass.of(Springpot, Series, Maxwell, Circuit))
+        return resonance(
+            self.natural_frequency**2,
+            self.per_unit_mass.of(Springpot, FractionalMaxwell, Maxwell, PiezoelectricCircuit),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The parts as a file has them: a name, a kind and the numbers of each.
@@ -264,7 +267,7 @@ class System:
 
         Raises
         ------
-        NotCovered
+        NotCoveredError
             If it is more than one spring, one springpot, one wall and white noise; the sentence names the part.
 
         Examples
@@ -276,20 +279,24 @@ class System:
         for name, part in unit.named():
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
-                raise NotCovered(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
+                raise NotCoveredError(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
             if isinstance(part, Barrier) and callable(part.restitution):
-                raise NotCovered(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
+                raise NotCoveredError(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
-            raise NotCovered(f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}.")
+            raise NotCoveredError(
+                f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}."
+            )
         pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
         orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
-            raise NotCovered(f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
-                             f"than one: {_CANONICAL}.")  # fmt: skip
+            raise NotCoveredError(
+                f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
+                f"than one: {_CANONICAL}."
+            )
         order = orders.pop() if orders else 1.0
         coefficient = sum(pot.coefficient for pot in pots) + (unit.damping if order == 1.0 else 0.0)
         if not unit.stiffness > 0.0:
-            raise NotCovered(f"the stiffness of the springs is {self.stiffness:g}, not positive: {_CANONICAL}.")
+            raise NotCoveredError(f"the stiffness of the springs is {self.stiffness:g}, not positive: {_CANONICAL}.")
         return Oscillator(
             natural_frequency=unit.natural_frequency,
             springpot=Springpot(order, coefficient),

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.faults import FileFault
+from springpot.machine.faults import FileError
 from springpot.machine.files import (
     Damaged,
     checksum,
@@ -65,7 +65,7 @@ VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a term
 CHECKSUM = "crc32c"  # of the root's other metadata
 
 
-class StoreError(FileFault):
+class StoreError(FileError):
     """The store cannot be used; the message says why."""
 
 
