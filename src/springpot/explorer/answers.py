@@ -5,29 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.oscillator import Oscillator, Springpot
-from springpot.theory import (
-    Averaging,
-    Envelope,
-    Exact,
-    NoConvergenceError,
-    NoStationaryStateError,
-    NotCoveredError,
-    Result,
-    best_guess,
-    solve_all,
-)
-from springpot.theory import recommended as best_of
-from springpot.theory.registry import METHODS, Method
+from springpot.explorer.methods import LISTED
+from springpot.explorer.question import paper_of
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.oscillator import as_system
+from springpot.problem.parts import Barrier, Contact, Springpot
+from springpot.problem.system import System
+from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
+from springpot.theory.registry import Method
+from springpot.theory.reliability import best_guess, recommended
+from springpot.theory.result import MOMENTS
+from springpot.theory.solve import solve_one
 
-__all__ = ["ORDERS", "POINTS", "along_the_order", "densities_of", "growth", "plain", "plain_number", "solve", "table"]
+__all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_number", "solve", "table"]
 
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
@@ -38,63 +35,76 @@ AVERAGING = ("averaging", "averaging_printed")
 Floats = npt.NDArray[np.float64]
 
 
-@lru_cache(maxsize=64)
-def solve(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str], str]:
-    """Results, statements of the methods without one, and the name of the recommended method (or "")."""
-    results, statements = solve_all(oscillator)
-    return results, statements, best_of(oscillator, results)
+@lru_cache(maxsize=256)
+def solve(system: System, method: str) -> tuple[Any, str]:
+    """The answer of one method, or None and why there is none."""
+    return solve_one(system, method)
 
 
-def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[str, str], best: str) -> dict[str, Any]:
+def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, str]) -> dict[str, Any]:
     """Every method's moments, warnings and densities, ready for JSON.
 
     Examples
     --------
-    >>> content = table(Oscillator(), *solve(Oscillator()))
-    >>> len(content["methods"]["envelope"]["densities"]["x"]) == len(content["places"]["x"])
-    True
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
+    >>> device = System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0))
+    >>> found = table(device, {"exact": solve(device, "exact")[0]}, {})
+    >>> found["recommended"], round(found["methods"]["exact"]["moments"]["x_mean_square"], 3)
+    ('exact', 2.5)
     """
-    near = best_guess(oscillator, answers)
-    beside = AVERAGING[1] if best == AVERAGING[0] else AVERAGING[0]
-    places = {} if not near else _places(oscillator, answers[near])
+    best = recommended(system, answers)
+    shown = best or best_guess(system, answers)
+    places = _places(system, answers[shown]) if shown else {}
+    beside = AVERAGING[1] if shown == AVERAGING[0] else AVERAGING[0]
     return {
         "recommended": best or None,
-        "drawn": [name for name in (best, beside) if name in answers] if best else [],
+        "shown": shown or None,
+        "drawn": [name for name in (shown, beside) if name in answers],
         "statements": statements,
         "places": {name: plain(place) for name, place in places.items()},
         "methods": {
             name: {
-                "moments": {moment: plain_number(value) for moment, value in asdict(answer.moments).items()},
+                "moments": _moments(system, answer),
                 "warnings": list(answer.warnings),
                 "assumptions": list(answer.assumptions),
-                "densities": densities_of(answer, places),
+                "densities": _densities(answer, places),
             }
             for name, answer in answers.items()
         },
     }
 
 
-def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
-    """The arguments at which the densities are drawn."""
-    mean = answer.x_mean
+def _moments(system: System, answer: Any) -> dict[str, float | None]:
+    """The moments by name, those of each wall with the wall's name."""
+    found = {name: getattr(answer, name) for name in MOMENTS}
+    moments = answer.moments
+    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    rates = getattr(moments, "barrier_impact_rate", ()) or (found["impact_rate"],) * (len(walls) == 1)
+    found |= {f"{name}_impact_rate": rate for name, rate in zip(walls, rates, strict=False)}
+    found["harvested_power"] = getattr(moments, "harvested_power", math.nan)
+    return {name: plain_number(value) for name, value in found.items()}
+
+
+def _places(system: System, answer: Any) -> dict[str, Floats]:
+    """The arguments at which the densities are drawn: of x, v and impact speed, and A of the paper's problem."""
+    mean, potential = answer.x_mean, system.potential
     spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
-    low, high, least = mean - 4.0 * spread, mean + 4.5 * spread, 0.0
-    if oscillator.barrier is not None:
-        low, least = max(low, oscillator.barrier.position), max(oscillator.barrier.position, 0.0)
-    # with a preload A is at least the wall's distance, and A^2 minus its square varies
-    above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
     fastest = 4.0 * math.sqrt(answer.v_mean_square)
-    places = {
-        "x": np.linspace(low, high, POINTS),
-        "v": np.linspace(-fastest, fastest, POINTS),
-        "amplitude": np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS),
-    }
+    low, high = max(mean - 4.5 * spread, potential.low), min(mean + 4.5 * spread, potential.high)
+    if not (low < high and fastest > 0.0):
+        return {}
+    places = {"x": np.linspace(low, high, POINTS), "v": np.linspace(-fastest, fastest, POINTS)}
+    if paper := paper_of(system):
+        # with a preload A is at least the wall's distance, and A^2 minus its square varies
+        least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
+        above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
+        places["amplitude"] = np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS)
     if answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
         places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
     return places
 
 
-def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
+def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
     """The densities that a method has, at these places; None where one is not a number."""
     curves = {}
     for name, place in places.items():
@@ -109,28 +119,29 @@ def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[fl
 
 
 def growth(
-    oscillator: Oscillator, answers: dict[str, Result], times: Floats, *, from_rest: bool
+    system: System, answers: Mapping[str, Any], times: Floats, *, from_rest: bool
 ) -> dict[str, list[float | None]]:
-    """<A^2> of each method at these times from rest, or its stationary value if it has no transient.
+    """<A^2> of the paper's problem, or <x^2> of another, of each method at these times from rest.
 
-    Without a stationary state averaging still has the growing response.
+    A method without a transient has its stationary value.  Without a stationary state averaging still has the growing
+    response.
     """
-    curves = {name: [plain_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
-    if not from_rest:
+    paper = paper_of(system)
+    moment = "x_mean_square" if paper is None else "amplitude_mean_square"
+    curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
+    if paper is None or not from_rest:
         return curves
     for name, answer in answers.items():
-        if isinstance(answer, Envelope | Exact):
+        if hasattr(answer, "amplitude_mean_square_at"):
             with suppress(NotCoveredError, NoStationaryStateError, NoConvergenceError):
                 curves[name] = plain(answer.amplitude_mean_square_at(times))
     for name in AVERAGING:
         with suppress(NotCoveredError):
-            growing = METHODS[name].solve(oscillator)
-            assert isinstance(growing, Averaging)
-            curves[name] = plain(growing.mean_square(times))
+            curves[name] = plain(LISTED[name].solve(system).mean_square(times))
     return curves
 
 
-def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
+def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     """<A^2> over the order, by the methods with ``over_order``.
 
     The fast methods come first, for all orders. The slow ones come one order after the other, first the ends, then
@@ -144,17 +155,17 @@ def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
 
     Examples
     --------
-    >>> first = next(along_the_order(Oscillator()))
+    >>> first = next(along_the_order(Dimensionless()))
     >>> len(first["methods"]["averaging"]), len(first["missing"])
     (33, 33)
     """
-    here = [replace(oscillator, springpot=Springpot(order, oscillator.springpot.coefficient)) for order in ORDERS]
+    here = [as_system(replace(paper, springpot=Springpot(order, paper.springpot.coefficient))) for order in ORDERS]
     values: dict[str, list[float | None]] = {
         name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
-        for name, method in METHODS.items()
+        for name, method in LISTED.items()
         if method.over_order
     }
-    slow = [name for name in values if METHODS[name].over_order == "one by one"]
+    slow = [name for name in values if LISTED[name].over_order == "one by one"]
     waiting = _ends_first(len(here))
     while True:
         yield {"orders": ORDERS, "methods": {name: values[name][:] for name in values}, "missing": sorted(waiting)}
@@ -162,7 +173,7 @@ def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
             return
         index = waiting.pop(0)
         for name in slow:
-            values[name][index] = _amplitude(METHODS[name], here[index])
+            values[name][index] = _amplitude(LISTED[name], here[index])
 
 
 def _ends_first(count: int) -> list[int]:
@@ -180,9 +191,9 @@ def _ends_first(count: int) -> list[int]:
     return order
 
 
-def _amplitude(method: Method, oscillator: Oscillator) -> float | None:
+def _amplitude(method: Method, system: System) -> float | None:
     try:
-        return plain_number(method.solve(oscillator).amplitude_mean_square)
+        return plain_number(method.solve(system).amplitude_mean_square)
     except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
         return None
 

@@ -43,36 +43,34 @@ def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int 
     >>> import springpot as sp
     >>> sp.explore(sp.System(sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0)))  # doctest: +SKIP
     """
-    if isinstance(problem, Oscillator):
-        problem = as_system(problem)
-    if not isinstance(problem, System):
+    if not isinstance(problem, System | Oscillator):
         raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
-    from springpot.explorer.question import Opened
-
-    open_page(host=host, port=port, browser=browser, opened=Opened(problem))
-
-
-def open_file(file: str, *, host: str, port: int, browser: bool) -> None:
-    """The same for a system's file."""
-    from springpot.explorer.question import Opened
-    from springpot.problem.file import read_system
-
-    open_page(host=host, port=port, browser=browser, opened=Opened(read_system(file), Path(file).name))
+    with leave_at_once():
+        from springpot.explorer.question import Opened
+    open_page(Opened(as_system(problem)), host=host, port=port, browser=browser)
 
 
-def open_page(*, host: str, port: int, browser: bool, opened: Opened | None = None) -> None:
+def open_file(file: str | None, *, host: str, port: int, browser: bool) -> None:
+    """The same for a system's file, or for the paper's oscillator."""
+    with leave_at_once():
+        from springpot.explorer.question import Opened
+        from springpot.problem.file import read_system
+    opened = Opened() if file is None else Opened(read_system(file), Path(file).name)
+    open_page(opened, host=host, port=port, browser=browser)
+
+
+def open_page(opened: Opened, *, host: str, port: int, browser: bool) -> None:
     """Serve the page until Ctrl-C.
 
     Parameters
     ----------
+    opened : Opened
     host : str
         Numerical address to bind to.
     port : int
         0 for any free port.
     browser : bool
         Whether to open the page in the browser.
-    opened : Opened, optional
-        The system that the page is of; an oscillator if left out.
 
     Raises
     ------

@@ -24,7 +24,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System, kind_of
 
-__all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
+__all__ = ["Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -38,13 +38,11 @@ class Slider:
     Attributes
     ----------
     name : str
-        Of the number, in messages: of a system the part's name, ``-``, and the name of the field.
+        Of the number, in messages: the part's name, ``-``, and the name of the field.
     symbol, said, unit, hint : str
         What stands beside it.
     value : float
         At first.
-    low, high : float or None
-        What a field takes; None where the system itself says what is wrong.
     begin, end : float
         Of the slider.
     log : bool
@@ -52,12 +50,6 @@ class Slider:
     steps : int
     kind : str
         Of the units to choose from, by their name in ``units.js``; empty where there is one unit.
-    scaled : bool
-        Whether the ends are in units of the oscillator's length scale.
-    dimensionless : str
-        The unit of the dimensionless number.
-    other : dict
-        Symbol and name in other units.
     free : bool
         Whether the number is free in the system's file: then it is ticked for a fit.
     """
@@ -71,33 +63,13 @@ class Slider:
     steps: int = _STEPS
     log: bool = False
     unit: str = ""
-    low: float | None = None
-    high: float | None = None
     kind: str = ""
     hint: str = ""
-    scaled: bool = False
-    dimensionless: str = ""
-    other: Mapping[str, Mapping[str, str]] | None = None
     free: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
         return asdict(self)
-
-
-_DENSITY = {"symbol": "S", "said": "one-sided PSD"}
-OSCILLATOR = (
-    Slider("order", "α", "order", 0.5, 0.0, 1.0, 100, low=0.0, high=1.0, hint="0 spring – 1 dashpot"),
-    Slider("coefficient", "C", "springpot", 1.0, 0.01, 10.0, 300, True, "s^(α−2)", 0.0, dimensionless="c = C Ω^(α−2)"),
-    Slider("natural_frequency", "Ω", "natural frequency", 1.0, 0.1, 10.0, 200, True, "", 0.01, 1e6, "frequency",
-           other={"Hz": {"symbol": "f"}}),
-    Slider("intensity", "q", "noise intensity", 1.0, 0.01, 100.0, 200, True, "", 1e-12, 1e12, "excitation",
-           other={"psd": _DENSITY, "g": _DENSITY}),
-    Slider("position", "b", "wall at", 0.0, -3.0, 3.0, 120, kind="length", hint="gap < 0", scaled=True,
-           dimensionless="√(q/Ω³)"),
-    Slider("restitution", "r", "restitution", 1.0, 0.05, 1.0, 95, low=0.001, high=1.0, hint="lossy – elastic"),
-)  # fmt: skip
-"""The numbers of an oscillator; those of a wall beyond the limits of the page are refused by the server."""
 
 
 @dataclass(frozen=True)
@@ -255,9 +227,13 @@ def _slider(system: System, part: Any, name: str, path: str, value: float, size:
     kind = shown.kind
     if " " in kind:
         kind = kind.split()[0 if heavy else 1]
+    if system.of(Spring, PolynomialSpring, Contact, Mass) == (part,):  # per unit mass: the square of Omega
+        kind = "stiffness"
     plain = "1" if kind or path == _SCALE else unit_of(system, ROOT + name.replace("-", "."))
     unit = "" if plain == "1" else written(plain)
     begin, end, steps, log = _ends(system, part, path, value, shown.range, size)
+    if kind == "stiffness" and value > 0.0 and not isinstance(value, Free):
+        begin, end, log = value / 100.0, 100.0 * value, True
     return Slider(
         name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
         free=isinstance(value, Free),
