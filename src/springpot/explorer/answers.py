@@ -99,7 +99,8 @@ def _places(system: System, answer: Any) -> dict[str, Floats]:
         least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
         above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
         places["amplitude"] = np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS)
-    if answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
+    one_wall = len(system.of(Barrier, Contact)) == 1  # of several, methods have a law for each
+    if one_wall and answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
         places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
     return places
 

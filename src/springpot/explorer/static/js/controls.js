@@ -19,7 +19,7 @@ export class Controls {
     this.simple("seed", "input");
     form.querySelector("#seed").addEventListener("blur", () => this.show());
     form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
-    for (const radio of form.querySelectorAll("[name=units]")) radio.addEventListener("change", () => state.setUnits(radio.value));
+    for (const radio of document.querySelectorAll("[name=units]")) radio.addEventListener("change", () => state.setUnits(radio.value));
     this.examples = form.querySelector("#example");
     this.examples.append(...OPENED.examples.map(({ label }, i) => new Option(label, i)), new Option("your own", "own"));
     this.examples.addEventListener("change", () => {
@@ -176,7 +176,7 @@ export class Controls {
     const example = OPENED.examples.findIndex((one) => this.state.is(one));
     this.examples.value = example < 0 ? "own" : example;
     this.form.querySelector("#example-note").textContent = OPENED.examples[example]?.note ?? "";
-    this.form.querySelector(`[name=units][value=${units}]`).checked = true;
+    document.querySelector(`[name=units][value=${units}]`).checked = true;
     for (const name of ["paths", "start", "seed"]) {
       const field = this.form.querySelector(`#${name}`);
       if (field.tagName === "SELECT" && ![...field.options].some((o) => o.value === String(values[name]))) {

@@ -2,6 +2,7 @@
 
 import { withError } from "./numbers.js";
 import { escaped } from "./table.js";
+import { unitOf } from "./units.js";
 
 export function showEquation(element, [first = "", ...more]) {
   const line = document.createElement("span"), rest = document.createElement("small");
@@ -20,11 +21,12 @@ const mathematical = (text) => escaped(text).replace(/(\d)e([+-]?)0*(\d+)/g, (_,
 
 // the numbers of the parts: powers, walls, circuits
 export function makePartsCard(table) {
-  return ({ measured }) => {
-    const rows = (measured?.labels ?? []).map(([name, said, unit]) => {
+  return ({ measured, state }) => {
+    const rows = (measured?.labels ?? []).map(([name, said, own]) => {
+      const { factor, name: unit } = state.si ? { factor: 1, name: own } : unitOf(name, state);
       const value = measured.values[name];
       const why = value === null && measured.undefined ? `no value: ${measured.undefined}` : "";
-      const shown = value === null ? (why ? "no value" : "–") : withError(value, measured.errors[name]);
+      const shown = value === null ? (why ? "no value" : "–") : withError(value * factor, measured.errors[name] === null ? null : measured.errors[name] * factor);
       return `<tr><th scope=row>${escaped(said)}</th><td data-quantity="${name}" data-value="${value ?? ""}" data-error="${measured.errors[name] ?? ""}"${why ? ` title="${escaped(why)}"` : ""}>${shown}${unit && value !== null ? ` <small>${unit}</small>` : ""}</td></tr>`;
     });
     table.innerHTML = `<caption class="sr">Powers, impacts and voltages by Monte Carlo, with one standard error</caption><tbody>${rows.join("")}</tbody>`;

@@ -32,10 +32,10 @@ export const askedAs = (value, { factor = 1, power = 1 } = {}) => signed(value /
 const DIMENSIONS = {
   amplitude_mean_square: [2, 0], x_mean: [1, 0], x_rms: [1, 0], x_mean_square: [2, 0], v_mean_square: [2, -2],
   v_rms: [1, -1], impact_rate: [0, -1], impact_speed_mean: [1, -1], impact_speed_mean_square: [2, -2],
-  x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1],
+  x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1], energy_residual: [0, 0],
 };
-const POWER = [2, -3];
-const dimensionsOf = (quantity) => DIMENSIONS[quantity] ?? (quantity.endsWith("impact_rate") ? DIMENSIONS.impact_rate : POWER);
+const POWER = [2, -3], OF_PARTS = ["impact_rate", "impact_speed_mean"];
+const dimensionsOf = (quantity) => DIMENSIONS[quantity] ?? DIMENSIONS[OF_PARTS.find((end) => quantity.endsWith(end))] ?? POWER;
 
 // factor and name of a quantity's unit; dimensionless numbers have none, and rates are counted per 1/Ω
 export function unitOf(quantity, { si, paper, shown }) {
