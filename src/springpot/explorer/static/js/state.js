@@ -1,6 +1,6 @@
 // The state of a tab: the problem, how it is shown, and the link that reproduces both.
 
-import { OPENED, PARAMETERS, isRecorded, wholeName } from "./problem.js";
+import { OPENED, PARAMETERS, isRecorded, titleOf } from "./problem.js";
 import { CHOICES, USUAL } from "./units.js";
 
 const RUN = ["seed", "paths", "start"];
@@ -93,7 +93,7 @@ export class State {
         if (Object.hasOwn(CHOICES[name], text)) this.shown[name] = text; else unsound.push(`unit of ${name}`);
       } else {
         const sound = Object.hasOwn(DEFAULTS, name) ? checked(name, text) : null;
-        if (sound === null) unsound.push(PARAMETERS[name] ? wholeName(name) : name); else values[name] = sound;
+        if (sound === null) unsound.push(PARAMETERS[name] ? `${PARAMETERS[name].said} of ${titleOf(name)}` : name.slice(0, 40)); else values[name] = sound;
       }
     }
     this.set(values);
