@@ -20,8 +20,8 @@ from springpot.machine.faults import NotCoveredError, few, meant
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.estimate.completed_rate import are_crowded
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.settings import Settings, check_stationary, resolve
 
 __all__ = ["Sensitivity", "sensitivity"]

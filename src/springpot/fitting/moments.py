@@ -19,9 +19,9 @@ from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 from springpot.simulation.estimate.slow_impacts import impact_step_biases
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import controlled
 from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.paths.statistics import controlled
 from springpot.simulation.plan.settings import Settings, check_stationary, resolve
 from springpot.simulation.plan.start import Adapted
 from springpot.simulation.result.system_warnings import step_biases_of_system

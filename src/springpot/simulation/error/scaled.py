@@ -21,9 +21,9 @@ from springpot.problem.oscillator import Oscillator
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.estimate.slow_impacts import extrapolation_step, impacts_are_countable, slow_impact_order
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import controlled, standard_error
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.scales import scales_of
 from springpot.simulation.plan.settings import Settings, resolve
 from springpot.theory.result import MOMENTS
