@@ -74,7 +74,7 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
     if path.suffix == ".zarr":
         if is_store(path):
             raise ValueError(f"{what!r} is the store of a study, which export does not replace: give another name.")
-        if not path.is_dir() or metadata_of(path) is None:
+        if not path.is_dir() or not metadata_of(path):
             raise ValueError(f"{what!r} exists and is not a Zarr group: give another name, or remove it first.")
     elif path.is_dir():
         raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")

@@ -24,9 +24,9 @@ from typing import Any
 from springpot.crew import work_together
 from springpot.interrupt import Terminated, sigterm_as_ctrl_c
 from springpot.processors import threads_available
-from springpot.studies.labelled import finish
+from springpot.studies.labelled import finish, take_away_labelled
 from springpot.studies.question import Study
-from springpot.studies.store import Store, StoreError, cannot_write, open_store, take_away_labelled
+from springpot.studies.store import Store, StoreError, cannot_write, open_store
 from springpot.studies.tasks import Task, check_some, compute, tasks
 from springpot.studies.workers import Workers, without_ctrl_c
 
@@ -173,7 +173,7 @@ def run_study(
         count = _Count(len(missing), progress)
         if missing:
             try:
-                take_away_labelled(path)
+                take_away_labelled(store)
             except OSError as error:
                 raise cannot_write(path, error) from error
         if not missing:

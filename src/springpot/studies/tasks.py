@@ -23,6 +23,7 @@ from springpot.studies.question import MonteCarlo, Point, Study, problem_at
 from springpot.system import System
 
 __all__ = [
+    "SENTENCES",
     "SLOTS",
     "Answer",
     "Task",
@@ -36,6 +37,7 @@ __all__ = [
 
 SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
+SENTENCES = 4096  # bytes kept of each result's statement and warnings
 SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
 
