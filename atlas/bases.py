@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy import interpolate, optimize, special
 
 from springpot import Barrier, Oscillator, Springpot
-from springpot.atlases.lookup import crowding
+from springpot.evidence.atlases.lookup import crowding
 from springpot.theory import envelope, exact, fokker_planck
 from springpot.theory.result import MOMENTS, NotCovered, Result
 

@@ -23,7 +23,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from springpot import Barrier, Oscillator, Springpot
-from springpot.atlases.lookup import (
+from springpot.evidence.atlases.lookup import (
     COEFFICIENTS,
     LOSSY,
     ORDERS,

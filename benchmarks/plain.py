@@ -11,9 +11,9 @@ from numba import njit
 
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
-from springpot.simulation.linking import OptimisedOnce
-from springpot.simulation.random import draw
+from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.kernel.numba_passes import OptimisedOnce
+from springpot.simulation.kernel.random import draw
 
 __all__ = ["COMPILED", "MODES", "STEP", "Plain", "plain_of"]
 

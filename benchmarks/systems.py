@@ -18,8 +18,8 @@ from springpot import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Simulation, simulation_of
+from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.plan.settings import resolve
 
 __all__ = ["systems"]
 

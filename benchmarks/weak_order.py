@@ -24,11 +24,11 @@ from scipy import optimize
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.figures.style import COLOURS, save
-from springpot.processors import threads_available
-from springpot.simulation.adapted import adapt
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.statistics import standard_error
+from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import springpot as sp
 from benchmarks.weak_order import Change, read, text, write
-from springpot.processors import threads_available
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.statistics import standard_error
-from springpot.simulation.system_scales import scales_of_problem
+from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.system_scales import scales_of_problem
 
 __all__ = ["CASES", "Case", "change", "measure"]
 

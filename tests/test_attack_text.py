@@ -18,7 +18,7 @@ import pytest
 import springpot as sp
 from springpot.explorer.question import Opened
 from springpot.explorer.views import opened_script
-from springpot.faults import FileFault
+from springpot.machine.faults import FileFault
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import Tab, tab
 from tests.sizes import validation

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import springpot as sp
-from springpot.faults import per_cent
+from springpot.machine.faults import per_cent
 
 
 @pytest.mark.parametrize(

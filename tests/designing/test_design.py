@@ -13,15 +13,15 @@ import pytest
 from scipy import optimize
 
 import springpot as sp
-from springpot.arguments import Free
 from springpot.designing import rounds as rounds_module
 from springpot.designing.quantities import theory_values
 from springpot.designing.quick import leading, smooth
 from springpot.designing.search import Model, search
 from springpot.designing.statement import Limit, Space
 from springpot.designing.watch import Watch
-from springpot.free_numbers import with_values
-from springpot.simulation.cost import Clock, OutOfTime
+from springpot.machine.arguments import Free
+from springpot.machine.progress import Clock, OutOfTime
+from springpot.problem.free_numbers import with_values
 
 
 def damped(c: Any, gap: Any = 1.0) -> sp.System:

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from springpot.arguments import Free
 from springpot.designing.pooling import Measured, pooled
 from springpot.designing.rounds import Plan, Searched, Simulated, rounds
 from springpot.designing.search import Found, Model
 from springpot.designing.statement import Limit, Space
-from springpot.simulation.cost import OutOfTime
+from springpot.machine.arguments import Free
+from springpot.machine.progress import OutOfTime
 from tests.sizes import validation
 
 HERE, NEAR, FAR = np.array([0.5]), np.array([0.501]), np.array([0.9])

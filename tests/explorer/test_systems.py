@@ -19,9 +19,9 @@ from springpot.explorer.question import Opened, question_of
 from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
 from springpot.explorer.system_answers import names, solve, table
 from springpot.explorer.views import labels, sizes
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.units import UNITS
+from springpot.problem.units import UNITS
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.explorer.conftest import Server, running
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened

@@ -13,8 +13,8 @@ import springpot as sp
 from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
 from springpot.fitting.transfer import response_of
-from springpot.simulation.settings import resolve
-from springpot.simulation.statistics import controlled
+from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.plan.settings import resolve
 from tests.fitting.test_fit import paths_of
 
 pytestmark = pytest.mark.validation

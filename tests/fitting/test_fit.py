@@ -11,14 +11,14 @@ import pytest
 from scipy import linalg
 
 import springpot as sp
-from springpot.faults import Stopped
 from springpot.fitting.kalman import deviance_of, innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
 from springpot.fitting.records import RecordLikelihood
 from springpot.fitting.response import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
-from springpot.free_numbers import free_numbers
+from springpot.machine.faults import Stopped
+from springpot.problem.free_numbers import free_numbers
 from springpot.theory.methods.systems.linear import companion_of
 from tests.sizes import validation
 

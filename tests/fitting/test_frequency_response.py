@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.faults import FileFault
 from springpot.fitting.likelihood import slopes
 from springpot.fitting.transfer import ResponseLikelihood, response_of
+from springpot.machine.faults import FileFault
 
 F = np.geomspace(0.5, 20.0, 41)
 DEVICE = sp.System(

@@ -13,8 +13,8 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.faults import FileFault
 from springpot.fitting import rows
+from springpot.machine.faults import FileFault
 
 RUBBER = """[[parts]]
 kind = "springpot"

@@ -15,13 +15,13 @@ import springpot as sp
 from springpot import cli
 from springpot.designing.samples import sampled_run
 from springpot.designing.surfaces import Form, Surface, places, surface_through
-from springpot.faults import FileFault, Stopped
 from springpot.fitting.exploring import Explorer
 from springpot.fitting.likelihood import Coordinates, slopes
 from springpot.fitting.moments import _statistic
 from springpot.fitting.simulated import Measured, MomentsLikelihood
-from springpot.simulation.settings import resolve
-from springpot.simulation.statistics import standard_error
+from springpot.machine.faults import FileFault, Stopped
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.plan.settings import resolve
 
 W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import integrate
 
 import springpot as sp
-from springpot.parts import Circuit
+from springpot.problem.parts import Circuit
 
 __all__ = [
     "AWAY", "NEARLY_LINEAR", "boltzmann", "circuit", "filtered", "of_many_kinds", "poisson_fourth_moment",

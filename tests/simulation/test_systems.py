@@ -14,20 +14,20 @@ import pytest
 from numba import njit
 
 import springpot as sp
-from springpot.parts import WhiteNoise
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.simulation.adapted import adapt
-from springpot.simulation.budget import orders_of_step
-from springpot.simulation.lanes import LANES
-from springpot.simulation.lowering import lower
-from springpot.simulation.observers import NO_OBSERVERS, Accumulators
-from springpot.simulation.restitution import Fixed, Power
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.system_scales import system_scales
-from springpot.simulation.system_warnings import step_biases_of_system
-from springpot.simulation.two_walls import Pair, fly_between
-from springpot.simulation.units import Units
+from springpot.problem.parts import WhiteNoise
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.simulation.error.budget import orders_of_step
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.restitution import Fixed, Power
+from springpot.simulation.kernel.two_walls import Pair, fly_between
+from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.parts import lower
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.system_scales import system_scales
+from springpot.simulation.result.system_warnings import step_biases_of_system
 from tests.sizes import validation
 
 from .problems import assert_agrees

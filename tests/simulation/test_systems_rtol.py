@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.simulation.systems import AWAY, NEARLY_LINEAR
 from tests.sizes import validation
 

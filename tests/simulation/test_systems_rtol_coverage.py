@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.system_results import uncountable
+from springpot.simulation.estimate.system_samples import uncountable
 
 pytestmark = pytest.mark.validation
 

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.faults import FileFault
-from springpot.simulation.settings import COARSEST
+from springpot.machine.faults import FileFault
+from springpot.simulation.plan.settings import COARSEST
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
 from springpot.studies.tasks import check_some, spread, task_at, tasks

@@ -14,6 +14,7 @@ import xarray
 
 import springpot as sp
 from springpot import cli
+from springpot.problem.numbers import numbers_of, with_numbers
 from springpot.simulation.run import run_as_given
 from springpot.studies import tasks
 from springpot.studies.export import export
@@ -21,7 +22,6 @@ from springpot.studies.question import Study, read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
 from springpot.studies.template import of_system
-from springpot.system_numbers import numbers_of, with_numbers
 from tests.studies.samples import DEVICE, STOPS, chunks, content, given, orphans, with_device, write_toml
 
 

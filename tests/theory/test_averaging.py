@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from springpot.comparison import compare
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.evidence.comparison import compare
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import (
     Averaging,

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import rgamma
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.closure import memory, steps
 from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
 from springpot.theory.methods.closure.memory import make_grid

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from springpot.faults import per_cent
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.machine.faults import per_cent
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, closure, envelope, exact, fokker_planck
 from springpot.theory.methods.closure.quadrature import panel_rule
 from springpot.theory.result import NotCovered

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.closure.quadrature import panel_rule

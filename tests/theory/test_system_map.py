@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.evidence.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
 from springpot.theory import NotCovered, averaging_amplitude, envelope, linearisation, recommended, solve_all, trust
 from springpot.theory.cells import Cell, cell_of, system_of
 from springpot.theory.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
 from springpot.theory.solve import trusted
-from springpot.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
 from tests.sizes import validation
 
 COLUMNS = read_map(SYSTEMS_FILE)

@@ -18,8 +18,8 @@ from cyclopts import CycloptsError
 
 from springpot.cli.commands import app, in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
-from springpot.faults import FileFault
-from springpot.terminal import say, warnings_as_sentences
+from springpot.cli.terminal import say, warnings_as_sentences
+from springpot.machine.faults import FileFault
 
 __all__ = ["main"]
 

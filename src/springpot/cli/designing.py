@@ -13,8 +13,8 @@ from cyclopts import Group, Parameter
 from springpot.cli.commands import OUTPUT, place_of, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
 from springpot.cli.tables import with_error
-from springpot.interrupt import leave_at_once
-from springpot.terminal import Bar, Json, Whole, check_picture, say
+from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
+from springpot.machine.interrupt import leave_at_once
 
 __all__ = ["design", "sensitivity"]
 
@@ -124,8 +124,8 @@ def design(
             limits[name] = ends[0], ends[1]
     with leave_at_once():
         from springpot.designing import design as find
-        from springpot.free_numbers import with_values
-        from springpot.system_file import read_system, to_toml
+        from springpot.problem.file import read_system, to_toml
+        from springpot.problem.free_numbers import with_values
 
     system = read_system(file)
     with _in_words_of_the_command(), Bar("designing", first="searching") as bar:

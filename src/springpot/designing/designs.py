@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import finite_number
 from springpot.designing.numbers import as_simulated, checked_model, units_of_free
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
@@ -17,14 +16,15 @@ from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simu
 from springpot.designing.search import Model
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.designing.watch import Watch
-from springpot.faults import listed, per_cent
-from springpot.free_numbers import free_numbers, with_values
-from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import controllable
-from springpot.simulation.cost import OutOfTime
-from springpot.simulation.settings import check_stationary, checked_seed
-from springpot.simulation.simulation import Progress
-from springpot.system import System
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import listed, per_cent
+from springpot.machine.progress import OutOfTime
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.error.reach import controllable
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.settings import check_stationary, checked_seed
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]

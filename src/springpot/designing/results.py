@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
-from springpot.faults import few, listed, meant, name_results, per_cent
-from springpot.oscillator import Oscillator
-from springpot.plain import plain
-from springpot.system import System
+from springpot.machine.faults import few, listed, meant, name_results, per_cent
+from springpot.machine.plain import plain
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 if TYPE_CHECKING:
     import xarray

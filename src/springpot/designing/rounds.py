@@ -18,11 +18,11 @@ from springpot.designing.results import Round
 from springpot.designing.search import CLOSE, Found, Model, search
 from springpot.designing.statement import Limit, cost_of
 from springpot.designing.watch import Watch
-from springpot.free_numbers import with_values
-from springpot.oscillator import Oscillator
-from springpot.simulation.cost import OutOfTime
+from springpot.machine.progress import OutOfTime
+from springpot.problem.free_numbers import with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.simulation.run import run
-from springpot.system import System
 
 __all__ = ["MOST_ROUNDS", "Plan", "Searched", "rounds", "simulated"]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import LARGEST, Free, finite_number
-from springpot.faults import few, meant, shown
+from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.faults import few, meant, shown
 
 __all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.oscillator import Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator, Springpot
 from springpot.theory import (
     Averaging,
     Envelope,

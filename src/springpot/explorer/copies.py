@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from springpot.explorer.protocol import Problem, SystemProblem
-from springpot.faults import listed
-from springpot.parts import Recorded
-from springpot.system import System
+from springpot.machine.faults import listed
+from springpot.problem.parts import Recorded
+from springpot.problem.system import System
 
 __all__ = ["as_command", "as_python", "command_of_system", "python_of_system"]
 
@@ -78,7 +78,7 @@ def python_of_system(system: System, file: str, asked: SystemProblem) -> str:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> python_of_system(System(Spring(2.0)), "device.toml", SystemProblem(kind="system")).splitlines()[3]
     '    spring=sp.Spring(stiffness=2.0),'
     """

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from springpot.arguments import Free
-from springpot.parts import (
+from springpot.machine.arguments import Free
+from springpot.problem.numbers import ROOT, numbers_of, unit_of, with_numbers
+from springpot.problem.parts import (
     Barrier,
     Contact,
     Mass,
@@ -21,8 +22,7 @@ from springpot.parts import (
     Recorded,
     Spring,
 )
-from springpot.system import System, kind_of
-from springpot.system_numbers import ROOT, numbers_of, unit_of, with_numbers
+from springpot.problem.system import System, kind_of
 
 __all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
-from springpot.faults import listed
-from springpot.parts import Barrier, Circuit, Contact
-from springpot.system import System
-from springpot.system_quantities import units_of_system
-from springpot.units import UNITS
+from springpot.machine.faults import listed
+from springpot.problem.parts import Barrier, Circuit, Contact
+from springpot.problem.quantities import units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
 
 __all__ = ["labels", "opened_script", "sizes"]
 
@@ -46,7 +46,7 @@ def opened_script(opened: Opened | None) -> str:
 
 def sizes(system: System) -> dict[str, float]:
     """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
-    from springpot.simulation.system_scales import system_scales
+    from springpot.simulation.plan.system_scales import system_scales
 
     law, potential = system_scales(system).law, system.potential
     spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
@@ -86,7 +86,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring, WhiteNoise
+    >>> from springpot.problem.parts import Spring, WhiteNoise
     >>> labels(System(Spring(1.0), WhiteNoise(1.0)), ["x_mean", "input_power"])
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.atlases.lookup import COEFFICIENTS, ORDERS, atlas
+from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
 from springpot.figures.style import panel
-from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:

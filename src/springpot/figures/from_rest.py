@@ -13,7 +13,7 @@ from springpot.figures.data import Data, FloatArray, Theory, as_dataset, oscilla
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.files import write
+from springpot.machine.files import write
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 if TYPE_CHECKING:

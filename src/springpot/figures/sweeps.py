@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, oscillator_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
 
 if TYPE_CHECKING:

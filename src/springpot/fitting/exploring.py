@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface, places, surface_through
-from springpot.faults import NotCovered, Stopped, listed
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
 from springpot.fitting.moments import Case, Moments, groups_of, moments_of
-from springpot.simulation.cost import Estimate, FractionDone
-from springpot.simulation.simulation import Progress
+from springpot.machine.faults import NotCovered, Stopped, listed
+from springpot.machine.progress import Estimate, FractionDone
+from springpot.simulation.paths.simulation import Progress
 
 __all__ = ["MOST_PATHS", "MOST_SHARE", "Explorer", "Region", "Telling", "misfit_of"]
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.faults import Stopped, listed, shown
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.likelihood import LeastSquares, Likelihood
@@ -18,12 +17,13 @@ from springpot.fitting.part_data import Impacts, Moduli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.statistics import Statistics
-from springpot.free_numbers import free_numbers, with_values
-from springpot.oscillator import Oscillator
-from springpot.system import KINDS, System, kind_of
+from springpot.machine.faults import Stopped, listed, shown
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import KINDS, System, kind_of
 
 if TYPE_CHECKING:
-    from springpot.simulation.simulation import Progress
+    from springpot.simulation.paths.simulation import Progress
 
 __all__ = ["fit"]
 
@@ -81,7 +81,7 @@ def fit(
         If the data are of another kind, nothing is free, or a free number has no influence on the data.
     NotCovered
         If the model has a part that such data cannot be computed for; the sentence names it.
-    springpot.faults.Stopped
+    springpot.machine.faults.Stopped
         If it was stopped before there were any numbers.
 
     Notes

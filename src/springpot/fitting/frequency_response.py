@@ -7,11 +7,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import per_cent, shown
 from springpot.fitting.columns import FloatArray, PointFault, column, frequencies
 from springpot.fitting.motion_data import Of, check_of
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import per_cent, shown
+from springpot.problem.parts.checks import put
 
 __all__ = ["FrequencyResponse"]
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import NotCovered, listed
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, gamma_residuals, gamma_slope
 from springpot.fitting.part_data import Moduli
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.parts import (
+from springpot.machine.arguments import Free
+from springpot.machine.faults import NotCovered, listed
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import (
     Circuit,
     Dashpot,
     Maxwell,
@@ -24,7 +24,7 @@ from springpot.parts import (
     Spring,
     Springpot,
 )
-from springpot.system import System
+from springpot.problem.system import System
 
 __all__ = ["ModuliLikelihood", "complex_modulus"]
 

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import listed, shown
 from springpot.fitting.columns import FloatArray, PointFault, column, frequencies, positive, rows
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import listed, shown
+from springpot.problem.parts.checks import put
 
 __all__ = ["Of", "Record", "Spectrum", "check_of", "window_samples"]
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.arguments import LARGEST, finite_number
 from springpot.fitting.columns import FloatArray, PointFault, column, enough, frequencies, positive
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.problem.parts.checks import put
 
 __all__ = ["Impacts", "Moduli"]
 

@@ -13,9 +13,6 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from springpot.device import STANDARD_GRAVITY
-from springpot.faults import FileFault, listed, meant, shown
-from springpot.files import open_text
 from springpot.fitting.columns import FloatArray, PointFault, column
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.motion_data import Record, Spectrum
@@ -23,6 +20,9 @@ from springpot.fitting.part_data import Impacts, Moduli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.rows import numbers_of, rows_of
 from springpot.fitting.statistics import Statistics
+from springpot.machine.faults import FileFault, listed, meant, shown
+from springpot.machine.files import open_text
+from springpot.problem.spectral_density import STANDARD_GRAVITY
 
 __all__ = ["UNITS", "Data", "data_of", "read_data"]
 
@@ -142,7 +142,7 @@ def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Da
     ------
     ValueError
         As `read_data`.
-    springpot.faults.Stopped
+    springpot.machine.faults.Stopped
         If reading was stopped.
 
     Examples

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable
 from itertools import islice
 
-from springpot.faults import FileFault, listed, meant, shown
 from springpot.fitting.columns import PointFault
 from springpot.fitting.rows import Row
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, Statistics
+from springpot.machine.faults import FileFault, listed, meant, shown
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import Stopped
 from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
@@ -18,9 +16,11 @@ from springpot.fitting.motion_data import Record
 from springpot.fitting.response import response
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
 from springpot.fitting.state_space import state_space
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.machine.faults import Stopped
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["RecordLikelihood", "rounding_of"]
 

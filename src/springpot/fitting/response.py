@@ -8,12 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import NotCovered
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of, window_samples
-from springpot.oscillator import Oscillator
-from springpot.parts import Constant, FilteredNoise, Harmonic, ParametricNoise, PoissonImpulses, Recorded, WhiteNoise
-from springpot.system import System
+from springpot.machine.faults import NotCovered
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import (
+    Constant,
+    FilteredNoise,
+    Harmonic,
+    ParametricNoise,
+    PoissonImpulses,
+    Recorded,
+    WhiteNoise,
+)
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = ["Density", "correlations_of_bins", "folded", "response", "windowed"]
@@ -47,7 +55,7 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
 
     Examples
     --------
-    >>> from springpot.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Spring
     >>> found = response(System(Spring(4.0), Dashpot(0.5), WhiteNoise(1.0)), "x")
     >>> found(np.array([1.0 / np.pi])).round(6).tolist()  # 2 q / (c w)^2 at resonance
     [2.0]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import finite_number
-from springpot.faults import listed, meant, name_results, shown
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import listed, meant, name_results, shown
 
 if TYPE_CHECKING:
     import xarray

@@ -11,8 +11,8 @@ from typing import TextIO
 
 import numpy as np
 
-from springpot.faults import FileFault, Stopped, shown
 from springpot.fitting.columns import FloatArray
+from springpot.machine.faults import FileFault, Stopped, shown
 
 __all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "numbers_of", "rows_of"]
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.surfaces import Surface
-from springpot.faults import listed
 from springpot.fitting.exploring import MOST_SHARE
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, inverse
 from springpot.fitting.moments import Case, step_biases_at
 from springpot.fitting.statistics import Statistics
+from springpot.machine.faults import listed
 
 __all__ = ["Measured", "MomentsLikelihood"]
 

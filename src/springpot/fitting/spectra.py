@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from springpot.arguments import Free
 from springpot.fitting.estimate import search
 from springpot.fitting.likelihood import (
     Coordinates,
@@ -21,9 +20,10 @@ from springpot.fitting.likelihood import (
 )
 from springpot.fitting.motion_data import Spectrum
 from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["NOISE", "SpectrumLikelihood"]
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springpot.faults import NotCovered
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
-from springpot.oscillator import Oscillator
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import (
     ColouredNoise,
     FilteredNoise,
     Harmonic,
@@ -29,7 +29,7 @@ from springpot.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.system import System
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import Companion, companion_of
 
 __all__ = ["Sampled", "StateSpace", "state_space"]
@@ -117,7 +117,7 @@ def state_space(model: System | Oscillator, of: Of, step: float, duration: float
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> own = state_space(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "x", 0.1, 100.0)
     >>> own.rates.shape
     (32, 32)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import shown
 from springpot.fitting.columns import FloatArray, PointFault
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import put
 
 __all__ = ["MOST_STATISTICS", "QUANTILE", "Statistics"]
 

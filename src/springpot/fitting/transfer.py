@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import listed
 from springpot.fitting.frequency_response import FrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import complex_modulus
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.parts import Mass
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.machine.faults import listed
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Mass
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = ["ResponseLikelihood", "response_of"]
@@ -43,7 +43,7 @@ def response_of(
 
     Examples
     --------
-    >>> from springpot.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Spring
     >>> device = System(Mass(2.0), Spring(8.0), Dashpot(0.4))
     >>> found, _ = response_of(device, np.array([1.0 / np.pi]), "x", "mass")
     >>> bool(abs(found[0] + 1.25j) < 1e-12)

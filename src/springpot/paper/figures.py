@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.figures import COLOURS, bars, fourier_error, fourier_series, new_figure, save
-from springpot.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
+from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import Averaging, averaging
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
-from springpot.oscillator import Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import averaging
 

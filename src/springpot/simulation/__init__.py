@@ -7,14 +7,14 @@ for which ``compose`` turns the problem into the kernel's ``parts``; the ``kerne
 are returned.  With ``rtol``, ``accuracy`` repeats this in rounds, with ``levels``, ``budget`` and ``decision``.
 """
 
-from springpot.simulation.budget import CONTROLLED, Budget
-from springpot.simulation.distributions import Distribution
-from springpot.simulation.loaded import load_run
-from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.results import Run
+from springpot.problem.units import UNITS
+from springpot.simulation.error.budget import CONTROLLED, Budget
+from springpot.simulation.result.load import load_run
+from springpot.simulation.result.results import Run
 from springpot.simulation.run import run, simulate
-from springpot.simulation.spectral import Spectrum
-from springpot.units import UNITS
+from springpot.simulation.watch.distributions import Distribution
+from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
     "CONTROLLED", "UNITS", "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",

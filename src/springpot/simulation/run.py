@@ -14,22 +14,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, few, listed, meant, shown
-from springpot.options import Options
-from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import reach
-from springpot.simulation.adapted import adapt
-from springpot.simulation.distributions import Distribution
-from springpot.simulation.few_events import about_few, error_of_unseen
-from springpot.simulation.first_passage import from_the_start
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.observed import Observable, Requested, requested
-from springpot.simulation.results import PROBABILITIES, Run
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Progress, Simulation, simulation_of
-from springpot.simulation.statistics import standard_error
-from springpot.simulation.system_warnings import doubts_of_system
-from springpot.simulation.warnings import (
+from springpot.machine.faults import NotCovered, few, listed, meant, shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System, owners_of
+from springpot.simulation.error.reach import reach
+from springpot.simulation.estimate.few_events import about_few, error_of_unseen
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.options import Options
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.result.results import PROBABILITIES, Run
+from springpot.simulation.result.system_warnings import doubts_of_system
+from springpot.simulation.result.warnings import (
     about_default_start,
     about_observables,
     about_quantiles,
@@ -37,7 +35,9 @@ from springpot.simulation.warnings import (
     doubts,
     without_effect,
 )
-from springpot.system import System, owners_of
+from springpot.simulation.watch.distributions import Distribution
+from springpot.simulation.watch.first_passage import from_the_start
+from springpot.simulation.watch.requested import Observable, Requested, requested
 from springpot.theory.walls import about_walls, named_walls
 
 if TYPE_CHECKING:
@@ -397,7 +397,7 @@ def simulate(
         0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Path n of every system has then
         the same normals, so that unlike systems deviate alike from their true values: a difference of two systems is
         known better than each, but an average over systems is not better for their number.  Give each its own seed
-        where errors must be independent, as `springpot.comparison.compare`, studies and fits do.
+        where errors must be independent, as `springpot.evidence.comparison.compare`, studies and fits do.
     threads : int
         All available ones if left out.
     scheme : {"default", "grunwald"}

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from springpot.parts import Barrier, Circuit, Contact
-from springpot.system import System
-from springpot.system_quantities import possible_results, units_of_system
+from springpot.problem.parts import Barrier, Circuit, Contact
+from springpot.problem.quantities import possible_results, units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
 from springpot.theory.result import MOMENTS
-from springpot.units import UNITS
 
 __all__ = [
     "ENDINGS",

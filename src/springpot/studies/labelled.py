@@ -19,7 +19,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from springpot.files import Damaged, make_room, partial_name, read_file, write
+from springpot.machine.files import Damaged, make_room, partial_name, read_file, write
 from springpot.studies.dataset import open_tree
 from springpot.studies.layout import LABELLED, NOT_IN_THE_FORMAT
 from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of

@@ -20,10 +20,10 @@ from zarr.buffer.cpu import Buffer
 from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore, WrapperStore
 
-from springpot.files import read_file, write
+from springpot.machine.files import read_file, write
+from springpot.problem.system import System
 from springpot.studies.columns import columns_of, unit_of_column
 from springpot.studies.tasks import SENTENCES, SLOTS
-from springpot.system import System
 
 __all__ = ["ARRAYS", "LABELLED", "metadata", "open_arrays", "place_of", "root"]
 

@@ -21,18 +21,18 @@ from pydantic import (
     model_validator,
 )
 
-from springpot.faults import FileFault, listed, meant, shown
-from springpot.oscillator import Oscillator
+from springpot.machine.faults import FileFault, listed, meant, shown
+from springpot.machine.toml import read_toml
+from springpot.problem.file import read_system
+from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
-from springpot.system import System
-from springpot.system_file import read_system
-from springpot.system_numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
-from springpot.toml import read_toml
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 

@@ -29,8 +29,8 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import FileFault
-from springpot.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
+from springpot.machine.faults import FileFault
+from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
 from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
 from springpot.studies.tasks import SENTENCES, Answer, Task, tasks

@@ -13,14 +13,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.faults import FileFault
-from springpot.options import own_seed
-from springpot.oscillator import Oscillator
-from springpot.parts import Recorded
+from springpot.machine.faults import FileFault
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Recorded
+from springpot.problem.system import System
+from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points, spread
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, problem_at
-from springpot.system import System
 
 __all__ = [
     "SENTENCES",
@@ -188,8 +188,8 @@ def _check(study: Study, points: Iterable[Point]) -> None:
     TypeError, ValueError
         One sentence.  A point without a stationary state is no error.
     """
-    from springpot.simulation.accuracy import checked_quantities
-    from springpot.simulation.settings import resolve
+    from springpot.simulation.error.reach import checked_quantities
+    from springpot.simulation.plan.settings import resolve
     from springpot.theory import NoStationaryState
 
     if study.monte_carlo is None:
@@ -211,7 +211,7 @@ def _check(study: Study, points: Iterable[Point]) -> None:
 
 def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
     """Raise an error if impacts of a system are asked for that cannot be counted."""
-    from springpot.simulation.system_results import uncountable
+    from springpot.simulation.estimate.system_samples import uncountable
 
     impacts = [name for name in quantities if "impact_" in name]
     if isinstance(problem, System) and impacts and (reason := uncountable(problem)):
@@ -231,8 +231,8 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
+    from springpot.simulation.error.scaled import stationary
     from springpot.simulation.run import run_as_given
-    from springpot.simulation.scaled import stationary
     from springpot.theory import NoStationaryState
 
     problem = task.problem

@@ -29,7 +29,7 @@ def main(address: str, folder: str, threads: str) -> None:
 
     import distributed
 
-    from springpot.trusted import UnusedCache
+    from springpot.machine.trusted import UnusedCache
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore", UnusedCache)  # the first process warns

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Barrier,
     ColouredNoise,
     Dashpot,
@@ -21,8 +21,8 @@ from springpot.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.parts.walls import slow_restitution
-from springpot.system import System
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.system import System
 
 __all__ = ["Cell", "cell_of", "system_of"]
 

@@ -60,7 +60,7 @@ class Method:
 
         Examples
         --------
-        >>> from springpot.oscillator import Oscillator
+        >>> from springpot.problem.oscillator import Oscillator
         >>> round(METHODS["envelope"].solve(Oscillator()).x_mean, 2)
         0.78
         """

@@ -1,9 +1,10 @@
 """Reliability of a method for a problem: its gaps to Monte Carlo at the nearest cells of a validity map.
 
-There are two maps, written by :mod:`springpot.validity`: ``validity.csv`` of oscillators, over order, c, restitution
-and wall position, and ``validity_systems.csv`` of systems, over the numbers of `springpot.theory.cells.Cell`.  Both
-have stationary Monte Carlo and the gap of every method to it.  Between cells the gap is taken halfway from what is
-interpolated to the largest of the neighbours: those alone are mostly three times too large.
+There are two maps, written by :mod:`springpot.evidence.validity`: ``validity.csv`` of oscillators, over order, c,
+restitution and wall position, and ``validity_systems.csv`` of systems, over the numbers of
+`springpot.theory.cells.Cell`. Both have stationary Monte Carlo and the gap of every method to it.  Between cells the
+gap is taken halfway from what is interpolated to the largest of the neighbours: those alone are mostly three times too
+large.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, listed, shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import NotCovered, listed, shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.cells import cell_of
 from springpot.theory.problem import checked
 from springpot.theory.registry import MAPPED, METHODS, SYSTEM_MAPPED, SYSTEM_METHODS

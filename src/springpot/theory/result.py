@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from springpot.faults import NotCovered
-from springpot.oscillator import Oscillator
-from springpot.parts.checks import put
-from springpot.system import System
+from springpot.machine.faults import NotCovered
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts.checks import put
+from springpot.problem.system import System
 from springpot.theory.walls import about_walls
 
 __all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, overload
 
-from springpot.faults import shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.problem import checked
 from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
@@ -43,7 +43,7 @@ def solve_all(oscillator: Oscillator | System) -> tuple[Mapping[str, Result | Sy
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> answers, statements = solve_all(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
     ([1.0], [])
@@ -108,7 +108,7 @@ def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> list(methods_for(System(Spring(1.0))))[-3:]
     ['path_integration', 'linear', 'exact']
     """

@@ -10,14 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.arguments import finite_number
-from springpot.oscillator import Oscillator
+from springpot.machine.arguments import finite_number
+from springpot.memory.zeta import zeta_beyond_one
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.problem import Units, checked, endless
 from springpot.theory.reliability import map_warnings
 from springpot.theory.result import Moments, NoStationaryState, NotCovered
-from springpot.zeta import zeta_beyond_one
 
 __all__ = ["Averaging", "averaging", "harmonic_sum", "stiffness_sum"]
 
@@ -137,7 +137,7 @@ class Averaging(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(averaging(Oscillator(springpot=Springpot(order=0.0, coefficient=1.0))).mean_square(10.0))
         10.0
         """
@@ -322,7 +322,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> oscillator = Oscillator(natural_frequency=3.0, springpot=Springpot(order=0.7, coefficient=0.2))
     >>> round(averaging(oscillator).amplitude_mean_square, 3)
     1.173

@@ -10,8 +10,8 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.methods.systems.energy import ExactLaw, exact_law
@@ -62,7 +62,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
         0.7143
         """
@@ -76,7 +76,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> result = exact(Oscillator(springpot=Springpot(0.5, 1.0), barrier=None))
         >>> result.x_mean_square_at([1.0, 10.0]).round(4)
         array([0.1844, 0.5309])
@@ -90,7 +90,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_mean_square_at(1.0).round(4))
         0.4848
         """
@@ -103,7 +103,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.0))).amplitude_mean_square_at(7.0).round(12))
         7.0
         """
@@ -277,7 +277,7 @@ def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(position=1.0))
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import per_cent
-from springpot.oscillator import Oscillator
+from springpot.machine.faults import per_cent
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, normal
 from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
@@ -239,7 +239,7 @@ def closure(oscillator: Oscillator) -> Closure:
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> result = closure(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
     >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
     [0.5, 0.5, 1.0]

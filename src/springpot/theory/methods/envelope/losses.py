@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
-from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts

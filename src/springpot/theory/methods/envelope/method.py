@@ -36,9 +36,9 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -121,7 +121,7 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
@@ -190,7 +190,7 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
@@ -373,7 +373,7 @@ def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> result = envelope(Oscillator(springpot=Springpot(0.5, 0.1), barrier=Barrier(position=-1.0, restitution=0.8)))
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)

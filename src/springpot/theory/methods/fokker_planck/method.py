@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
@@ -57,7 +57,7 @@ class FokkerPlanck(Densities):
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> result = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
     >>> result.x_density([-0.1, 1.0]).round(3), result.v_density([-0.5, 0.0, 0.5]).round(3)
     (array([0.   , 0.451]), array([0.281, 0.325, 0.321]))
@@ -111,7 +111,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> lossy = Oscillator(springpot=Springpot(order=1.0, coefficient=0.2), barrier=Barrier(restitution=0.8))
     >>> result = fokker_planck(lossy)
     >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4

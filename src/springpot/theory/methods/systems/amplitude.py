@@ -11,10 +11,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
-from springpot.parts.walls import slow_restitution
-from springpot.system import System
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import Circuit, Maxwell, Series, Springpot
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import Circuit, Maxwell, Series, Springpot
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 
 __all__ = ["COARSE", "FINE", "REACH", "Cycles", "Field", "Ladder", "Problem", "check_settled", "ladder_of", "speed_at"]
 

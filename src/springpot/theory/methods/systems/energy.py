@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Barrier,
     Circuit,
     Constant,
@@ -25,8 +25,8 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.systems.result import (
     SystemMoments,

@@ -11,8 +11,8 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy import optimize
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Barrier,
     Circuit,
     ColouredNoise,
@@ -29,9 +29,9 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.parts.walls import slow_restitution
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.methods.envelope.balance import Labels, saturated
 from springpot.theory.methods.systems.cycles import (
     COARSE,

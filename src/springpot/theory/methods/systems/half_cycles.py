@@ -9,10 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered, few, shown
-from springpot.parts import Barrier, Dashpot, Mass, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.system import System
+from springpot.machine.faults import NotCovered, few, shown
+from springpot.problem.parts import (
+    Barrier,
+    Dashpot,
+    Mass,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    WhiteNoise,
+)
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.system import System
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns

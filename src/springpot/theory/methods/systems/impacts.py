@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.parts import (
+from springpot.problem.parts import (
     Barrier,
     ColouredNoise,
     Contact,
@@ -26,8 +26,8 @@ from springpot.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.system import System
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.balance import Labels, before_impact
 from springpot.theory.methods.envelope.impacts import with_short_returns

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Circuit,
     ColouredNoise,
     Constant,
@@ -28,7 +28,7 @@ from springpot.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.system import System
+from springpot.problem.system import System
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
 from springpot.theory.numerics.frequencies import integral, resonances

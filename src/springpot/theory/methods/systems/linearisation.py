@@ -12,8 +12,8 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy import optimize
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Constant,
     Dashpot,
     Harmonic,
@@ -26,8 +26,8 @@ from springpot.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, moments_of
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCovered
+from springpot.problem.parts import (
     Barrier,
     ColouredNoise,
     Constant,
@@ -24,9 +24,9 @@ from springpot.parts import (
     Springpot,
     VanDerPol,
 )
-from springpot.parts.walls import restitution_at
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.parts.walls import restitution_at
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
 from springpot.theory.numerics.anderson import Anderson

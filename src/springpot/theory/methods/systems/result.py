@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.faults import shown
-from springpot.parts import Barrier, Contact
-from springpot.parts.checks import put
-from springpot.system import System
+from springpot.machine.faults import shown
+from springpot.problem.parts import Barrier, Contact
+from springpot.problem.parts.checks import put
+from springpot.problem.system import System
 from springpot.theory.result import MOMENTS, Moments, NoStationaryState, about_walls_of, no_answer
 from springpot.theory.walls import named_walls
 
