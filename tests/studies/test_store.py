@@ -383,9 +383,7 @@ def test_a_full_disk_loses_nothing(small_disk: Path, whole: Path) -> None:
     assert run_study(first, path, threads=1).computed == 4
     with pytest.raises(OSError, match="No space left"):
         _fill(ballast)
-    says = (
-        r"^store '.*' cannot be written \(No space left on device\): all results so far are kept, and running "
-    )
+    says = r"^store '.*' cannot be written \(No space left on device\): all results so far are kept, and running "
     for _ in range(2):
         with pytest.raises(OSError, match=says) as told:
             run_study(STUDY, path, threads=2)
@@ -407,9 +405,7 @@ def test_a_disk_that_can_only_be_read(small_disk: Path) -> None:
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
     before = content(path)
     assert run_study(first, path).found == 4  # nothing to do, nothing to write
-    with pytest.raises(
-        OSError, match=r"^store '.*' cannot be written \(Read-only file system\): all results so"
-    ):
+    with pytest.raises(OSError, match=r"^store '.*' cannot be written \(Read-only file system\): all results so"):
         run_study(STUDY, path)
     with pytest.raises(OSError, match=r"^store '.*' cannot be created \(Read-only file system\)\.$"):
         run_study(STUDY, small_disk / "new.zarr")

@@ -55,9 +55,7 @@ class Results:
         return np.array([answer is not None for answer in self.all])
 
     def sentences(self) -> npt.NDArray[np.object_]:
-        return np.array(
-            ["" if answer is None else answer.statement or " ".join(answer.warnings) for answer in self.all], object
-        )
+        return np.array(["" if answer is None else answer.said for answer in self.all], object)
 
 
 def open_tree(store: Store) -> xarray.DataTree:
@@ -94,20 +92,16 @@ def open_tree(store: Store) -> xarray.DataTree:
 
 
 def _coordinates(study: Study) -> dict[str, Any]:
-    coordinates: dict[str, Any] = {
-        study.label(name): (axis, list(values), _words_of_parameter(study, name))
-        for name, (axis, values) in study.columns.items()
-    }
+    coordinates: dict[str, Any] = {}
+    for name, (axis, values) in study.columns.items():
+        if study.system is None:
+            words = {"units": _PARAMETER_UNITS[name]}
+        else:
+            words = {"units": unit_of(study.system, name), "long_name": name}  # its name in the study file
+        coordinates[study.label(name)] = axis, list(values), words
     if study.system is not None and (walls := walls_of(study.system)):
         coordinates["barrier"] = ("barrier", list(walls))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
-
-
-def _words_of_parameter(study: Study, name: str) -> dict[str, str]:
-    """Its unit; of a system's number its name in the study file, too."""
-    if study.system is None:
-        return {"units": _PARAMETER_UNITS[name]}
-    return {"units": unit_of(study.system, name), "long_name": name}
 
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:

@@ -20,7 +20,8 @@ import os
 import re
 import shutil
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -40,12 +41,12 @@ __all__ = [
     "Damaged",
     "Store",
     "StoreError",
-    "cannot_write",
     "document",
     "is_store",
     "metadata_of",
     "open_store",
     "root_of",
+    "writing",
 ]
 
 FORMAT = 1
@@ -136,12 +137,10 @@ class Store:
         """
         numbers, sentences = (self._arrays[f"{place_of(task.method)}/{array}"] for array in ARRAYS)
         text = _sentences(task, answer)
-        try:
+        with writing(self.path):
             if text:
                 sentences[task.slot] = np.frombuffer(text.ljust(SENTENCES, b"\0"), "u1")
             numbers[task.slot] = np.array([float(task.check), float(len(text)), *answer.numbers])
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
 
     def remove_orphans(self) -> int:
         """Remove half-written files of killed processes; those of running processes are kept."""
@@ -159,12 +158,16 @@ class Store:
         return {"format": FORMAT, "study": document(self.study), "versions": self.versions}
 
 
-def cannot_write(path: Path, error: OSError) -> OSError:
-    """The error to raise if a store cannot be written."""
-    return OSError(
-        f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and running "
-        "the study again continues from there."
-    )
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """One sentence if a store cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(
+            f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and "
+            "running the study again continues from there."
+        ) from error
 
 
 def _sentences(task: Task, answer: Answer) -> bytes:
@@ -222,13 +225,17 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
             )
         return Store(path, read_study(ours["study"]), ours["versions"])
     if ours is None:
-        _check_answers(Store(path, study, []))
+        lost = Store(path, study, [])
+        empty = all(not entry.name.endswith(".0") for entry in path.glob("*/*/numbers/*"))
+        if not empty and not any(lost.has(task) for task in tasks(study)):
+            raise StoreError(
+                f"the description of store {str(path)!r} (its zarr.json) is damaged, and none of its results belong to "
+                f"{study.name!r}: give the study file that it was made from."
+            )
     else:
         _check_same(path, read_study(ours["study"]), study)
-    try:
+    with writing(path):
         return _describe(path, study, ours)
-    except OSError as error:
-        raise cannot_write(path, error) from error
 
 
 def metadata_of(folder: Path) -> dict[str, Any]:
@@ -267,8 +274,7 @@ def _ours(path: Path) -> dict[str, Any] | None:
 def is_store(path: Path) -> bool:
     """Whether a folder is, or was, the store of a study."""
     attributes = metadata_of(path).get("attributes")
-    described = isinstance(attributes, dict) and ATTRIBUTE in attributes
-    return described or any(path.glob("*/*/numbers"))
+    return (isinstance(attributes, dict) and ATTRIBUTE in attributes) or any(path.glob("*/*/numbers"))
 
 
 def _release(text: str) -> tuple[int, ...]:
@@ -292,16 +298,6 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
             f"store {str(path)!r} belongs to another study ({kept.name!r}; different: {', '.join(apart)}): only the "
             "values on the axes, methods and quantities may change in a store, so use another store for "
             f"{given.name!r}."
-        )
-
-
-def _check_answers(store: Store) -> None:
-    """Raise an error if a store whose description is lost has results, but none of this study."""
-    empty = all(not entry.name.endswith(".0") for entry in store.path.glob("*/*/numbers/*"))
-    if not empty and not any(store.has(task) for task in tasks(store.study)):
-        raise StoreError(
-            f"the description of store {str(store.path)!r} (its zarr.json) is damaged, and none of its results belong "
-            f"to {store.study.name!r}: give the study file that it was made from."
         )
 
 
