@@ -15,7 +15,7 @@ from typing import Any
 
 import zarr
 from zarr.abc.buffer import BufferPrototype
-from zarr.abc.store import ByteRequest
+from zarr.buffer import default_buffer_prototype
 from zarr.buffer.cpu import Buffer
 from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore, WrapperStore
@@ -34,18 +34,24 @@ LARGEST = 2**24  # bytes of a chunk: more is damage
 
 
 class _Files(WrapperStore[LocalStore]):
-    """A folder of chunks, whose metadata are known."""
+    """A folder of chunks, whose metadata are known.  Zarr's later versions read and write without a loop of events."""
 
     def __init__(self, folder: Path, known: Mapping[str, bytes]) -> None:
         super().__init__(LocalStore(folder))
         self._known = known
 
-    async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Any:
+    def get_sync(self, key: str, *, prototype: BufferPrototype | None = None, byte_range: Any = None) -> Any:
         body = self._known.get(key) or read_file(f"{self._store.root}/{key}", LARGEST)
-        return None if body is None else prototype.buffer.from_bytes(body)
+        return None if body is None else (prototype or default_buffer_prototype()).buffer.from_bytes(body)
+
+    def set_sync(self, key: str, value: Any) -> None:
+        write(f"{self._store.root}/{key}", value.to_bytes())
+
+    async def get(self, key: str, prototype: BufferPrototype, byte_range: Any = None) -> Any:
+        return self.get_sync(key, prototype=prototype)
 
     async def set(self, key: str, value: Any) -> None:
-        write(f"{self._store.root}/{key}", value.to_bytes())
+        self.set_sync(key, value)
 
 
 def place_of(method: str) -> str:
