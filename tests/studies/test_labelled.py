@@ -17,8 +17,8 @@ import xarray
 import springpot as sp
 from springpot.studies import running
 from springpot.studies.export import export
+from springpot.studies.labelled import status
 from springpot.studies.running import run_study
-from springpot.studies.status import status
 from springpot.studies.store import open_store
 from tests.sizes import validation
 from tests.studies.samples import RUNS, chunks, content, given, orphans

@@ -22,9 +22,9 @@ import pytest
 
 from springpot import cli
 from springpot.studies import running, tasks
+from springpot.studies.labelled import status
 from springpot.studies.question import read_study
 from springpot.studies.running import run_study
-from springpot.studies.status import status
 from springpot.studies.store import open_store
 from springpot.studies.workers import Workers
 from tests.signals import in_a_terminal

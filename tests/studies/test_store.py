@@ -21,8 +21,8 @@ import zarr
 from zarr.codecs import BytesCodec, Crc32cCodec
 
 from springpot.studies import store as stores
+from springpot.studies.labelled import status
 from springpot.studies.running import run_study
-from springpot.studies.status import status
 from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import SENTENCES, SLOTS, Answer, Task, columns_of, compute, tasks
 from tests.sizes import thinned, validation

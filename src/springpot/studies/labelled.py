@@ -1,4 +1,4 @@
-"""The labelled group of a finished study: a Zarr group beside the working chunks that any xarray can open.
+"""Status of a store, and the labelled group of a finished study: beside the working chunks, for any xarray.
 
     study.zarr/zarr.json         its consolidated metadata list the labelled group, and nothing else
     study.zarr/labelled          groups theory and simulation, as `springpot.open_study` gives them
@@ -16,6 +16,7 @@ import os
 import shutil
 import struct
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,12 +24,12 @@ from springpot.machine.files import Damaged, make_room, partial_name, read_file,
 from springpot.studies.dataset import open_tree
 from springpot.studies.layout import LABELLED, NOT_IN_THE_FORMAT
 from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of
-from springpot.studies.tasks import Answer, Task, tasks
+from springpot.studies.tasks import tasks
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["AnswersDigest", "State", "finish", "state", "take_away_labelled", "write_zarr"]
+__all__ = ["Status", "finish", "status", "take_away_labelled", "write_zarr"]
 
 ANSWERS, FILES = "springpot_answers_sha256", "labelled_sha256"
 LARGEST = 2**31  # bytes of one of its files
@@ -36,28 +37,46 @@ LARGEST = 2**31  # bytes of one of its files
 State = Literal["right", "outdated", "damaged", "missing"]
 
 
-class AnswersDigest:
-    """Digest of all results of a study, added one by one in the order of its tasks."""
+@dataclass(frozen=True)
+class Status:
+    """Status of a store.
 
-    def __init__(self, store: Store) -> None:
-        self._sum = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
-        self._whole = True
+    Attributes
+    ----------
+    done, damaged, missing : dict
+        Number of tasks of each method.
+    answers : str or None
+        Digest of all results; None if some are damaged or missing.
+    labelled : {"right", "outdated", "damaged", "missing"}
+        State of the group that any xarray can open.
+    """
 
-    def add(self, task: Task, answer: Answer | None) -> None:
-        if answer is None:
-            self._whole = False
-            return
-        self._sum.update(struct.pack(f"<QQ{len(answer.numbers)}d", task.slot, task.check, *answer.numbers))
-        if answer.statement or answer.warnings:
-            self._sum.update(json.dumps([answer.statement, answer.warnings]).encode())
-
-    def value(self) -> str | None:
-        """The digest, or None if a result is missing."""
-        return self._sum.hexdigest() if self._whole else None
+    done: dict[str, int]
+    damaged: dict[str, int]
+    missing: dict[str, int]
+    answers: str | None
+    labelled: State
 
 
-def state(store: Store, answers: str | None) -> State:
-    """State of a store's labelled group; ``answers`` is the digest of the results (None if some are missing)."""
+def status(store: Store) -> Status:
+    """Read all results of a store, and verify their checksums."""
+    done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
+    digest = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
+    for task in tasks(store.study):
+        try:
+            answer = store.read(task)
+        except Damaged:
+            damaged[task.method] += 1
+            continue
+        (missing if answer is None else done)[task.method] += 1
+        if answer is not None:
+            digest.update(struct.pack(f"<QQ{len(answer.numbers)}d", task.slot, task.check, *answer.numbers))
+            digest.update(json.dumps([answer.statement, answer.warnings]).encode())
+    answers = None if any((*damaged.values(), *missing.values())) else digest.hexdigest()
+    return Status(done, damaged, missing, answers, _state(store, answers))
+
+
+def _state(store: Store, answers: str | None) -> State:
     place = store.path / LABELLED
     if not os.path.lexists(place):
         return "missing"
@@ -80,17 +99,13 @@ def finish(store: Store) -> bool:
     bool
         Whether there is an up-to-date group.
     """
-    digest = AnswersDigest(store)
-    for task in tasks(store.study):
-        answer = store.found(task)
-        if answer is None:
-            return False
-        digest.add(task, answer)
-    answers = digest.value()
-    if state(store, answers) != "right":
+    found = status(store)
+    if found.answers is None:
+        return False
+    if found.labelled != "right":
         partial = store.path / partial_name(LABELLED)
         tree = open_tree(store)
-        tree.attrs[ANSWERS] = answers
+        tree.attrs[ANSWERS] = found.answers
         try:
             write_zarr(tree, partial)
             take_away_labelled(store)

@@ -244,20 +244,15 @@ def _store_at(path: str) -> Store:
 
 def _remote(path: str, task: Task) -> bool:
     """Compute and save a task in a worker of a cluster; False if the store has its result already."""
+    from distributed import get_worker
+
     store = _store_at(path)
     if store.has(task):
         return False
-    store.write(task, compute(task, threads=_share()))
+    state = get_worker().state  # all tasks that the worker has now share its threads
+    threads = max(1, state.nthreads // max(1, len(state.executing) + len(state.ready)))
+    store.write(task, compute(task, threads=threads))
     return True
-
-
-def _share() -> int:
-    """Threads for a task that begins: those of its worker, shared by all tasks that the worker has now."""
-    from distributed import get_worker
-
-    state = get_worker().state
-    threads: int = state.nthreads // max(1, len(state.executing) + len(state.ready))
-    return max(1, threads)
 
 
 def _on_a_cluster(
