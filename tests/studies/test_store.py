@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import os
@@ -20,6 +21,7 @@ import pytest
 import zarr
 from zarr.codecs import BytesCodec, Crc32cCodec
 
+from springpot.studies import layout
 from springpot.studies import store as stores
 from springpot.studies.labelled import status
 from springpot.studies.running import run_study
@@ -436,6 +438,20 @@ def test_a_limit_on_files_loses_nothing(copy: Path) -> None:
     assert sum(found.damaged.values()) == 0
     assert sum(found.done.values()) >= 4
     assert orphans(copy) == []
+
+
+def test_files_are_written_whole_whether_zarr_waits_for_them_or_not(tmp_path: Path) -> None:
+    """Zarr's versions differ in which of the two they call: both are ours."""
+    files, prototype = layout._Files(tmp_path, {"zarr.json": b"known"}), zarr.buffer.default_buffer_prototype()
+    os.mkfifo(tmp_path / "old")
+    os.mkfifo(tmp_path / "new")
+    asyncio.run(files.set("old", prototype.buffer.from_bytes(b"one")))
+    files.set_sync("new", prototype.buffer.from_bytes(b"two"))
+    assert content(tmp_path) == {"new": b"two", "old": b"one"}
+    (tmp_path / "zarr.json").write_bytes(b"damaged")
+    for name, expected in (("old", b"one"), ("new", b"two"), ("zarr.json", b"known"), ("none", None)):
+        for found in (asyncio.run(files.get(name, prototype)), files.get_sync(name)):
+            assert (None if found is None else found.to_bytes()) == expected
 
 
 def test_a_store_that_vanishes_while_it_is_written(copy: Path) -> None:

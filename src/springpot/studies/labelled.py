@@ -10,12 +10,14 @@ detected, and the next run writes it again.  `open_study` never reads it.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
 import shutil
 import struct
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -83,7 +85,7 @@ def _state(store: Store, answers: str | None) -> State:
     try:
         if answers is None or metadata_of(place)["attributes"].get(ANSWERS) != answers:
             return "outdated"
-        now, listed = _described(store)
+        now, listed = _described(store, place)
         kept = metadata_of(store.path)
         unchanged = kept["attributes"][ATTRIBUTE].get(FILES) == now[FILES]  # else Zarr may be unable to list them
         return "right" if unchanged and kept == json.loads(root_of(now, listed)) else "damaged"
@@ -108,11 +110,15 @@ def finish(store: Store) -> bool:
         tree.attrs[ANSWERS] = found.answers
         try:
             write_zarr(tree, partial)
+            described = root_of(*_described(store, partial))
             take_away_labelled(store)
             os.rename(partial, store.path / LABELLED)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
+                raise
         finally:
             shutil.rmtree(partial, ignore_errors=True)
-        write(f"{store.path}/zarr.json", root_of(*_described(store)), durable=True)
+        write(f"{store.path}/zarr.json", described, durable=True)
     return True
 
 
@@ -126,7 +132,8 @@ def take_away_labelled(store: Store) -> None:
         make_room(str(place), folder=True)
         return
     aside = store.path / partial_name(f"{LABELLED}-before")
-    os.rename(place, aside)
+    with suppress(FileNotFoundError):  # another process was quicker
+        os.rename(place, aside)
     shutil.rmtree(aside, ignore_errors=True)
 
 
@@ -150,13 +157,13 @@ def write_zarr(tree: xarray.DataTree, place: Path) -> None:
         plain.to_zarr(place, zarr_format=3, consolidated=True, encoding=encoding, mode="w-")
 
 
-def _described(store: Store) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """What the root says of a store with its labelled group as it is, and the group's metadata, which it lists."""
-    files = ((Path(folder), name) for folder, _, names in os.walk(store.path / LABELLED) for name in names)
+def _described(store: Store, place: Path) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """What the root says of a store with the labelled group in a folder, and the group's metadata, which it lists."""
+    files = (Path(folder, name) for folder, _, names in os.walk(place) for name in names)
     digest, listed = hashlib.sha256(), {}
-    for name in sorted((folder / name).relative_to(store.path).as_posix() for folder, name in files):
-        body = read_file(f"{store.path}/{name}", LARGEST) or b""
+    for name in sorted(file.relative_to(place).as_posix() for file in files):
+        body = read_file(f"{place}/{name}", LARGEST) or b""
         digest.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
-        if name.endswith("/zarr.json"):
-            listed[name] = body
+        if Path(name).name == "zarr.json":
+            listed[f"{LABELLED}/{name}"] = body
     return {**store.described(), FILES: digest.hexdigest()}, listed
