@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from springpot.problem.parts.walls import PowerRestitution
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
+    from springpot.simulation.monte_carlo import run, simulate
     from springpot.simulation.result.load import load_run
-    from springpot.simulation.run import run, simulate
     from springpot.studies import open_study, study
 
     __version__: str

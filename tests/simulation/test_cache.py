@@ -293,7 +293,8 @@ def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
     """And the doctor says it among its findings."""
     tmp_path.chmod(0o777)
     code = (
-        "from springpot import cli, doctor, trusted; from springpot.simulation import kernel\n"
+        "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
+        "from springpot.simulation.kernel import block as kernel\n"
         "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
         "doctor.diagnose.__globals__['processor'] = lambda: kernel.block._cache.load_overload((), None)\n"
         "assert cli.main(['doctor']) == 0"

@@ -15,7 +15,7 @@ import xarray
 import springpot as sp
 from springpot import cli
 from springpot.problem.numbers import numbers_of, with_numbers
-from springpot.simulation.run import run_as_given
+from springpot.simulation.monte_carlo import run_as_given
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.question import Study, read_study

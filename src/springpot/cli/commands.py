@@ -453,7 +453,7 @@ def doctor(*, json_: Json = False) -> int:
     Example: springpot doctor
     """
     with leave_at_once():
-        from springpot import simulation  # noqa: F401  (what takes long to load)
+        import springpot.simulation.monte_carlo  # noqa: F401  (what takes long to load)
         from springpot.cli.doctor import diagnose
 
     findings = diagnose()
@@ -480,7 +480,7 @@ def reproduce(
     Example: springpot reproduce fig1 --out figures
     """
     with leave_at_once():
-        from springpot import simulation  # noqa: F401  (what takes long to load)
+        import springpot.simulation.monte_carlo  # noqa: F401  (what takes long to load)
         from springpot.paper import reproduce as make
 
     with Bar(f"reproducing {what}") as bar:

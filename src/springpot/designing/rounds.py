@@ -22,7 +22,7 @@ from springpot.machine.progress import OutOfTime
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
-from springpot.simulation.run import run
+from springpot.simulation.monte_carlo import run
 
 __all__ = ["MOST_ROUNDS", "Plan", "Searched", "rounds", "simulated"]
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.problem.system import System
 from springpot.simulation.error.scaled import stationary
+from springpot.simulation.monte_carlo import run
 from springpot.simulation.plan.options import own_seed
-from springpot.simulation.run import run
 from springpot.theory.cells import Cell, system_of
 from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED

@@ -14,11 +14,11 @@ from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
+from springpot.simulation.monte_carlo import doubts_of
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.settings import Settings, default_start
 from springpot.simulation.plan.system_scales import scales_of_problem, typical_frequency
 from springpot.simulation.plan.transient import MOST_TRANSIENT, is_stationary
-from springpot.simulation.run import doubts_of
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["BINS", "Gathering", "growth_times"]

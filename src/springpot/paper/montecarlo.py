@@ -178,7 +178,7 @@ def points(
 
     Notes
     -----
-    Errors are those of `springpot.simulation.run`.
+    Errors are those of `springpot.simulation.monte_carlo`.
     """
     seeds = iter(range(1000 * seed, 1000 * seed + 2 * len(alphas) * len(intensities)))
     for q in intensities:
@@ -343,7 +343,7 @@ def gaps(
 
     Notes
     -----
-    Errors are those of `springpot.simulation.run`.
+    Errors are those of `springpot.simulation.monte_carlo`.
     """
     for number, (alpha, coefficient) in enumerate(cases):
         oscillator = Oscillator(1.0, Springpot(alpha, coefficient))

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.monte_carlo import diagnostics_of, doubts_of
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
 from springpot.simulation.result.results import Run
-from springpot.simulation.run import diagnostics_of, doubts_of
 
 __all__ = ["with_paths"]
 

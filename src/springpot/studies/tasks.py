@@ -230,7 +230,7 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
     from springpot.simulation.error.scaled import stationary
-    from springpot.simulation.run import run_as_given
+    from springpot.simulation.monte_carlo import run_as_given
     from springpot.theory import NoStationaryState
 
     problem = task.problem

@@ -19,7 +19,7 @@ from springpot.simulation.kernel.sources import Filtered, Joined, Poisson
 
 __all__ = ["single_of", "sweeps_in_single", "with_arrays"]
 
-_OURS = f"{__package__}."  # how the names of modules of parts begin
+_OURS = Splitting.__module__.rpartition(".")[0] + "."  # the kernel's own parts, which are written for it
 _f32 = np.float32
 _TRIED = 16  # neighbours of a number on either side, by about a unit in the last place
 _STEPS = 1e6
