@@ -15,7 +15,7 @@ from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator
 from springpot.simulation.kernel.block import COLUMNS, Memory, _remember, block
 from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array
-from springpot.simulation.kernel.numba_passes import OptimisedOnce
+from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing
 from springpot.simulation.kernel.random import draw, key_words
 from springpot.simulation.kernel.steps import State, Struck, Sums, sweep_lanes
@@ -50,7 +50,7 @@ class Parts(NamedTuple):
 # --- the peak -----------------------------------------------------------------------------------------------------
 
 
-@njit(fastmath={"contract"}, error_model="numpy", pipeline_class=OptimisedOnce)
+@njit(fastmath={"contract"}, error_model="numpy", pipeline_class=OptimizedOnce)
 def _multiply_add(a, b, repeats):
     """``repeats`` * LANES * _CHAINS * _ROUNDS multiply-adds."""
     z = _chains(a)

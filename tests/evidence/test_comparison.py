@@ -18,7 +18,7 @@ from springpot.evidence.validity import CELLS, gaps_of, make_map, simulate_cell
 from springpot.figures.comparison import draw_comparison
 from springpot.simulation import run
 from springpot.theory import (
-    NoStationaryState,
+    NoStationaryStateError,
     averaging,
     best_guess,
     envelope,
@@ -70,7 +70,7 @@ def test_what_is_exact_is_recommended_and_agrees(problem: sp.Oscillator, best: s
 
 
 def test_without_a_stationary_state_there_is_nothing_to_compare() -> None:
-    with pytest.raises(NoStationaryState):
+    with pytest.raises(NoStationaryStateError):
         compare(oscillator(0.0))
 
 

@@ -129,7 +129,7 @@ def test_up_from_where_a_link_leads(place: Path, tmp_path: Path) -> None:
     assert read(there) is None
     assert "can be written by other users" in str(trusted.reason_against(there))
     assert read(place / ".." / place.name) == b"words"
-    with pytest.raises(trusted.UntrustedFolder, match="can be written by other users"):
+    with pytest.raises(trusted.UntrustedFolderError, match="can be written by other users"):
         trusted.make_folder(there / "new")
     trusted.make_folder(tmp_path / "made" / ".." / "new")
     assert (tmp_path / "new").is_dir()
@@ -226,7 +226,7 @@ def test_folders_are_made_for_this_user_alone(tmp_path: Path) -> None:
 
 def test_none_is_made_where_others_can_write(tmp_path: Path) -> None:
     tmp_path.chmod(0o777)
-    with pytest.raises(trusted.UntrustedFolder, match="can be written by other users"):
+    with pytest.raises(trusted.UntrustedFolderError, match="can be written by other users"):
         trusted.make_folder(tmp_path / "new" / "cache")
     assert list(tmp_path.iterdir()) == []
     tmp_path.chmod(0o1777)

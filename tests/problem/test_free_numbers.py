@@ -23,7 +23,7 @@ def marked() -> sp.System:
     return sp.System(
         sp.Mass(0.2), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), sp.Springpot(order, coefficient),
         sp.PolynomialSpring((0.0, 0.0, sp.free("k3", 4e5, (0.0, 1e6)))),
-        sp.Series(sp.Springpot(order, 0.3), sp.Spring(20.0)), sp.Barrier(-0.003, 0.7), sp.WhiteNoise(0.02),
+        sp.FractionalMaxwell(sp.Springpot(order, 0.3), sp.Spring(20.0)), sp.Barrier(-0.003, 0.7), sp.WhiteNoise(0.02),
     )  # fmt: skip
 
 
@@ -58,7 +58,7 @@ def test_theory_and_simulation_take_the_start() -> None:
 def test_values_replace_free_numbers_wherever_they_stand() -> None:
     found = with_values(marked(), {"order": 0.3, "k3": 1.0})
     assert found.names == marked().names
-    assert found.of(sp.Springpot)[0].order == found.of(sp.Series)[0].springpot.order == 0.3
+    assert found.of(sp.Springpot)[0].order == found.of(sp.FractionalMaxwell)[0].springpot.order == 0.3
     assert found.of(sp.PolynomialSpring)[0].coefficients == (0.0, 0.0, 1.0)
     assert [*free_numbers(found)] == ["k", "C"]
     again = free_numbers(restarted(marked(), {"k": 90.0}))["k"]
@@ -137,5 +137,5 @@ def test_a_multiple_of_a_free_number_is_fitted() -> None:
     model = sp.System(sp.Spring(k), sp.Spring(2.0 * k), sp.Springpot(0.3, sp.free("C", 10.0, (1.0, 100.0))))
     f = np.geomspace(0.1, 100.0, 30)
     modulus = 300.0 + 20.0 * (2j * np.pi * f) ** 0.3
-    found = sp.fit(model, sp.Moduli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
+    found = sp.fit(model, sp.MeasuredModuli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
     assert found.values["k"] == pytest.approx(100.0, rel=1e-6)

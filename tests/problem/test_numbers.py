@@ -13,21 +13,36 @@ from springpot.problem.system import KINDS, System
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.settings import resolve
 
-RECORD = sp.Recorded((0.0, 0.5, 1.0), (0.0, 0.3, -0.1))
+RECORD = sp.RecordedExcitation((0.0, 0.5, 1.0), (0.0, 0.3, -0.1))
 ONE_OF_EACH: tuple[object, ...] = (
-    sp.Mass(0.5), sp.Spring(3.0), sp.PolynomialSpring((0.0, 0.2, 0.5)), sp.Dashpot(0.1),
-    sp.PolynomialDashpot((0.1, 0.2, 0.3)), sp.VanDerPol(0.1), sp.Friction(0.1), sp.Springpot(0.5, 0.2),
-    sp.Series(sp.Springpot(0.4, 0.3), sp.Spring(2.0)), sp.Maxwell(1.0, 0.5), sp.Circuit(0.1, 2.0, 0.5),
-    sp.WhiteNoise(0.1), sp.ColouredNoise(0.1, 0.5), sp.FilteredNoise(2.0, 0.3, 0.1), sp.Constant(0.1),
-    sp.Harmonic(0.1, 2.0), RECORD, sp.PoissonImpulses(0.5, 0.1), sp.ParametricNoise(0.01), sp.Barrier(-2.0, 0.8),
-)  # fmt: skip
+    sp.Mass(0.5),
+    sp.Spring(3.0),
+    sp.PolynomialSpring((0.0, 0.2, 0.5)),
+    sp.Dashpot(0.1),
+    sp.PolynomialDashpot((0.1, 0.2, 0.3)),
+    sp.VanDerPol(0.1),
+    sp.Friction(0.1),
+    sp.Springpot(0.5, 0.2),
+    sp.FractionalMaxwell(sp.Springpot(0.4, 0.3), sp.Spring(2.0)),
+    sp.Maxwell(1.0, 0.5),
+    sp.PiezoelectricCircuit(0.1, 2.0, 0.5),
+    sp.WhiteNoise(0.1),
+    sp.ColoredNoise(0.1, 0.5),
+    sp.KanaiTajimiNoise(2.0, 0.3, 0.1),
+    sp.Constant(0.1),
+    sp.Harmonic(0.1, 2.0),
+    RECORD,
+    sp.PoissonImpulses(0.5, 0.1),
+    sp.ParametricNoise(0.01),
+    sp.Barrier(-2.0, 0.8),
+)
 SMOOTH = System(*ONE_OF_EACH)
-KINDS_OF_FORCES = (sp.Friction, sp.VanDerPol, sp.ColouredNoise, sp.Recorded)
+KINDS_OF_FORCES = (sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.RecordedExcitation)
 FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
 SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, side="below"),
               yielding=sp.Barrier(-2.0, sp.PowerRestitution(0.7, 0.1)))  # fmt: skip
-WARM = System(sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.ThermalNoise(0.5), sp.Circuit(0.1, 2.0, 0.5))
+WARM = System(sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.ThermalNoise(0.5), sp.PiezoelectricCircuit(0.1, 2.0, 0.5))
 
 
 def test_every_number_of_every_part_can_be_replaced() -> None:
@@ -60,16 +75,16 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.polynomial_spring.coefficients.3"] == ("N m-3", "m-2 s-2")
     assert found["parts.polynomial_dashpot.coefficients.2"] == ("N s2 m-2", "m-1")
     assert found["parts.polynomial_dashpot.coefficients.3"] == ("N s3 m-3", "m-2 s")
-    assert found["parts.series.springpot.coefficient"] == ("N s^alpha m-1", "s^(alpha-2)")
+    assert found["parts.fractional_maxwell.springpot.coefficient"] == ("N s^alpha m-1", "s^(alpha-2)")
     assert found["parts.white_noise.intensity"] == ("N2 s", "m2 s-3")
-    assert found["parts.filtered_noise.intensity"] == ("m2 s-3", "m2 s-3")  # of the ground
+    assert found["parts.kanai_tajimi_noise.intensity"] == ("m2 s-3", "m2 s-3")  # of the ground
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
         "order", "damping", "restitution",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
-    assert label_of("parts.series.springpot.order") == "series_springpot_order"
+    assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"
 
 
 @pytest.mark.parametrize(
@@ -79,7 +94,10 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
         ("parts.wall.position", "the system has no part 'wall': its parts are mass, spring, "),
         ("parts.barrier.side", "barrier (barrier) has no number 'side'; its numbers are position and restitution."),
         ("parts.barrier.positin", "barrier (barrier) has no number 'positin'; did you mean position?"),
-        ("parts.recorded.values", "recorded (recorded) has no number 'values', nor any other."),
+        (
+            "parts.recorded_excitation.values",
+            "recorded_excitation (recorded_excitation) has no number 'values', nor any other.",
+        ),
         ("restitution", "'restitution' must be parts.<name>.<number>; did you mean parts.barrier.restitution?"),
         ("parts.barrier", "'parts.barrier' must be parts.<name>.<number>; did you mean parts.barrier."),
     ],
@@ -93,13 +111,13 @@ def test_a_number_that_is_not_there(name: str, sentence: str) -> None:
 def test_a_part_that_refuses_a_value_is_named() -> None:
     with pytest.raises(ValueError, match=r"^barrier\.restitution must be in \(0, 1\], not 1\.5\. "):
         with_numbers(SMOOTH, {"parts.barrier.restitution": 1.5})
-    with pytest.raises(ValueError, match=r"^series\.springpot\.order must be in \[0, 1\], not 2\. "):
-        with_numbers(SMOOTH, {"parts.series.springpot.order": 2.0})
+    with pytest.raises(ValueError, match=r"^fractional_maxwell\.springpot\.order must be in \[0, 1\], not 2\. "):
+        with_numbers(SMOOTH, {"parts.fractional_maxwell.springpot.order": 2.0})
 
 
 PARTS_OF_RUNS = [
-    FEWER, OTHERS, SOFT, WARM, System(sp.Spring(1.0), sp.Circuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0)),
-    System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ColouredNoise(1.0, 0.5), sp.Barrier(-1.0, 0.5),
+    FEWER, OTHERS, SOFT, WARM, System(sp.Spring(1.0), sp.PiezoelectricCircuit(0.5, 2.0, 1.0), sp.WhiteNoise(1.0)),
+    System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ColoredNoise(1.0, 0.5), sp.Barrier(-1.0, 0.5),
            b=sp.Barrier(1.0, side="below")),
     System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Contact(-1.0, 5.0),
            push=sp.Force(lambda t, x, v: 0.1 * x)),

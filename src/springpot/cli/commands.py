@@ -437,7 +437,7 @@ app.command(
     "springpot.cli.designing:design",
     name="design",
     help="Design: choose the free numbers of a system so that limits hold and a cost is least.\n\n"
-    "Example: springpot design device.toml --minimise c --below impact_rate 0.2",
+    "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(
     "springpot.cli.studying:app",

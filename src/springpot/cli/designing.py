@@ -63,7 +63,7 @@ def design(
     ],
     /,
     *,
-    minimise: Annotated[
+    minimize: Annotated[
         str, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
     ],
     below: Annotated[
@@ -130,7 +130,7 @@ def design(
     system = read_system(file)
     with _in_words_of_the_command(), Bar("designing", first="searching") as bar:
         found = find(
-            system, minimise, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
+            system, minimize, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
             method=method, max_time=max_time, threads=threads, progress=bar,
         )  # fmt: skip
     for sentence in found.warnings:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.processors import control_group_quota, threads_available
-from springpot.machine.trusted import UntrustedFolder, make_folder
+from springpot.machine.trusted import UntrustedFolderError, make_folder
 from springpot.problem.oscillator import Oscillator, Springpot
 
 __all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
@@ -116,7 +116,7 @@ def _against(folder: Path) -> str | None:
         make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
             return None
-    except UntrustedFolder as error:
+    except UntrustedFolderError as error:
         return str(error)
     except OSError:
         return f"{str(folder)!r} cannot be written"

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import CoercionError, Parameter, Token
 
 from springpot.machine.plain import plain
-from springpot.machine.trusted import UnusedCache
+from springpot.machine.trusted import CacheWarning
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -143,7 +143,7 @@ def warnings_as_sentences() -> Iterator[None]:
     before = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, UnusedCache):
+        if issubclass(category, CacheWarning):
             say(f"warning: {message}")
         else:
             before(message, category, *place, **more)

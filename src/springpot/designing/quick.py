@@ -13,7 +13,7 @@ from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.designing.watch import Watch
-from springpot.machine.faults import NotCovered
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
@@ -55,7 +55,7 @@ def quick_quantities(
         watch.step()
         try:
             return theory_values(with_values(problem, values), name)[0]
-        except (ValueError, TypeError, NotCovered):
+        except (ValueError, TypeError, NotCoveredError):
             return {}
 
     return name, by_theory

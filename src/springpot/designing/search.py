@@ -38,7 +38,7 @@ class Found:
     excess : float
         The largest of the limits'; positive if no place was found where all hold.
     how : str
-        The optimiser, in a word.
+        The optimizer, in a word.
     """
 
     u: Floats

@@ -16,7 +16,7 @@ from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.designing.stencils import Stencil, extrapolated, stencil
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import NotCovered, few, meant
+from springpot.machine.faults import NotCoveredError, few, meant
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.estimate.completed_rate import are_crowded
@@ -133,7 +133,7 @@ def _by_theory(
         def logarithms(distance: float, name: str = name) -> Floats | None:
             try:
                 found, _ = theory_values(_moved(numbers, name, distance), method)
-            except (ValueError, TypeError, NotCovered):
+            except (ValueError, TypeError, NotCoveredError):
                 return None
             if not found:
                 return None

@@ -53,7 +53,7 @@ class Watch:
 
         Raises
         ------
-        OutOfTime
+        OutOfTimeError
             If the time is over.
         """
         self._tell(self._done + LITTLE * max(SEARCH - self._done, 0.0))

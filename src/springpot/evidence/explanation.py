@@ -7,25 +7,25 @@ import math
 from collections.abc import Iterator
 
 from springpot.machine.faults import few, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Constant,
     Contact,
     Dashpot,
-    FilteredNoise,
     Force,
+    FractionalMaxwell,
     Friction,
     Harmonic,
+    KanaiTajimiNoise,
     Mass,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
-    Recorded,
-    Series,
+    RecordedExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -68,7 +68,7 @@ def explain(problem: System | Oscillator) -> str:
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
     if isinstance(problem, Oscillator):
-        problem = System.of_oscillator(problem)
+        problem = as_system(problem)
     if not isinstance(problem, System):
         raise TypeError(f"problem must be a System or an Oscillator, not {shown(problem)}.")
     return "\n".join([*equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])
@@ -89,7 +89,7 @@ def equation(system: System) -> Iterator[str]:
         if isinstance(part, Barrier):
             relation = ">=" if part.side == "above" else "<="
             yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.law()}"
-        elif isinstance(part, Circuit):
+        elif isinstance(part, PiezoelectricCircuit):
             yield (
                 f"V ({name}): {part.capacitance:.6g} V' + V / {part.resistance:.6g} = {part.coupling:.6g} x', "
                 f"R Cp = {part.time:.6g} s"
@@ -116,10 +116,10 @@ def _excitations(system: System) -> Iterator[tuple[str, str]]:
             words = f"{part.amplitude:.6g} {unit} cos({part.frequency:.6g} t + a random phase) ({name})"
         elif isinstance(part, WhiteNoise):
             words = f"white noise ({name}), intensity {part.intensity:.6g} {_unit(part.on, si, ' s', 'm^2/s^3')}"
-        elif isinstance(part, ColouredNoise):
+        elif isinstance(part, ColoredNoise):
             variance = f"{part.variance:.6g} {_unit(part.on, si, '', 'm^2/s^4')}"
-            words = f"coloured noise ({name}), variance {variance}, correlation time {part.correlation_time:.6g} s"
-        elif isinstance(part, FilteredNoise):
+            words = f"colored noise ({name}), variance {variance}, correlation time {part.correlation_time:.6g} s"
+        elif isinstance(part, KanaiTajimiNoise):
             intensity = f"{part.intensity:.6g} {_unit(part.on, si, ' s', 'm^2/s^3')}"
             words = (
                 f"filtered noise ({name}), filter at {part.frequency:.6g} rad/s with damping ratio {part.damping:.6g}, "
@@ -130,7 +130,7 @@ def _excitations(system: System) -> Iterator[tuple[str, str]]:
             words = f"impulses at random times ({name}), {part.rate:.6g} per second, mean square {mean_square}"
         elif isinstance(part, ParametricNoise):
             words = f"white noise ({name}) that multiplies x, intensity {part.intensity:.6g}"
-        elif isinstance(part, Recorded):
+        elif isinstance(part, RecordedExcitation):
             unit = "m/s^2" if part.on == "ground" or not si else "N"
             rms = math.sqrt(part.mean_square)
             words = f"a record of {part.duration:.6g} s ({name}), root mean square {rms:.6g} {unit}"
@@ -182,7 +182,9 @@ def _dissipates(part: object) -> bool:
         case Dashpot(coefficient=coefficient):
             return coefficient > 0.0
         case _:
-            return isinstance(part, Series | Maxwell | Circuit | PolynomialDashpot | VanDerPol | Friction)
+            return isinstance(
+                part, FractionalMaxwell | Maxwell | PiezoelectricCircuit | PolynomialDashpot | VanDerPol | Friction
+            )
 
 
 def _coverage(system: System) -> Iterator[str]:

@@ -101,7 +101,7 @@ def simulate_cell(cell: OscillatorCell | Cell, *, seed: int = 7, threads: int | 
 
     For an oscillator the error is at most about 0.3 %.  For a system the total error of <x^2>, <v^2> and the impact
     rate is 1.5 %, or what can be reached in a minute; where a method is exact its values stand there, with an error of
-    0.  What does not exist, as an impact rate without walls or behind a lossy one with coloured noise, is NaN.
+    0.  What does not exist, as an impact rate without walls or behind a lossy one with colored noise, is NaN.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
         if result is not None:
             exact = {name: float(getattr(result, name)) for name in SYSTEM_MOMENTS}
             return exact | {f"{name}_se": 0.0 for name in SYSTEM_MOMENTS}
-    countable = cell.walls > 0 and (cell.restitution == 1.0 or cell.colour == 0.0)
+    countable = cell.walls > 0 and (cell.restitution == 1.0 or cell.color == 0.0)
     each = ("barrier_1_impact_rate", "barrier_2_impact_rate") if cell.walls == 2 else ("impact_rate",)
     wanted = ("x_mean_square", "v_mean_square", *(each if countable else ()))
     seconds = SECONDS if cell.apart == 0.0 else SECONDS_OF_RARE

@@ -6,7 +6,7 @@ import re
 
 from springpot.explorer.protocol import Problem, SystemProblem
 from springpot.machine.faults import listed
-from springpot.problem.parts import Recorded
+from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 
 __all__ = ["as_command", "as_python", "command_of_system", "python_of_system"]
@@ -85,7 +85,7 @@ def python_of_system(system: System, file: str, asked: SystemProblem) -> str:
     start = ', start="rest"' if asked.start == "rest" else ""
     if system.with_functions:
         made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
-    elif system.of(Recorded):
+    elif system.of(RecordedExcitation):
         made = f'system = sp.read_system("{file}")'
     else:
         parts = "\n".join(f"    {name}={_made(part)}," for name, part in system.named())

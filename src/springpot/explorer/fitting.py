@@ -94,11 +94,11 @@ def fitted(
     TypeError, ValueError, Stopped
         As `springpot.fit`.
     """
-    from springpot.fitting import Moduli, Statistics, fit
+    from springpot.fitting import MeasuredModuli, MeasuredStatistics, fit
 
     if not names:
         raise ValueError("free: tick the numbers that are to be found.")
-    farther = FARTHER_SIMULATED if isinstance(data, Statistics) else FARTHER
+    farther = FARTHER_SIMULATED if isinstance(data, MeasuredStatistics) else FARTHER
     found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
     table = found.table
     of_statistics = str(table.axis) == "statistic"  # of many units: no chart shows them together
@@ -112,7 +112,7 @@ def fitted(
                     "error": found.errors[_word(name)],
                     "interval": found.interval(_word(name)),
                     "bound": found.at_bounds.get(_word(name), ""),
-                    "adds": isinstance(data, Moduli) and _adds(name),
+                    "adds": isinstance(data, MeasuredModuli) and _adds(name),
                 }
                 for name in names
             ],

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.signal import lfilter
 
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Circuit, Contact
+from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
 from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Simulation
@@ -127,11 +127,11 @@ def voltages(problem: Oscillator | System, step: float, x: Floats) -> Floats:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> system = System(Spring(1.0), Circuit(coupling=2.0, resistance=1e9, capacitance=1.0))
+    >>> system = System(Spring(1.0), PiezoelectricCircuit(coupling=2.0, resistance=1e9, capacitance=1.0))
     >>> voltages(system, 0.1, np.array([0.0, 1.0, 1.0])).round(6)
     array([[0., 2., 2.]])
     """
-    circuits = () if isinstance(problem, Oscillator) else problem.of(Circuit)
+    circuits = () if isinstance(problem, Oscillator) else problem.of(PiezoelectricCircuit)
     found = np.zeros((len(circuits), x.size))
     for row, circuit in zip(found, circuits, strict=True):
         decay = step / circuit.time

@@ -9,7 +9,7 @@ from pathlib import Path
 from springpot.explorer.copies import as_command, as_python, command_of_system, python_of_system
 from springpot.explorer.protocol import Problem, SystemProblem
 from springpot.explorer.sliders import changed
-from springpot.machine.faults import NotCovered
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
@@ -132,5 +132,5 @@ def _as_simulated(system: System) -> Oscillator | System:
     """An oscillator, if the system is one, as `springpot.run` takes it."""
     try:
         return system.canonical()
-    except NotCovered:
+    except NotCoveredError:
         return system

@@ -10,7 +10,7 @@ from typing import Any
 from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
 from springpot.machine.faults import listed
-from springpot.problem.parts import Barrier, Circuit, Contact
+from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
 from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
 from springpot.problem.units import UNITS
@@ -68,7 +68,7 @@ def _quantities(system: System) -> Iterator[tuple[str, str]]:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
         yield from ((f"{name}_impact_rate", f"rate, {name.replace('_', ' ')}") for name in walls)
-    if system.of(Circuit):
+    if system.of(PiezoelectricCircuit):
         yield "harvested_power", "harvested"
 
 
@@ -78,7 +78,7 @@ _LAST = {
     "contact_penetration": "deepest penetration, mean over the paths",
     "energy_residual": "energy balance: share of the power that is missing",
 }
-_FEEDS = ("noise", "impulses", "harmonic", "recorded")
+_FEEDS = ("noise", "impulses", "harmonic", "recorded_excitation")
 
 
 def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
@@ -102,7 +102,7 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
     described = {part["name"]: part for part in described_parts(system)}
     fed = [name for name, part in described.items() if any(word in part["kind"] for word in _FEEDS)]
-    linear = ("springpot", "dashpot", "series", "maxwell", "circuit", "polynomial_dashpot")
+    linear = ("springpot", "dashpot", "fractional_maxwell", "maxwell", "piezoelectric_circuit", "polynomial_dashpot")
     dampers = [part["title"] for part in described.values() if part["kind"] in linear]
     if dampers:
         together = f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")

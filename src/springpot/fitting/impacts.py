@@ -17,7 +17,7 @@ from springpot.fitting.likelihood import (
     gamma_slope,
     slopes,
 )
-from springpot.fitting.part_data import Impacts
+from springpot.fitting.part_data import MeasuredImpacts
 from springpot.machine.arguments import Free
 from springpot.machine.faults import listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
@@ -122,7 +122,7 @@ class ImpactLikelihood(LeastSquares):
     Parameters
     ----------
     law : Law
-    data : Impacts
+    data : MeasuredImpacts
 
     Notes
     -----
@@ -131,7 +131,7 @@ class ImpactLikelihood(LeastSquares):
     ratios scatter about r(v) in proportion to it.
     """
 
-    def __init__(self, law: Law, data: Impacts) -> None:
+    def __init__(self, law: Law, data: MeasuredImpacts) -> None:
         self.law, self.data = law, data
         self.coordinates = Coordinates(tuple(law.free.values()))
         self.size = data.size

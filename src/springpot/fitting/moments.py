@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.numbers import as_simulated
 from springpot.designing.samples import SampledRun, sampled_run
-from springpot.fitting.statistics import QUANTILE, Statistics
+from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
@@ -45,7 +45,7 @@ class Case:
     ----------
     model : System or Oscillator
         With free numbers.
-    data : Statistics
+    data : MeasuredStatistics
     settings, rough : Settings
         Of its runs, and of those that only lead there, at a coarser step: all have the same step, duration and random
         numbers.
@@ -54,7 +54,7 @@ class Case:
     """
 
     model: System | Oscillator
-    data: Statistics
+    data: MeasuredStatistics
     settings: Settings
     rough: Settings
     start: Adapted | None = None
@@ -98,7 +98,7 @@ class Moments:
 
 def case_of(
     model: System | Oscillator,
-    data: Statistics,
+    data: MeasuredStatistics,
     named: Mapping[str, float],
     seed: int,
     threads: int | None,

@@ -13,7 +13,7 @@ from springpot.designing.quantities import chosen_method, theory_values
 from springpot.fitting.exploring import Explorer, misfit_of
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.moments import Case
-from springpot.machine.faults import NotCovered
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
@@ -82,7 +82,7 @@ def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapp
 def _by_theory(problem: System | Oscillator, method: str) -> dict[str, float]:
     try:
         return theory_values(problem, method)[0] if method else {}
-    except (ValueError, TypeError, NotCovered):
+    except (ValueError, TypeError, NotCoveredError):
         return {}
 
 

@@ -18,8 +18,8 @@ from springpot.fitting.likelihood import Coordinates, FloatArray, moved
 from springpot.fitting.moments import case_of
 from springpot.fitting.screening import screened
 from springpot.fitting.simulated import Measured, MomentsLikelihood
-from springpot.fitting.statistics import Statistics
-from springpot.machine.faults import NotCovered, Stopped, listed
+from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
@@ -42,7 +42,7 @@ _STARTS = 2
 
 
 def settled(
-    cases: Sequence[tuple[System | Oscillator, Statistics]],
+    cases: Sequence[tuple[System | Oscillator, MeasuredStatistics]],
     seed: int = 1,
     paths: int | None = None,
     threads: int | None = None,
@@ -53,7 +53,7 @@ def settled(
 
     Parameters
     ----------
-    cases : sequence of (model, Statistics)
+    cases : sequence of (model, MeasuredStatistics)
         With free numbers; those of one name are one number.
     seed : int
         Of all runs.
@@ -153,7 +153,7 @@ class _Search:
                 try:
                     explorer.restart(u)
                     found.append(self._rounds(u))
-                except (ValueError, NotCovered):
+                except (ValueError, NotCoveredError):
                     continue
         finally:  # also if it is stopped
             self.best = min([*found, self.best or first], key=lambda each: each.chi_square)

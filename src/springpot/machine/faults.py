@@ -9,7 +9,7 @@ from decimal import Decimal
 from typing import TypeVar
 
 __all__ = [
-    "FileFault", "Named", "NotCovered", "Stopped", "cause_of", "few", "listed", "meant",
+    "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "listed", "meant",
     "name_results", "nearest", "per_cent", "shown",
 ]  # fmt: skip
 
@@ -45,7 +45,7 @@ _SYMBOLS = {
 _TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
 
 
-class FileFault(ValueError):
+class FileError(ValueError):
     """A file cannot be used; the sentence names keys of the file, not flags or arguments."""
 
 
@@ -53,7 +53,7 @@ class Stopped(Exception):
     """Work was stopped, as was asked, before it had a result."""
 
 
-class NotCovered(ValueError):
+class NotCoveredError(ValueError):
     """A method does not cover this problem; the message says what it covers."""
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
-from springpot.machine.faults import FileFault
+from springpot.machine.faults import FileError
 
 if TYPE_CHECKING:
     from xarray import DataTree
@@ -97,7 +97,7 @@ def read_text(path: str | Path, title: str, largest: int) -> str:
     ------
     FileNotFoundError
         If there is no such file.
-    FileFault
+    FileError
         If it cannot be read, is not a file, too large or not UTF-8.
     """
     with _sentences(path, title):
@@ -118,7 +118,7 @@ def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
 
     Raises
     ------
-    FileNotFoundError, FileFault
+    FileNotFoundError, FileError
         As `read_text`; what is not UTF-8 is found when it is read.
     """
     with _sentences(path, title), _opened(str(path)) as file:
@@ -135,11 +135,11 @@ def _sentences(path: str | Path, title: str) -> Iterator[None]:
     except (FileNotFoundError, NotADirectoryError):
         raise FileNotFoundError(f"There is no file {str(path)!r}.") from None
     except Damaged as fault:
-        raise FileFault(f"{title} cannot be read: {fault}.") from None
+        raise FileError(f"{title} cannot be read: {fault}.") from None
     except UnicodeDecodeError:
-        raise FileFault(f"{title} is not text in UTF-8.") from None
+        raise FileError(f"{title} is not text in UTF-8.") from None
     except OSError as error:
-        raise FileFault(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
+        raise FileError(f"{title} cannot be read: {(error.strerror or str(error)).lower()}.") from None
 
 
 def _without_waiting(path: str, flags: int) -> int:

@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
-__all__ = ["Clock", "Estimate", "FractionDone", "OutOfTime", "in_words"]
+__all__ = ["Clock", "Estimate", "FractionDone", "OutOfTimeError", "in_words"]
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class FractionDone(float):
         return self
 
 
-class OutOfTime(Exception):
+class OutOfTimeError(Exception):
     """The time allowed is over."""
 
 
@@ -90,9 +90,9 @@ class Clock:
             self.rate = path_steps / seconds
 
     def check(self) -> None:
-        """Raise `OutOfTime` if the time allowed is over."""
+        """Raise `OutOfTimeError` if the time allowed is over."""
         if self.left <= 0.0:
-            raise OutOfTime
+            raise OutOfTimeError
 
 
 def in_words(seconds: float) -> str:

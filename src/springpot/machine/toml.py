@@ -11,7 +11,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from springpot.machine.faults import FileFault
+from springpot.machine.faults import FileError
 from springpot.machine.files import read_text
 
 __all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
@@ -45,7 +45,7 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
     ------
     FileNotFoundError
         If there is no such file.
-    FileFault
+    FileError
         If it cannot be read, is not a file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not
         TOML.
     """
@@ -55,17 +55,17 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         reason = " ".join(str(error).split())
-        raise FileFault(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
+        raise FileError(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
     except ValueError:  # Python reads no whole number of more than 4300 digits
-        raise FileFault(f"{title} holds a number with thousands of digits.") from None
+        raise FileError(f"{title} holds a number with thousands of digits.") from None
 
 
 def _check_nesting(text: str, title: str) -> None:
     bare = _TEXT_OR_COMMENT.sub(lambda match: "" if match[0].startswith("#") else "s", text)
     if _MANY_PARTS.search(bare):
-        raise FileFault(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
+        raise FileError(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
     deep = 0
     for bracket in _BRACKET.finditer(bare):
         deep = deep + 1 if bracket[0] in "[{" else max(0, deep - 1)
         if deep > DEEPEST:
-            raise FileFault(f"{title} is nested deeper than {DEEPEST} brackets.")
+            raise FileError(f"{title} is nested deeper than {DEEPEST} brackets.")

@@ -19,23 +19,23 @@ import warnings
 from functools import lru_cache
 from pathlib import Path
 
-__all__ = ["UntrustedFolder", "UnusedCache", "make_folder", "read", "reason_against", "say_unused"]
+__all__ = ["CacheWarning", "UntrustedFolderError", "make_folder", "read", "reason_against", "say_unused"]
 
 _MOST_LINKS = 40  # as in Linux
 
 
-class UntrustedFolder(OSError):
+class UntrustedFolderError(OSError):
     """Another user can write in a folder or replace it; the message is the reason."""
 
 
-class UnusedCache(UserWarning):
+class CacheWarning(UserWarning):
     """A cache is not used; its content is computed again each time."""
 
 
 @lru_cache(maxsize=64)
 def say_unused(sentence: str) -> None:
     """Warn that a cache is not used, once in a process."""
-    warnings.warn(sentence, UnusedCache, stacklevel=2)
+    warnings.warn(sentence, CacheWarning, stacklevel=2)
 
 
 def reason_against(folder: str | os.PathLike[str]) -> str | None:
@@ -75,20 +75,20 @@ def make_folder(folder: str | os.PathLike[str]) -> None:
 
     Raises
     ------
-    UntrustedFolder
+    UntrustedFolderError
         If it cannot; nothing was made then.
     OSError
         If it cannot be made.
     """
     if reason := reason_against(folder):
-        raise UntrustedFolder(reason)
+        raise UntrustedFolderError(reason)
     path = Path(folder).absolute()
     for place in (*reversed(path.parents), path):
         with contextlib.suppress(FileExistsError):
             if not place.is_dir():
                 place.mkdir(mode=0o700)
     if reason := reason_against(path):  # of what was made meanwhile by another
-        raise UntrustedFolder(reason)
+        raise UntrustedFolderError(reason)
 
 
 def read(path: str | os.PathLike[str], most: int) -> bytes | None:

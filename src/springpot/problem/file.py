@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import FileFault, listed, meant, shown
+from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
 from springpot.problem.parts import Force, WhiteNoise
@@ -81,7 +81,7 @@ def read_system(source: str | Path | Mapping[str, Any]) -> System:
             raise ValueError('it must have a table [[parts]] for each part, such as kind = "spring", stiffness = 80.0.')
         return System(**_named_parts(tables))
     except (TypeError, ValueError) as fault:
-        raise FileFault(f"{title} is not right: {fault}") from None
+        raise FileError(f"{title} is not right: {fault}") from None
 
 
 def to_toml(system: System) -> str:

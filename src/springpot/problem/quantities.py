@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
     Dashpot,
-    FilteredNoise,
     Force,
+    FractionalMaxwell,
     Friction,
     Harmonic,
+    KanaiTajimiNoise,
     Mass,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
-    Recorded,
-    Series,
+    RecordedExcitation,
     Spring,
     Springpot,
     ThermalNoise,
@@ -41,8 +41,16 @@ _UNITS = {
 }  # fmt: skip
 
 _WORKING = (
-    ColouredNoise, FilteredNoise, Harmonic, Recorded, ThermalNoise, Force, Friction, VanDerPol, PolynomialDashpot,
-)  # fmt: skip
+    ColoredNoise,
+    KanaiTajimiNoise,
+    Harmonic,
+    RecordedExcitation,
+    ThermalNoise,
+    Force,
+    Friction,
+    VanDerPol,
+    PolynomialDashpot,
+)
 """Kinds whose power is a result."""
 
 
@@ -72,9 +80,13 @@ def possible_results(system: System) -> tuple[str, ...]:
     ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
     walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
-    lossy = Springpot, Dashpot, PolynomialDashpot, Series, Maxwell, Circuit
+    lossy = Springpot, Dashpot, PolynomialDashpot, FractionalMaxwell, Maxwell, PiezoelectricCircuit
     balanced = WhiteNoise, ParametricNoise, PoissonImpulses
-    circuits = [] if system.of(ThermalNoise) else [name for name, part in system.named() if isinstance(part, Circuit)]
+    circuits = (
+        []
+        if system.of(ThermalNoise)
+        else [name for name, part in system.named() if isinstance(part, PiezoelectricCircuit)]
+    )
     of_walls = [f"{name}_{what}" for name in walls for what in ("impact_rate", "impact_speed_mean")]
     found = [
         "x_mean", "x_mean_square", "v_mean_square",

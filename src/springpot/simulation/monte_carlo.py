@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import NotCovered, few, listed, meant, shown
+from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -214,7 +214,7 @@ def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
         return problem
     try:
         return problem.canonical()
-    except NotCovered:
+    except NotCoveredError:
         return problem
 
 

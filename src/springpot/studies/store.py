@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.faults import FileFault
+from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
 from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
@@ -57,7 +57,7 @@ VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a term
 CHECKSUM = "crc32"  # of the root's other attributes
 
 
-class StoreError(FileFault):
+class StoreError(FileError):
     """The store cannot be used; the message says why."""
 
 

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.machine.faults import FileFault
+from springpot.machine.faults import FileError
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Recorded
+from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
@@ -150,7 +150,7 @@ def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     from its beginning.
     """
     given = monte_carlo.given()
-    if system is not None and system.of(Recorded):
+    if system is not None and system.of(RecordedExcitation):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or "path_times" in given or given_state or given.get("derivative", "caputo") != "caputo":
@@ -185,7 +185,7 @@ def check_some(study: Study, most: int) -> int:
     """
     from springpot.simulation.error.reach import checked_quantities
     from springpot.simulation.plan.settings import resolve
-    from springpot.theory import NoStationaryState
+    from springpot.theory import NoStationaryStateError
 
     how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
     chosen = some_points(tuple(study.shape.values()), *how)
@@ -200,10 +200,10 @@ def check_some(study: Study, most: int) -> int:
                 _check_countable(problem, study.quantities)
                 checked_quantities(problem, study.quantities)
             resolve(problem, **(explicit or {"start": "stationary"}))
-        except NoStationaryState:
+        except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
-            raise FileFault(f"at {study.where(point)}: {error}") from None
+            raise FileError(f"at {study.where(point)}: {error}") from None
     return len(chosen)
 
 
@@ -231,7 +231,7 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
     from springpot.simulation.error.scaled import stationary
     from springpot.simulation.monte_carlo import run_as_given
-    from springpot.theory import NoStationaryState
+    from springpot.theory import NoStationaryStateError
 
     problem = task.problem
     totals: dict[str, float] = {}
@@ -246,6 +246,6 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
             result = run_as_given(problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
             values, errors, warnings = result.values, result.errors, result.warnings
             totals = {name: budget.total for name, budget in result.budgets.items()}
-    except NoStationaryState as nothing:
+    except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
     return Answer(numbers_of_run((values, errors, totals), task.system), "", warnings)

@@ -12,7 +12,7 @@ from springpot.theory.solve import solve_one
 
 __all__ = ["TEMPLATE", "TEMPLATE_OF_SYSTEM", "of_system"]
 
-_TRIED = "envelope", "linearisation"  # quick, and for most systems; in the file where they have an answer
+_TRIED = "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\
 # A study: a grid of oscillators, each computed by every method below.  It takes ten seconds.

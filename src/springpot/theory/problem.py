@@ -106,7 +106,7 @@ def checked(oscillator: Oscillator | System) -> Oscillator:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If it is a system with other parts.
     TypeError
         If it is something else.

@@ -12,7 +12,7 @@ from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.problem import checked
 from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
 from springpot.theory.reliability import recommended, why_none_is_recommended
-from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
+from springpot.theory.result import NoConvergenceError, NotCoveredError, Result, no_answer
 
 __all__ = ["all_methods", "methods_for", "solve_all", "solve_one", "trusted"]
 
@@ -96,7 +96,7 @@ def solve_one(oscillator: Oscillator | System, method: str) -> tuple[Result | Sy
         raise ValueError(f"method must be one of {', '.join(methods)}, not {shown(method)}.")
     try:
         result = methods[method].solve(oscillator)
-    except (NotCovered, NoConvergence) as refusal:
+    except (NotCoveredError, NoConvergenceError) as refusal:
         return None, str(refusal)
     if isinstance(result.stationary, str):
         return None, result.stationary

@@ -14,7 +14,7 @@ import pytest
 import springpot as sp
 from springpot.evidence.atlases.lookup import ATLAS_FILE, crowding, weights
 from springpot.simulation.error.scaled import stationary
-from springpot.theory import NotCovered
+from springpot.theory import NotCoveredError
 from springpot.theory.result import MOMENTS
 
 SAMPLE = 200  # random oscillators of the long test
@@ -101,7 +101,7 @@ def test_its_tables_agree_where_they_meet(order: float, c: float) -> None:
     ],
 )
 def test_outside_its_range_it_refuses(asked: sp.Oscillator, sentence: str) -> None:
-    with pytest.raises(NotCovered, match=sentence):
+    with pytest.raises(NotCoveredError, match=sentence):
         sp.atlas(asked)
 
 
@@ -115,7 +115,9 @@ def test_a_system_that_is_an_oscillator_has_its_answer_and_another_names_the_par
     device = sp.System(*parts)
     assert sp.atlas(device) == sp.atlas(device.canonical())
     assert sp.atlas(device).impact_rate > 0.0
-    with pytest.raises(sp.theory.NotCovered, match=r"^magnet cannot be part of an Oscillator: an Oscillator is .*\.$"):
+    with pytest.raises(
+        sp.theory.NotCoveredError, match=r"^magnet cannot be part of an Oscillator: an Oscillator is .*\.$"
+    ):
         sp.atlas(sp.System(*parts, magnet=sp.PolynomialSpring((0.0, 0.0, 1.0))))
 
 

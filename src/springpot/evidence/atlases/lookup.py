@@ -23,7 +23,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.problem.units import UNITS
 from springpot.theory.problem import checked
-from springpot.theory.result import MOMENTS, Moments, NotCovered, Result
+from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
 
 __all__ = [
     "ATLAS_FILE", "AtlasAnswer", "Table", "atlas", "crowding", "error_codes", "read_table", "restitution_at", "weights",
@@ -184,7 +184,7 @@ def atlas(oscillator: Oscillator | System) -> AtlasAnswer:
     ------
     TypeError
         If it is neither.
-    springpot.theory.NotCovered
+    springpot.theory.NotCoveredError
         Outside the range of the atlas; of a system that is no oscillator the sentence names the part.
 
     Examples
@@ -214,16 +214,18 @@ def _table_for(oscillator: Oscillator) -> tuple[str, float]:
     """Name of the table, and the third coordinate in it."""
     _check("order", oscillator.springpot.order, ORDERS)
     if oscillator.barrier is None:
-        raise NotCovered("The atlas covers oscillators with a wall; without one theory.exact gives the exact result.")
+        raise NotCoveredError(
+            "The atlas covers oscillators with a wall; without one theory.exact gives the exact result."
+        )
     if oscillator.excitation.intensity == 0.0:
-        raise NotCovered("The atlas covers positive intensities: without noise the only stationary state is rest.")
+        raise NotCoveredError("The atlas covers positive intensities: without noise the only stationary state is rest.")
     _check("C Omega^(alpha-2)", oscillator.dimensionless_coefficient, COEFFICIENTS)
     place, restitution = oscillator.dimensionless_position, oscillator.restitution
     if restitution == 1.0 or (restitution == LOSSY and place != 0.0):
         _check("the wall's position in units of sqrt(q / Omega^3)", place, PLACES)
         return ("elastic" if restitution == 1.0 else "lossy"), place
     if place != 0.0:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The atlas covers a wall away from the equilibrium with a restitution of 1 or {LOSSY} only, not "
             f"{restitution:g}: use theory.envelope or simulate."
         )
@@ -235,7 +237,9 @@ def _check(what: str, value: float, interval: tuple[float, float]) -> None:
     low, high = interval
     slack = EDGE * max(abs(low), abs(high))
     if not low - slack <= value <= high + slack:
-        raise NotCovered(f"The atlas covers {what} from {low:g} to {high:g}, not {value:g}: use theory or simulate.")
+        raise NotCoveredError(
+            f"The atlas covers {what} from {low:g} to {high:g}, not {value:g}: use theory or simulate."
+        )
 
 
 def _scales(oscillator: Oscillator) -> dict[str, float]:

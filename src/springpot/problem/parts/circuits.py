@@ -7,11 +7,11 @@ from typing import Any
 
 from springpot.problem.parts.checks import Part, positive, put
 
-__all__ = ["Circuit"]
+__all__ = ["PiezoelectricCircuit"]
 
 
 @dataclass(frozen=True)
-class Circuit(Part):
+class PiezoelectricCircuit(Part):
     """A piezoelectric element with a resistor across it.
 
     The element pulls on the mass with the force theta V, and Cp V' + V / R = theta x'.  The power V^2 / R is what a
@@ -37,7 +37,7 @@ class Circuit(Part):
 
     Examples
     --------
-    >>> Circuit(coupling=1e-3, resistance=1e5, capacitance=1e-7).time
+    >>> PiezoelectricCircuit(coupling=1e-3, resistance=1e5, capacitance=1e-7).time
     0.01
     """
 
@@ -62,7 +62,7 @@ class Circuit(Part):
         """Force per displacement at the Laplace variable p: of a number or an array."""
         return self.coupling**2 / self.capacitance * p / (p + 1.0 / self.time)
 
-    def per_mass(self, mass: float) -> Circuit:
+    def per_mass(self, mass: float) -> PiezoelectricCircuit:
         """The same part of a system that is divided by its mass: the voltage is then over the root of the mass."""
         return replace(self, coupling=self.coupling / mass**0.5)
 

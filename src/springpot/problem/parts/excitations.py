@@ -13,8 +13,17 @@ from springpot.problem.parts.checks import Part, positive, put, real, unsigned
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
 __all__ = [
-    "ColouredNoise", "Constant", "FilteredNoise", "Force", "Harmonic", "On", "ParametricNoise", "PoissonImpulses",
-    "Recorded", "ThermalNoise", "WhiteNoise",
+    "ColoredNoise",
+    "Constant",
+    "Force",
+    "Harmonic",
+    "KanaiTajimiNoise",
+    "On",
+    "ParametricNoise",
+    "PoissonImpulses",
+    "RecordedExcitation",
+    "ThermalNoise",
+    "WhiteNoise",
 ]  # fmt: skip
 
 On = Literal["mass", "ground"]
@@ -92,7 +101,7 @@ class WhiteNoise(Part):
 
 
 @dataclass(frozen=True)
-class ColouredNoise(Part):
+class ColoredNoise(Part):
     """Exponentially correlated (Ornstein-Uhlenbeck) noise, E[y(t) y(s)] = s2 exp(-\\|t - s\\| / tau).
 
     Parameters
@@ -112,7 +121,7 @@ class ColouredNoise(Part):
 
     Examples
     --------
-    >>> round(ColouredNoise(1.0, 0.5).density(0.0), 4)
+    >>> round(ColoredNoise(1.0, 0.5).density(0.0), 4)
     0.1592
     """
 
@@ -128,10 +137,10 @@ class ColouredNoise(Part):
         )
         _check_on(self.on)
 
-    def per_mass(self, mass: float) -> ColouredNoise:
+    def per_mass(self, mass: float) -> ColoredNoise:
         """The same part of a system that is divided by its mass."""
         variance = self.variance if self.on == "ground" else self.variance / mass**2
-        return ColouredNoise(variance, self.correlation_time)
+        return ColoredNoise(variance, self.correlation_time)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -139,7 +148,7 @@ class ColouredNoise(Part):
 
 
 @dataclass(frozen=True)
-class FilteredNoise(Part):
+class KanaiTajimiNoise(Part):
     """White noise filtered by the ground (Kanai-Tajimi): wg^2 u + 2 zg wg u', with u'' + 2 zg wg u' + wg^2 u = white.
 
     Parameters
@@ -160,7 +169,7 @@ class FilteredNoise(Part):
 
     Examples
     --------
-    >>> round(FilteredNoise(3.0, 0.4, 1.0).density(0.0), 4)  # 1 / (2 pi)
+    >>> round(KanaiTajimiNoise(3.0, 0.4, 1.0).density(0.0), 4)  # 1 / (2 pi)
     0.1592
     """
 
@@ -180,7 +189,7 @@ class FilteredNoise(Part):
         )
         _check_on(self.on)
 
-    def per_mass(self, mass: float) -> FilteredNoise:
+    def per_mass(self, mass: float) -> KanaiTajimiNoise:
         """The same part of a system that is divided by its mass."""
         intensity = self.intensity if self.on == "ground" else self.intensity / mass**2
         return replace(self, intensity=intensity, on="mass")
@@ -267,7 +276,7 @@ class Harmonic(Part):
 
 
 @dataclass(frozen=True)
-class Recorded(Part):
+class RecordedExcitation(Part):
     """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
 
     A run begins at the first point.
@@ -288,7 +297,7 @@ class Recorded(Part):
 
     Examples
     --------
-    >>> record = Recorded((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
+    >>> record = RecordedExcitation((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
     >>> record.duration, record.mean_square
     (2.0, 3.0)
     """
@@ -319,10 +328,10 @@ class Recorded(Part):
         pieces = zip(self.time, self.time[1:], self.values, self.values[1:], strict=False)
         return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / self.duration
 
-    def per_mass(self, mass: float) -> Recorded:
+    def per_mass(self, mass: float) -> RecordedExcitation:
         """The same part of a system that is divided by its mass: a force, minus the acceleration of the ground."""
         factor = -1.0 if self.on == "ground" else 1.0 / mass
-        return Recorded(self.time, tuple(factor * value for value in self.values), "mass")
+        return RecordedExcitation(self.time, tuple(factor * value for value in self.values), "mass")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from springpot.machine.faults import shown
 from springpot.problem.parts.checks import Part, positive, put, signed
 from springpot.problem.parts.springs import Spring
 
-__all__ = ["Maxwell", "Series", "Springpot", "resonance"]
+__all__ = ["FractionalMaxwell", "Maxwell", "Springpot", "resonance"]
 
 _ROUNDS, _SETTLED = 500, 1e-14  # of the resonance
 
@@ -79,7 +79,7 @@ class Springpot(Part):
 
 
 @dataclass(frozen=True)
-class Series(Part):
+class FractionalMaxwell(Part):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -101,7 +101,7 @@ class Series(Part):
 
     Examples
     --------
-    >>> Series(Springpot(0.5, 1.0), Spring(2.0)).modulus(1.0)
+    >>> FractionalMaxwell(Springpot(0.5, 1.0), Spring(2.0)).modulus(1.0)
     0.6666666666666666
     """
 
@@ -118,9 +118,9 @@ class Series(Part):
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
 
-    def per_mass(self, mass: float) -> Series:
+    def per_mass(self, mass: float) -> FractionalMaxwell:
         """The same part of a system that is divided by its mass."""
-        return Series(self.springpot.per_mass(mass), self.spring.per_mass(mass))
+        return FractionalMaxwell(self.springpot.per_mass(mass), self.spring.per_mass(mass))
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -25,7 +25,7 @@ import numpy as np
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import few, meant, per_cent
-from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTime, in_words
+from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.error.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
@@ -244,7 +244,7 @@ def reach(
                 break
             step, levels, halved = 0.5 * step, finer, True
         why = _why_no_better(request, outcome, spent)
-    except OutOfTime:
+    except OutOfTimeError:
         if best is None:
             raise TimeoutError(_too_short(report)) from None
         why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
@@ -320,10 +320,10 @@ def _measure_speed(level: Level, report: _Report) -> None:
 
 
 def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:
-    """Levels with so many paths and pairs; `OutOfTime` if they would take over ``patience`` times the time left."""
+    """Levels with so many paths and pairs; `OutOfTimeError` if that takes over ``patience`` times the time left."""
     clock, begun = report.clock, time.perf_counter()
     if clock.seconds(levels.work(paths, pairs)) > patience * clock.left:
-        raise OutOfTime
+        raise OutOfTimeError
     more = levels.extended(paths, pairs, report.block)
     clock.measure(more.path_steps - levels.path_steps, time.perf_counter() - begun)
     return more

@@ -139,7 +139,7 @@ def _run(simulation: Simulation, stream: int, progress: Progress | None) -> _Sam
     rows = simulation.advance(stream=stream, progress=progress).rows
     estimates = simulation.samples(rows)
     balance = estimates["energy_residual"][1][:, None]
-    for speed, flux in _FLUXES.items():  # rate times speed, linearised
+    for speed, flux in _FLUXES.items():  # rate times speed, linearized
         (rate, rates), (mean, means) = estimates["impact_rate"], estimates[speed]
         estimates[flux] = rate * mean, rates * mean + rate * (means - mean)
     values = {name: value for name, (value, _) in estimates.items()}

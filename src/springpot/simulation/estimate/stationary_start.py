@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.problem.oscillator import Barrier, Oscillator
-from springpot.problem.parts import Circuit, Maxwell, Series, Springpot, ThermalNoise
+from springpot.problem.parts import FractionalMaxwell, Maxwell, PiezoelectricCircuit, Springpot, ThermalNoise
 from springpot.problem.system import System
 from springpot.simulation.estimate.statistics import controlled, standard_error
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -124,7 +124,9 @@ def _guess(problem: Oscillator | System) -> _Guess:
 
 def _remembers(system: System) -> bool:
     """Whether the past acts, and E[x] is not 0 by symmetry."""
-    memory = system.of(Series, Maxwell, Circuit) or [pot for pot in system.of(Springpot) if pot.remembers]
+    memory = system.of(FractionalMaxwell, Maxwell, PiezoelectricCircuit) or [
+        pot for pot in system.of(Springpot) if pot.remembers
+    ]
     return bool(memory) and not is_symmetric(system)
 
 

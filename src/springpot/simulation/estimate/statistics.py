@@ -1,7 +1,7 @@
 """Means of independent paths and their standard errors.
 
 The standard error of a mean over paths of time averages is their standard deviation over sqrt(paths), whatever the
-correlation within a path.  Ratios (impact speeds) are linearised: numerator minus ratio times denominator.
+correlation within a path.  Ratios (impact speeds) are linearized: numerator minus ratio times denominator.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def residual(out: Floats, supplied: float, initial: Floats) -> Floats:
 
 
 def ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
-    """Ratio of two sums over the paths, and linearised samples with this mean; NaN if the lower sum is 0."""
+    """Ratio of two sums over the paths, and linearized samples with this mean; NaN if the lower sum is 0."""
     if not below.sum() > 0.0:
         return math.nan, np.full_like(above, np.nan)
     value = float(above.sum() / below.sum())

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
-    FilteredNoise,
+    FractionalMaxwell,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
-    Series,
     Springpot,
     ThermalNoise,
     WhiteNoise,
@@ -44,14 +44,14 @@ def uncountable(system: System) -> str:
 
     Examples
     --------
-    >>> from springpot.problem.parts import ColouredNoise, Springpot, Spring
-    >>> uncountable(System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColouredNoise(1.0, 0.5)))[:42]
+    >>> from springpot.problem.parts import ColoredNoise, Springpot, Spring
+    >>> uncountable(System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5)))[:42]
     'barrier is lossy, and no white noise acts '
     """
     white = any(noise.intensity > 0.0 for noise in system.of(WhiteNoise))
     dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
     thermal = bool(system.of(ThermalNoise)) and dampers > 0.0
-    smooth = system.of(ColouredNoise, FilteredNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+    smooth = system.of(ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
     for name, wall in system.named():
         if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
             continue
@@ -148,7 +148,7 @@ def impacts_of_system(system: System, column: dict[str, Floats]) -> dict[str, Fl
 def _has_damping(system: System) -> bool:
     """Whether the sums of springpots, dashpots, arms and circuits are of anything."""
     pots = [pot for pot in system.of(Springpot) if pot.dissipates]
-    return bool(pots or system.damping or system.of(Series, Maxwell, Circuit))
+    return bool(pots or system.damping or system.of(FractionalMaxwell, Maxwell, PiezoelectricCircuit))
 
 
 def _at_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats, Floats]]:
@@ -211,7 +211,7 @@ def _of_circuits(system: System, parts: Parts, column: dict[str, Floats], settin
     instants = sum(1 for n in range(GROUP - 1, settings.steps + GROUP, GROUP) if low <= n < high)
     found, harvested = {}, np.zeros(column["x"].size)
     for name, part in system.named():
-        if isinstance(part, Circuit):
+        if isinstance(part, PiezoelectricCircuit):
             square = column[f"voltage of {name}"] / max(instants, 1) * system.mass
             found[f"{name}_voltage_mean_square"] = square
             harvested = harvested + square / part.resistance

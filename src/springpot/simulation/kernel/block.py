@@ -32,7 +32,7 @@ from springpot.simulation.kernel.lanes import (
     stack_array,
     yes,
 )
-from springpot.simulation.kernel.numba_passes import OptimisedOnce
+from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
 from springpot.simulation.kernel.random import draw
 from springpot.simulation.kernel.steps import State, Struck, Sums, replay, sweep_lanes
@@ -136,7 +136,7 @@ class Parts(NamedTuple):
 
 
 @cached
-@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimisedOnce, **UNCOUNTED)
+@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimizedOnce, **UNCOUNTED)
 def block(
     parts, sweep, memory, drive, start, taps, stiffness,
     first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,

@@ -96,7 +96,7 @@ lesser, greater = _chosen("<"), _chosen(">")
 
 @intrinsic
 def yes(typing_context):
-    """True, but not as a type of its own: code that is told so is typed once and specialised when it is optimised."""
+    """True, but not as a type of its own: code that is told so is typed once and specialised when it is optimized."""
     return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, True)
 
 

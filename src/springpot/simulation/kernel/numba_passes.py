@@ -1,8 +1,8 @@
 """How Numba compiles the kernel: some of its own steps are left out, which takes half off the time.
 
 Functions that are called from compiled code only are copied into their callers, so machine code of their own is never
-run: it is not made (:class:`WithoutMachineCode`), and they are optimised only so far that the caller can be.  Numba
-optimises all code twice, first to bring the counting of references into one place; the kernel counts none, so once is
+run: it is not made (:class:`WithoutMachineCode`), and they are optimized only so far that the caller can be.  Numba
+optimizes all code twice, first to bring the counting of references into one place; the kernel counts none, so once is
 enough.  It looks for closures, lists of types, branches that never run, expressions of whole arrays and so on, of which
 the kernel has none.  And Python need not look for unused objects meanwhile: nearly all that is made is kept.
 """
@@ -33,14 +33,14 @@ from numba.core.untyped_passes import (
     WithLifting,
 )
 
-__all__ = ["OfUser", "OptimisedOnce", "WithoutMachineCode"]
+__all__ = ["OfUser", "OptimizedOnce", "WithoutMachineCode"]
 
 
 # LLVM takes half of an AVX-512 processor's vectors unless it is asked; on processors without them this says nothing.
 _WHOLE_VECTORS = '"prefer-vector-width"="512"'
 
 
-class _OptimisedOnce(JITCodeLibrary):  # type: ignore[misc]
+class _OptimizedOnce(JITCodeLibrary):  # type: ignore[misc]
     def add_ir_module(self, ir_module: Any) -> None:
         for function in ir_module.functions:
             if not function.is_declaration:
@@ -59,7 +59,7 @@ class _OptimisedOnce(JITCodeLibrary):  # type: ignore[misc]
         manager.run(self._final_module, builder)
 
 
-class _Intermediate(_OptimisedOnce):
+class _Intermediate(_OptimizedOnce):
     """Code that callers link in; it never becomes machine code."""
 
     def _optimize_functions(self, module: Any) -> None:
@@ -83,10 +83,10 @@ class _Intermediate(_OptimisedOnce):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(NativeLowering):  # type: ignore[misc]
-    _name = "lowering_optimised_once"
+    _name = "lowering_optimized_once"
 
     def run_pass(self, state: Any) -> bool:
-        state.library = _OptimisedOnce(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = _OptimizedOnce(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         changed: bool = super().run_pass(state)
         return changed
@@ -125,7 +125,7 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-class OptimisedOnce(Compiler):  # type: ignore[misc]
+class OptimizedOnce(Compiler):  # type: ignore[misc]
     """Numba's compiler, for ``pipeline_class`` of a function that Python calls."""
 
     lowering: type[NativeLowering] = _Lowering
@@ -151,7 +151,7 @@ class OptimisedOnce(Compiler):  # type: ignore[misc]
         return managers
 
 
-class WithoutMachineCode(OptimisedOnce):
+class WithoutMachineCode(OptimizedOnce):
     """The same, of a function that only compiled code calls."""
 
     lowering = _LoweringForCallers

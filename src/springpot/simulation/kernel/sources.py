@@ -1,4 +1,4 @@
-"""Forces in the kernel that do not depend on the motion: coloured, thermal, harmonic and Poisson excitation.
+"""Forces in the kernel that do not depend on the motion: colored, thermal, harmonic and Poisson excitation.
 
 They are drawn once for every group of four steps.
 """

@@ -130,7 +130,7 @@ def compose(problem: Oscillator | System, settings: Settings, scales: Scales, *,
     ------
     ValueError
         If x(0) is not known yet, or the memory has too many terms for the kernel.
-    NotCovered
+    NotCoveredError
         If parts of a system cannot be simulated together.
     """
     position = settings.initial_position

@@ -15,26 +15,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.faults import NotCovered
+from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Constant,
     Contact,
     Dashpot,
-    FilteredNoise,
     Force,
+    FractionalMaxwell,
     Friction,
     Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
-    Recorded,
-    Series,
+    RecordedExcitation,
     Spring,
     Springpot,
     ThermalNoise,
@@ -162,7 +162,7 @@ def lower(part: object, name: str, units: Units, step: float) -> Lowered:
     step : float
         In the kernel's units.
     """
-    raise NotCovered(f"{name} cannot be simulated: there is no law for {type(part).__name__} in the kernel.")
+    raise NotCoveredError(f"{name} cannot be simulated: there is no law for {type(part).__name__} in the kernel.")
 
 
 @lower.register
@@ -217,7 +217,7 @@ def _(part: Force, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: Recorded, name: str, units: Units, step: float) -> Lowered:
+def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered:
     """Impulses are exact integrals of the straight lines between the points."""
     times = (np.array(part.time) - part.time[0]) / units.time
     values = np.array(part.values) / units.length * units.time**2
@@ -246,7 +246,7 @@ def _(part: Maxwell, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: Circuit, name: str, units: Units, step: float) -> Lowered:
+def _(part: PiezoelectricCircuit, name: str, units: Units, step: float) -> Lowered:
     slope = part.coupling / part.capacitance
     return Lowered(
         arms=(Arm(part.coupling * slope * units.time**2, units.time / part.time, name, slope * units.length),)
@@ -254,7 +254,7 @@ def _(part: Circuit, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: Series, name: str, units: Units, step: float) -> Lowered:
+def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
     """Its kernel has a positive spectrum over the rates.
 
     It is integrated over their logarithm u by the trapezoidal rule on a scale y(u).
@@ -331,7 +331,7 @@ def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: ColouredNoise, name: str, units: Units, step: float) -> Lowered:
+def _(part: ColoredNoise, name: str, units: Units, step: float) -> Lowered:
     variance = part.variance / units.length**2 * units.time**4
     rate = step * units.time / part.correlation_time
     law = sources.Filter(np.array([[-rate]]), np.array([[2.0 * rate * variance]]), np.ones(1))
@@ -339,7 +339,7 @@ def _(part: ColouredNoise, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: FilteredNoise, name: str, units: Units, step: float) -> Lowered:
+def _(part: KanaiTajimiNoise, name: str, units: Units, step: float) -> Lowered:
     w, twice = part.frequency * units.time * step, 2.0 * part.damping
     # of the states w u and u', both in units of the white noise over a step
     intensity = part.intensity / units.length**2 * units.time**3 / step

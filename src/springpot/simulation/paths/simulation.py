@@ -187,7 +187,7 @@ class Simulation:
         return np.stack([x, v, 0.5 * (v * v + self.parts.frequency**2 * x * x)], axis=1)
 
     def samples(self, rows: Floats) -> dict[str, tuple[float, Floats]]:
-        """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearised).
+        """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearized).
 
         Differences and sums of samples from the same paths give the standard errors of differences and sums.
 

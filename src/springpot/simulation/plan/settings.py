@@ -16,12 +16,12 @@ from springpot.machine.faults import shown
 from springpot.machine.processors import threads_available
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import (
-    ColouredNoise,
-    FilteredNoise,
+    ColoredNoise,
     Force,
     Harmonic,
+    KanaiTajimiNoise,
     PoissonImpulses,
-    Recorded,
+    RecordedExcitation,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
@@ -31,7 +31,7 @@ from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Sch
 from springpot.simulation.plan.scales import Scales, scales_of
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
 from springpot.simulation.plan.system_scales import scales_of_problem, system_scales, typical_frequency
-from springpot.theory.result import NoStationaryState
+from springpot.theory.result import NoStationaryStateError
 
 __all__ = [
     "Settings",
@@ -198,7 +198,7 @@ def resolve(problem: Oscillator | System, **given: Unpack[Options]) -> Settings:
 
 def _record_of(problem: Oscillator | System) -> float | None:
     """The length of the longest recorded excitation, which is that of the run and of its window."""
-    records = [] if isinstance(problem, Oscillator) else [record.duration for record in problem.of(Recorded)]
+    records = [] if isinstance(problem, Oscillator) else [record.duration for record in problem.of(RecordedExcitation)]
     return max(records, default=None)
 
 
@@ -225,7 +225,7 @@ def default_start(problem: Oscillator | System, given: Options = DEFAULTS) -> tu
     options = {**DEFAULTS, **given}
     if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
-    if isinstance(problem, System) and problem.of(Recorded):
+    if isinstance(problem, System) and problem.of(RecordedExcitation):
         return "rest", ""
     if reason := _not_stationary(problem):
         return "rest", reason
@@ -245,9 +245,9 @@ def _not_stationary(problem: Oscillator | System) -> str:
 
 
 def _system_not_stationary(system: System) -> str:
-    kinds = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
+    kinds = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
     sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in system.of(*kinds)]
-    if system.of(Recorded):
+    if system.of(RecordedExcitation):
         return "a record has a beginning and an end"
     if not any(sizes) and not system.of(Force):
         return "without excitation the motion dies out"
@@ -263,7 +263,7 @@ def check_stationary(problem: Oscillator | System, who: str) -> None:
     ------
     ValueError
         If the intensity is 0.
-    NoStationaryState
+    NoStationaryStateError
         If nothing dissipates energy.
 
     Examples
@@ -274,7 +274,7 @@ def check_stationary(problem: Oscillator | System, who: str) -> None:
     if reason and isinstance(problem, Oscillator) and problem.excitation.intensity == 0.0:
         raise ValueError(f"intensity must be positive with {who}: {reason}.")
     if reason:
-        raise NoStationaryState(f"{who} needs a stationary state, and there is none: {reason}.")
+        raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {reason}.")
 
 
 def _initial_velocity(given: float | None) -> float:

@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
     Dashpot,
-    FilteredNoise,
+    FractionalMaxwell,
     Friction,
     Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
-    Recorded,
-    Series,
+    RecordedExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -214,9 +214,9 @@ def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) 
                 power += part.force * math.sqrt(2.0 * theta / math.pi)
             case VanDerPol():
                 rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
-            case Springpot() | Series() | Maxwell():
+            case Springpot() | FractionalMaxwell() | Maxwell():
                 rate += part.modulus(1j * w).imag / w
-            case Circuit():
+            case PiezoelectricCircuit():
                 rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
             case Barrier():
                 flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
@@ -244,9 +244,9 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
         match part:
             case WhiteNoise() | PoissonImpulses():
                 power += 0.5 * part.intensity
-            case ColouredNoise() | FilteredNoise():
+            case ColoredNoise() | KanaiTajimiNoise():
                 power += math.pi * part.density(w)
-            case Recorded():  # as noise that is white up to this frequency
+            case RecordedExcitation():  # as noise that is white up to this frequency
                 power += 0.5 * math.pi * part.mean_square / w
             case ParametricNoise():
                 power += 0.5 * part.intensity * (law.variance + law.mean**2)
@@ -297,18 +297,20 @@ def system_scales(system: System) -> SystemScales:
                 rates.append(part.coefficient)
             case PolynomialDashpot() | VanDerPol():
                 rates.append((dissipated(System(part), law) + 2.0 * _fed_by_dampers(System(part), law)) / theta)
-            case Series():
+            case FractionalMaxwell():
                 rates.append(math.sqrt(part.spring.stiffness))
             case Maxwell():
                 rates.append(math.sqrt(part.stiffness))
-            case Circuit():
+            case PiezoelectricCircuit():
                 rates.append(math.sqrt(part.coupling**2 / part.capacitance))
             case Harmonic():
                 rates.append(0.5 * part.frequency)
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     pots = [pot for pot in unit.of(Springpot) if pot.remembers]
-    stiffened = resonance(law.frequency**2, [*pots, *unit.of(Series), *unit.of(Maxwell), *unit.of(Circuit)])
+    stiffened = resonance(
+        law.frequency**2, [*pots, *unit.of(FractionalMaxwell), *unit.of(Maxwell), *unit.of(PiezoelectricCircuit)]
+    )
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
     return SystemScales(
@@ -328,7 +330,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         return thermal[0].temperature
     size = _natural_energy(potential)
     if not any(getattr(part, "intensity", 0.0) or getattr(part, "amplitude", 0.0) for part in unit.parts) and not (
-        unit.of(ColouredNoise, VanDerPol)
+        unit.of(ColoredNoise, VanDerPol)
     ):
         return size
     for powers in (np.linspace(12.0, -12.0, 97), np.linspace(45.0, -45.0, 181)):  # the second where size means nothing

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Recorded, ThermalNoise, WhiteNoise
+from springpot.problem.parts import Barrier, RecordedExcitation, ThermalNoise, WhiteNoise
 from springpot.problem.parts.walls import restitution_of_missed
 from springpot.problem.system import System
 from springpot.simulation.estimate.slow_impacts import impact_step_biases
@@ -98,7 +98,7 @@ def _about_step(simulation: Simulation, values: dict[str, float]) -> Iterator[st
 def _about_window(simulation: Simulation, system: System) -> Iterator[str]:
     settings, scales = simulation.settings, simulation.scales
     drawn = settings.start == "stationary" and bool(system.of(ThermalNoise))
-    if drawn or bool(system.of(Recorded)):
+    if drawn or bool(system.of(RecordedExcitation)):
         return
     _, reason = default_start(system)
     if reason:

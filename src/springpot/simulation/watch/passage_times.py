@@ -172,7 +172,7 @@ class PassageTimes:
         refusal = "" if small else self._no_mean(share, half, late, exposure)
         if refusal:
             return math.nan, math.nan, refusal
-        # linearised: mean = restricted + censored * exposure / late
+        # linearized: mean = restricted + censored * exposure / late
         value = float(seen.mean() + c * e / d)
         samples = seen + censored * (e / d) + exposure * (c / d) - late * (c * e / d**2)
         assumed = f"{share}; the mean time assumes that they pass at the rate of the second half, {d / e:.3g} per s."

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from springpot.problem.parts import (
     Barrier,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
-    FilteredNoise,
+    KanaiTajimiNoise,
     ParametricNoise,
     PoissonImpulses,
     ThermalNoise,
@@ -179,7 +179,7 @@ def with_sudden_losses(
     """
     unit = problem.unit
     walls = walls_of(unit)
-    noises = unit.of(ColouredNoise, FilteredNoise, ParametricNoise, ThermalNoise)
+    noises = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, ThermalNoise)
     if len(walls) != 1 or isinstance(walls[0], Contact) or walls[0].is_elastic or noises or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])

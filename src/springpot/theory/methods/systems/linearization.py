@@ -1,4 +1,4 @@
-"""Statistical linearisation: the linear system that is nearest to a nonlinear one, in mean square."""
+"""Statistical linearization: the linear system that is nearest to a nonlinear one, in mean square."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy import optimize
 
-from springpot.machine.faults import NotCovered
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Constant,
     Dashpot,
@@ -32,13 +32,13 @@ from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, moments_of
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
 from springpot.theory.reliability import map_warnings
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
-__all__ = ["Linearisation", "linearisation"]
+__all__ = ["Linearization", "linearization"]
 
 FloatArray = NDArray[np.float64]
 
-_REACH = "Statistical linearisation covers nonlinear springs with one equilibrium and nonlinear dampers, without walls"
+_REACH = "Statistical linearization covers nonlinear springs with one equilibrium and nonlinear dampers, without walls"
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _WEIGHTS = _WEIGHTS / math.sqrt(2.0 * math.pi)
 _TOLERANCE = 1e-10
@@ -46,7 +46,7 @@ _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond whi
 
 
 @dataclass(frozen=True)
-class Linearisation(SystemResult):
+class Linearization(SystemResult):
     """The moments of the nearest linear system.
 
     Parameters
@@ -64,7 +64,7 @@ class Linearisation(SystemResult):
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def linearisation(system: System) -> Linearisation:
+def linearization(system: System) -> Linearization:
     """Replace nonlinear springs and dampers by the linear ones whose force differs least in mean square.
 
     Parameters
@@ -75,13 +75,13 @@ def linearisation(system: System) -> Linearisation:
 
     Returns
     -------
-    Linearisation
+    Linearization
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system has a wall, two wells, or excitation that is not stationary noise; the sentence names the part.
-    NoConvergence
+    NoConvergenceError
         If the equations have no solution that is found.
     TypeError
         If it is not a System.
@@ -103,7 +103,7 @@ def linearisation(system: System) -> Linearisation:
     >>> duffing = sp.System(
     ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0)
     ... )
-    >>> round(linearisation(duffing).x_mean_square, 4)
+    >>> round(linearization(duffing).x_mean_square, 4)
     0.346
     """
     unit = checked_system(system).per_unit_mass
@@ -114,7 +114,7 @@ def linearisation(system: System) -> Linearisation:
     if not isinstance(stationary, str):
         warnings = tuple(_strained(unit, companion, stationary))
         if not _is_linear(unit):
-            warnings += map_warnings(system, "linearisation")
+            warnings += map_warnings(system, "linearization")
     if not isinstance(stationary, str):
         omega = system.natural_frequency
         stationary = replace(
@@ -122,8 +122,8 @@ def linearisation(system: System) -> Linearisation:
             amplitude_mean_square=stationary.x_mean_square + stationary.v_mean_square / omega**2,
             harvested_power=stationary.harvested_power * system.mass,
         )
-    return Linearisation(
-        method="linearisation",
+    return Linearization(
+        method="linearization",
         system=system,
         stationary=stationary,
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
@@ -136,9 +136,9 @@ def linearisation(system: System) -> Linearisation:
 def _check_covered(unit: System) -> None:
     for name, part in unit.named():
         if isinstance(part, Harmonic | ParametricNoise):
-            raise NotCovered(f"{_REACH} and with stationary noise, not {name}.")
+            raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
     if _wells(unit.potential) > 1:
-        raise NotCovered(f"{_REACH}, not two wells.")
+        raise NotCoveredError(f"{_REACH}, not two wells.")
 
 
 def _is_linear(unit: System) -> bool:
@@ -197,7 +197,9 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
     def missing(state: FloatArray) -> FloatArray:
         _, moments, shift = at(state)
         if isinstance(moments, str):
-            raise NoConvergence("statistical linearisation found no solution: on the way nothing dissipates energy.")
+            raise NoConvergenceError(
+                "statistical linearization found no solution: on the way nothing dissipates energy."
+            )
         return np.array(
             [
                 shift / math.exp(state[1]),
@@ -212,7 +214,7 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
     except _Unstable as unstable:
         return _no_answer(companion), str(unstable)
     if not np.abs(missing(solved.x)).max() < 1e-7:
-        raise NoConvergence("statistical linearisation found no solution: its equations did not settle.")
+        raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
     here, moments, _ = at(solved.x)
     assert not isinstance(moments, str)
     mean = float(solved.x[0])
@@ -228,7 +230,7 @@ def _strained(unit: System, companion: Companion, found: SystemMoments) -> Itera
     springs = [part for part in unit.parts if isinstance(part, PolynomialSpring | Spring | Constant)]
     # a bath in which the same springs, and the memory's, have this variance where x is Gaussian
     bath = System(Dashpot(1.0), ThermalNoise((companion.stiffness + memory) * variance), *springs, Spring(memory))
-    with contextlib.suppress(NoConvergence):
+    with contextlib.suppress(NoConvergenceError):
         true = exact_law(bath).moments
         ratio = variance / (true.x_mean_square - true.x_mean**2)
         if not _is_linear(unit) and abs(ratio - 1.0) > _BENT:
@@ -271,7 +273,7 @@ def _start(unit: System, companion: Companion, potential: Potential) -> FloatArr
         least, most = (spread, most) if ratio > 1.0 else (least, spread)
         step = min(max(math.sqrt(ratio), 0.05), 20.0) if math.isfinite(ratio) else 2.0
         spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
-    raise NoConvergence("statistical linearisation found no solution: no spread agrees with itself.")
+    raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
 
 
 def _springs(unit: System) -> list[float]:

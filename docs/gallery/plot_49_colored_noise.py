@@ -3,7 +3,7 @@ When the impact rate has no value
 =================================
 
 White noise throws a mass off its wall again at once, so it can be counted how often the mass arrives (above a
-restitution of 0.163). Coloured noise is smoother. Pressed onto a lossy wall, the mass makes smaller and smaller hops
+restitution of 0.163). Colored noise is smoother. Pressed onto a lossy wall, the mass makes smaller and smaller hops
 and comes to rest, after infinitely many impacts in a finite time: like a ball that bounces out. The impact rate is
 infinite, and a program that counts finds a number that grows with every halving of its step. The energy that the wall
 takes has a value, because the small impacts take almost nothing.
@@ -19,7 +19,7 @@ def pressed(restitution):
     """A wall at x = 0.2 holds the mass away from its equilibrium; the noise has a correlation time of 0.5 s."""
     return sp.System(
         sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Barrier(0.2, restitution),
-        sp.ColouredNoise(1.0, correlation_time=0.5),
+        sp.ColoredNoise(1.0, correlation_time=0.5),
     )  # fmt: skip
 
 
@@ -34,7 +34,7 @@ for restitution, color, marker in ((0.8, "vermilion", "s"), (1.0, "blue", "o")):
         )
         for step in steps
     ]  # fmt: skip
-    look = {"color": sp.figures.COLOURS[color], "marker": marker, "size": 5.0, "label": f"r = {restitution:g}"}
+    look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 5.0, "label": f"r = {restitution:g}"}
     for axes, name in ((often, "impacts"), (power, "barrier_power")):
         value, error = np.array([(run.values[name], run.errors[name]) for run in runs]).T
         sp.figures.bars(axes, steps, value, error, **look)
