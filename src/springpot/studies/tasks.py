@@ -18,24 +18,25 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
-from springpot.studies.axes import some_points, spread
+from springpot.studies.axes import some_points
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, problem_at
 
 __all__ = [
+    "SENTENCES",
     "SLOTS",
     "Answer",
     "Task",
     "check_some",
     "columns_of",
     "compute",
-    "spread",
     "task_at",
     "tasks",
 ]
 
 SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
+SENTENCES = 4096  # bytes kept of each result's statement and warnings
 SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
 
@@ -94,6 +95,11 @@ class Answer:
     numbers: tuple[float, ...]
     statement: str
     warnings: tuple[str, ...]
+
+    @property
+    def said(self) -> str:
+        """The warnings, or why there is no result."""
+        return self.statement or " ".join(self.warnings)
 
 
 def tasks(study: Study) -> Iterator[Task]:
@@ -171,15 +177,6 @@ def check_some(study: Study, most: int) -> int:
     """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number.
 
     Of systems at fewer: their scales take a tenth of a second.
-    """
-    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
-    chosen = some_points(tuple(study.shape.values()), *how)
-    _check(study, map(study.point, chosen))
-    return len(chosen)
-
-
-def _check(study: Study, points: Iterable[Point]) -> None:
-    """Check the Monte Carlo settings at these points.
 
     Raises
     ------
@@ -190,11 +187,13 @@ def _check(study: Study, points: Iterable[Point]) -> None:
     from springpot.simulation.plan.settings import resolve
     from springpot.theory import NoStationaryStateError
 
+    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
+    chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None:
-        return
+        return len(chosen)
     given = _settings(study.monte_carlo, study.system)
     explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
-    for point in points:
+    for point in map(study.point, chosen):
         try:
             problem = study.problem(point)
             if "rtol" in given:
@@ -205,6 +204,7 @@ def _check(study: Study, points: Iterable[Point]) -> None:
             continue
         except (TypeError, ValueError) as error:
             raise FileError(f"at {study.where(point)}: {error}") from None
+    return len(chosen)
 
 
 def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
