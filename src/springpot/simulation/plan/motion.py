@@ -30,7 +30,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.parts.walls import restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.scales import Scales, closed_form
@@ -183,7 +183,7 @@ class Motion:
         numbers = {wall.restitution for wall in walls}
         if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not self.intensity > 0.0:
             return StruckWalls()
-        return StruckWalls(walls[0].restitution, self.intensity, max(self.press_on(wall) for wall in walls))
+        return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
