@@ -147,7 +147,7 @@ def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     if system is not None and system.of(Recorded):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
-    if "rtol" in given or "path_times" in given or given_state or given.get("derivative", "caputo") != "caputo":
+    if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
         return given
     return {**given, "start": "stationary"}
 
@@ -193,7 +193,7 @@ def _check(study: Study, points: Iterable[Point]) -> None:
     if study.monte_carlo is None:
         return
     given = _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
+    explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in points:
         try:
             problem = study.problem(point)
@@ -230,22 +230,12 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
     from springpot.simulation.run import run_as_given
-    from springpot.simulation.scaled import stationary
     from springpot.theory import NoStationaryState
 
-    problem = task.problem
-    totals: dict[str, float] = {}
-    warnings: tuple[str, ...] = ()
+    more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        if "path_times" in task.settings and isinstance(problem, Oscillator):
-            path_times = task.settings["path_times"]
-            scaled = stationary(problem, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
-            values, errors = scaled.values, scaled.errors
-        else:
-            more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-            result = run_as_given(problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
-            values, errors, warnings = result.values, result.errors, result.warnings
-            totals = {name: budget.total for name, budget in result.budgets.items()}
+        found = run_as_given(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryState as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
-    return Answer(numbers_of_run((values, errors, totals), task.system), "", warnings)
+    totals = {name: budget.total for name, budget in found.budgets.items()}
+    return Answer(numbers_of_run((found.values, found.errors, totals), task.system), "", found.warnings)
