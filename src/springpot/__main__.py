@@ -6,8 +6,8 @@ import atexit
 import os
 import sys
 
-from springpot.interrupt import attended, ignore_ctrl_c, leave_at_once
-from springpot.one_thread import ONE_THREAD
+from springpot.machine.interrupt import attended, ignore_ctrl_c, leave_at_once
+from springpot.machine.one_thread import ONE_THREAD
 
 __all__ = ["main"]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from springpot import cli
-from springpot.studies.commands import _size, _time
+from springpot.cli.studying import _size, _time
 from springpot.studies.question import Study, read_study
 from tests.sizes import validation
 from tests.studies.samples import RUNS, THEORY, chunks, content, write_toml

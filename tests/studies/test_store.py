@@ -20,7 +20,7 @@ import pytest
 import zarr
 from zarr.codecs import BytesCodec, Crc32cCodec
 
-from springpot.files import read_chunk
+from springpot.machine.files import read_chunk
 from springpot.studies import store as stores
 from springpot.studies.estimate import status
 from springpot.studies.layout import SENTENCES, metadata

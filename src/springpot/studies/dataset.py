@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.numbers import unit_of
+from springpot.problem.quantities import UNCONTROLLED
 from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
 from springpot.studies.question import Study
 from springpot.studies.store import Damaged, Store, document
 from springpot.studies.tasks import Answer, tasks
-from springpot.system_numbers import unit_of
-from springpot.system_quantities import UNCONTROLLED
 from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:

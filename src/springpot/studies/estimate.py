@@ -110,7 +110,7 @@ def estimate(study: Study) -> Estimate:
 
 def _kernels() -> int:
     """Number of kernels that are compiled or read from disk: systems with other kinds of parts have other ones."""
-    kernel = sys.modules.get("springpot.simulation.kernel")
+    kernel = sys.modules.get("springpot.simulation.kernel.block")
     return 0 if kernel is None else len(kernel.block.signatures)
 
 

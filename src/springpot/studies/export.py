@@ -7,7 +7,7 @@ import os
 import shutil
 from pathlib import Path
 
-from springpot.files import netcdf_of, partial_name, write
+from springpot.machine.files import netcdf_of, partial_name, write
 from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
 from springpot.studies.store import Store, is_store, metadata_of

@@ -20,7 +20,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from springpot.files import Damaged, partial_name, read_file, write
+from springpot.machine.files import Damaged, partial_name, read_file, write
 from springpot.studies.dataset import open_tree
 from springpot.studies.layout import LABELLED, place_of
 from springpot.studies.store import (

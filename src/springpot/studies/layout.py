@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from springpot.problem.system import System
 from springpot.studies.columns import columns_of, unit_of_column
 from springpot.studies.tasks import SLOTS
-from springpot.system import System
 
 __all__ = ["ARRAYS", "CHECK", "LABELLED", "SENTENCES", "group", "metadata", "place_of"]
 

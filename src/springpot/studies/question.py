@@ -21,18 +21,18 @@ from pydantic import (
     model_validator,
 )
 
-from springpot.faults import FileFault, listed, meant, shown
-from springpot.oscillator import Oscillator
+from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.toml import read_toml
+from springpot.problem.file import read_system
+from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
-from springpot.system import System
-from springpot.system_file import read_system
-from springpot.system_numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
-from springpot.toml import read_toml
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 
@@ -312,9 +312,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         _check_keys(content, system)
         return Study.model_validate(content)
     except ValidationError as error:
-        raise FileFault(f"{title} is not right: {sentence(error)}") from None
-    except FileFault as fault:
-        raise FileFault(f"{title} is not right: {fault}") from None
+        raise FileError(f"{title} is not right: {sentence(error)}") from None
+    except FileError as fault:
+        raise FileError(f"{title} is not right: {fault}") from None
 
 
 def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System | None:
@@ -327,13 +327,13 @@ def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System |
         try:
             return read_system(place)
         except FileNotFoundError:
-            raise FileFault(f"{title} is not right: system: there is no file {str(place)!r}.") from None
+            raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     if isinstance(given, Mapping):
         return read_system(given)
     if isinstance(given, System):
         return given
     must = "must be the place of a system's file in quotes, or a System"
-    raise FileFault(f"{title} is not right: system: {must}, not {shown(given)}.")
+    raise FileError(f"{title} is not right: system: {must}, not {shown(given)}.")
 
 
 def _in_one_form(content: dict[str, Any], system: System | None) -> dict[str, Any]:
@@ -368,7 +368,7 @@ def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
         if isinstance(table, Mapping):
             for key in table:
                 if key not in known:
-                    raise FileFault(_about_parts(key, place) or unknown_key(key, place, known))
+                    raise FileError(_about_parts(key, place) or unknown_key(key, place, known))
     if system is None:
         return
     for place, table in axes:
@@ -376,7 +376,7 @@ def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
             try:
                 check_number(system, str(key))
             except ValueError as fault:
-                raise FileFault(f"{place}: {fault}") from None
+                raise FileError(f"{place}: {fault}") from None
 
 
 def _about_parts(key: object, place: str) -> str:

@@ -21,9 +21,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from springpot.crew import work_together
-from springpot.interrupt import Terminated, sigterm_as_ctrl_c
-from springpot.processors import threads_available
+from springpot.machine.crew import work_together
+from springpot.machine.interrupt import Terminated, sigterm_as_ctrl_c
+from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish
 from springpot.studies.question import Study
 from springpot.studies.store import Store, StoreError, cannot_write, open_store, take_away_labelled
@@ -148,7 +148,7 @@ def run_study(
     >>> first.computed, again.computed, again.found
     (2, 0, 2)
     """
-    from springpot.simulation.settings import checked_threads
+    from springpot.simulation.plan.settings import checked_threads
 
     if (workers is not None) + (scheduler is not None) + (threads is not None) > 1:
         raise ValueError("threads, workers and scheduler cannot be combined: give one of them.")

@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import FileFault
-from springpot.files import (
+from springpot.machine.faults import FileError
+from springpot.machine.files import (
     Damaged,
     checksum,
     make_room,
@@ -65,7 +65,7 @@ VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a term
 CHECKSUM = "crc32c"  # of the root's other metadata
 
 
-class StoreError(FileFault):
+class StoreError(FileError):
     """The store cannot be used; the message says why."""
 
 

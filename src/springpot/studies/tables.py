@@ -15,8 +15,8 @@ from pydantic import (
     model_validator,
 )
 
-from springpot.options import hints
-from springpot.system import System
+from springpot.problem.system import System
+from springpot.simulation.plan.options import hints
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
 

@@ -13,14 +13,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.faults import FileFault
-from springpot.options import own_seed
-from springpot.oscillator import Oscillator
-from springpot.parts import Recorded
+from springpot.machine.faults import FileError
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import RecordedExcitation
+from springpot.problem.system import System
+from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points, spread
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, problem_at
-from springpot.system import System
 
 __all__ = [
     "SLOTS",
@@ -144,7 +144,7 @@ def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     from its beginning.
     """
     given = monte_carlo.given()
-    if system is not None and system.of(Recorded):
+    if system is not None and system.of(RecordedExcitation):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
@@ -186,9 +186,9 @@ def _check(study: Study, points: Iterable[Point]) -> None:
     TypeError, ValueError
         One sentence.  A point without a stationary state is no error.
     """
-    from springpot.simulation.accuracy import checked_quantities
-    from springpot.simulation.settings import resolve
-    from springpot.theory import NoStationaryState
+    from springpot.simulation.error.reach import checked_quantities
+    from springpot.simulation.plan.settings import resolve
+    from springpot.theory import NoStationaryStateError
 
     if study.monte_carlo is None:
         return
@@ -201,15 +201,15 @@ def _check(study: Study, points: Iterable[Point]) -> None:
                 _check_countable(problem, study.quantities)
                 checked_quantities(problem, study.quantities)
             resolve(problem, **(explicit or {"start": "stationary"}))
-        except NoStationaryState:
+        except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
-            raise FileFault(f"at {study.where(point)}: {error}") from None
+            raise FileError(f"at {study.where(point)}: {error}") from None
 
 
 def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
     """Raise an error if impacts of a system are asked for that cannot be counted."""
-    from springpot.simulation.system_results import uncountable
+    from springpot.simulation.estimate.system_samples import uncountable
 
     impacts = [name for name in quantities if "impact_" in name]
     if isinstance(problem, System) and impacts and (reason := uncountable(problem)):
@@ -229,13 +229,13 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.run import run_as_given
-    from springpot.theory import NoStationaryState
+    from springpot.simulation.monte_carlo import run_as_given
+    from springpot.theory import NoStationaryStateError
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
         found = run_as_given(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
-    except NoStationaryState as nothing:
+    except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
     totals = {name: budget.total for name, budget in found.budgets.items()}
     return Answer(numbers_of_run((found.values, found.errors, totals), task.system), "", found.warnings)

@@ -1,0 +1,118 @@
+"""Shared by all compiled code of the simulation: compile flags, stack buffers, and casts.
+
+A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that
+no two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.ir as ir
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from springpot.simulation.kernel.numba_passes import WithoutMachineCode
+
+__all__ = [
+    "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
+    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no", "stack_array",
+    "typed", "u32", "u64", "yes",
+]  # fmt: skip
+
+LANES = 64  # paths of a block, advanced together
+GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
+MOST_MODES = 128
+MOST_FORCES = 8  # named ones, and taps
+MOST_STATES = 160  # numbers that forces keep for each path
+MOST_CONTACTS = 6
+MOST_EXTRAS = 10 + 5 * MOST_CONTACTS  # sums of the walls
+
+# without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
+FAST: dict[str, Any] = {
+    "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
+    "error_model": "numpy",
+}
+# arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
+UNCOUNTED: dict[str, Any] = {"_nrt": False, **FAST}
+# called from compiled code only: no wrapper for Python, which would take a quarter of the compile time; no closures,
+# comprehensions or tests for None in it (`springpot.simulation.kernel.numba_passes` leaves out what they need);
+# "forceinline" is said here too, else it is taken over from a caller that is copied in
+LINKED: dict[str, Any] = {
+    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False,
+    **UNCOUNTED,
+}  # fmt: skip
+INLINE: dict[str, Any] = {**LINKED, "forceinline": True}
+
+u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
+
+
+def stack_array(count: int) -> Any:
+    """Return ``array(like)``, for compiled code: ``count`` numbers of the type of ``like`` on the stack.
+
+    They are 64-byte aligned and not initialised.
+    """
+
+    @intrinsic
+    def array(typing_context, like):
+        def codegen(context, builder, signature, args):
+            with builder.goto_entry_block():
+                place = builder.alloca(ir.ArrayType(context.get_data_type(like), count))
+                place.align = 64
+            return builder.bitcast(place, context.get_data_type(like).as_pointer())
+
+        return types.CPointer(like)(like), codegen
+
+    return array
+
+
+@intrinsic
+def typed(typing_context, number, like):
+    """``number`` in the type of ``like``: one double in a sum would make doubles of all of it."""
+
+    def codegen(context, builder, signature, args):
+        return context.cast(builder, args[0], signature.args[0], like)
+
+    return like(number, like), codegen
+
+
+def _chosen(comparison: str) -> Any:
+    @intrinsic
+    def choose(typing_context, one, other):
+        kind = typing_context.unify_types(one, other)
+
+        def codegen(context, builder, signature, args):
+            return builder.select(builder.fcmp_ordered(comparison, args[1], args[0]), args[1], args[0])
+
+        return (kind(kind, kind), codegen) if isinstance(kind, types.Float) else None
+
+    return choose
+
+
+# as `min` and `max` of two floats, of which Numba would compile a function with machine code of its own for every type
+lesser, greater = _chosen("<"), _chosen(">")
+
+
+@intrinsic
+def yes(typing_context):
+    """True, but not as a type of its own: code that is told so is typed once and specialised when it is optimized."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, True)
+
+
+@intrinsic
+def no(typing_context):
+    """False, as ``yes``."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, False)
+
+
+@intrinsic
+def bits_of(typing_context, x):
+    """The bits of a float32 as an int32."""
+    return types.int32(types.float32), lambda c, builder, s, args: builder.bitcast(args[0], ir.IntType(32))
+
+
+@intrinsic
+def float_of(typing_context, x):
+    """The float32 with the bits of an int32."""
+    return types.float32(types.int32), lambda c, builder, s, args: builder.bitcast(args[0], ir.FloatType())
