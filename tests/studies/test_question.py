@@ -130,7 +130,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     (
         MONTE_CARLO | {"monte_carlo": {}},
-        "monte_carlo: say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration.",
+        "monte_carlo: say how: rtol = 0.02, or settings such as paths and duration.",
     ),
     (
         MONTE_CARLO | {"monte_carlo": {"rtol": 0.1, "paths": 5}},

@@ -109,12 +109,12 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     given = {} if study.monte_carlo is None else study.monte_carlo.given()
 
     def known(column: str) -> bool:
+        if not column.endswith("_error"):
+            return True
         name = bare(column)
-        if column.endswith("_error"):
-            return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
-        return "path_times" not in given or name in MOMENTS
+        return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
 
-    return tuple(column for column in columns_of(method, study.system) if method != "monte_carlo" or known(column))
+    return tuple(column for column in columns_of(method, study.system) if known(column))
 
 
 def _variables(

@@ -145,8 +145,6 @@ class Study(Strict):
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
         if "fixed" in self.model_fields_set:
             raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
-        if self.monte_carlo is not None and self.monte_carlo.path_times is not None:
-            raise ValueError("monte_carlo.path_times is for oscillators: give rtol, or settings such as paths")
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:

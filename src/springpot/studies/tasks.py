@@ -153,7 +153,7 @@ def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     if system is not None and system.of(RecordedExcitation):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
-    if "rtol" in given or "path_times" in given or given_state or given.get("derivative", "caputo") != "caputo":
+    if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
         return given
     return {**given, "start": "stationary"}
 
@@ -192,7 +192,7 @@ def check_some(study: Study, most: int) -> int:
     if study.monte_carlo is None:
         return len(chosen)
     given = _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
+    explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in map(study.point, chosen):
         try:
             problem = study.problem(point)
@@ -229,23 +229,13 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.error.scaled import stationary
     from springpot.simulation.monte_carlo import run_as_given
     from springpot.theory import NoStationaryStateError
 
-    problem = task.problem
-    totals: dict[str, float] = {}
-    warnings: tuple[str, ...] = ()
+    more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        if "path_times" in task.settings and isinstance(problem, Oscillator):
-            path_times = task.settings["path_times"]
-            scaled = stationary(problem, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
-            values, errors = scaled.values, scaled.errors
-        else:
-            more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-            result = run_as_given(problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
-            values, errors, warnings = result.values, result.errors, result.warnings
-            totals = {name: budget.total for name, budget in result.budgets.items()}
+        found = run_as_given(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
-    return Answer(numbers_of_run((values, errors, totals), task.system), "", warnings)
+    totals = {name: budget.total for name, budget in found.budgets.items()}
+    return Answer(numbers_of_run((found.values, found.errors, totals), task.system), "", found.warnings)
