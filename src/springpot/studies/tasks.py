@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.faults import FileError
 from springpot.problem.oscillator import Oscillator
@@ -21,6 +21,9 @@ from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, problem_at
+
+if TYPE_CHECKING:
+    from springpot.simulation.plan.motion import Motion
 
 __all__ = [
     "SENTENCES",
@@ -183,8 +186,10 @@ def check_some(study: Study, most: int) -> int:
     TypeError, ValueError
         One sentence.  A point without a stationary state is no error.
     """
+    from springpot.problem.oscillator import as_system
     from springpot.simulation.error.reach import checked_quantities
-    from springpot.simulation.plan.settings import resolve
+    from springpot.simulation.plan.motion import motion_of
+    from springpot.simulation.plan.plan import plan_of
     from springpot.theory import NoStationaryStateError
 
     how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
@@ -197,9 +202,10 @@ def check_some(study: Study, most: int) -> int:
         try:
             problem = study.problem(point)
             if "rtol" in given:
-                _check_countable(problem, study.quantities)
-                checked_quantities(problem, study.quantities)
-            resolve(problem, **(explicit or {"start": "stationary"}))
+                motion = motion_of(as_system(problem))
+                _check_countable(motion, study.quantities)
+                checked_quantities(motion, study.quantities)
+            plan_of(problem, **(explicit or {"start": "stationary"}))
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
@@ -207,13 +213,11 @@ def check_some(study: Study, most: int) -> int:
     return len(chosen)
 
 
-def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
-    """Raise an error if impacts of a system are asked for that cannot be counted."""
-    from springpot.simulation.estimate.system_samples import uncountable
-
+def _check_countable(motion: Motion, quantities: Iterable[str]) -> None:
+    """Raise an error if impacts are asked for that cannot be counted."""
     impacts = [name for name in quantities if "impact_" in name]
-    if isinstance(problem, System) and impacts and (reason := uncountable(problem)):
-        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
+    if impacts and motion.uncountable:
+        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {motion.uncountable}.")
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
@@ -229,12 +233,12 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.monte_carlo import run_as_given
+    from springpot.simulation.monte_carlo import run
     from springpot.theory import NoStationaryStateError
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        found = run_as_given(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+        found = run(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
     totals = {name: budget.total for name, budget in found.budgets.items()}

@@ -173,8 +173,8 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
         slowest = min(pot.order for pot in motion.springpots)
         yield (
             f"the memory still acts of the start: its mean force is {per_cent(force / size)} of the springs' (0 in "
-            f"the stationary state) and decays only like t^-{slowest:.2g}, so mean displacement and impact rate are not "
-            "yet stationary (energies are barely affected). Use start='stationary' for them."
+            f"the stationary state) and decays only like t^-{slowest:.2g}, so mean displacement and impact rate are "
+            "not yet stationary (energies are barely affected). Use start='stationary' for them."
         )
 
 
