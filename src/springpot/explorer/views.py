@@ -12,7 +12,7 @@ from springpot.explorer.question import Opened, paper_of
 from springpot.explorer.sliders import Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import units_of_system
+from springpot.problem.quantities import UNITS, units_of_system
 from springpot.problem.system import System
 
 __all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
