@@ -26,24 +26,29 @@ from typing import Any
 
 import llvmlite
 import numba
-from numba.core import caching
-from numba.core.ccallback import CFunc
-from numba.core.compiler import CompileResult
-from numba.core.runtime import rtsys
-from numba.core.serialize import dumps
-from numba.core.sigutils import normalize_signature
 from platformdirs import user_cache_dir
 
 from springpot.files import write
-from springpot.simulation.lanes import FAST
+from springpot.simulation.lanes import FAST, QUICK
 from springpot.trusted import UntrustedFolder, make_folder, read, reason_against, say_unused
+
+try:  # private names of Numba: where one is missing nothing is cached
+    from numba.core.caching import FunctionCache
+    from numba.core.ccallback import CFunc
+    from numba.core.compiler import CompileResult
+    from numba.core.runtime import rtsys
+    from numba.core.serialize import dumps
+    from numba.core.sigutils import normalize_signature
+except ImportError:
+    FunctionCache = None
 
 __all__ = ["cached", "callback", "find_folder"]
 
 _SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))
-_COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version}"
+_COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version} {QUICK}"
 _DIGEST = hashlib.sha256(_SOURCES + _COMPILER.encode()).hexdigest()
 _LARGEST = 64 << 20  # bytes of a file; kernels take less than one MiB
+_IF_UNTESTED = () if QUICK else (Exception,)  # what another Numba may raise costs a compilation, no more
 _HERE = __name__.rpartition(".")[0]
 
 
@@ -82,7 +87,7 @@ class _Files:
             write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content, private=True)
 
 
-class _Cache(caching.FunctionCache):  # type: ignore[misc]
+class _Cache(FunctionCache or object):  # type: ignore[misc]
     """Numba's cache of a function, in a folder and files of ours; ``reason`` says why they are not used, if so."""
 
     def __init__(self, function: Any) -> None:
@@ -112,15 +117,15 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
                 f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
             )
         elif not _from_elsewhere(sig):
-            rtsys.initialize(target_context)  # what unpacks the arrays
-            data = self._cache_file.load(self._key(sig, target_context.codegen()))
-            return data and CompileResult._rebuild(target_context, *data)
+            with contextlib.suppress(*_IF_UNTESTED):
+                rtsys.initialize(target_context)  # what unpacks the arrays
+                data = self._cache_file.load(self._key(sig, target_context.codegen()))
+                return data and CompileResult._rebuild(target_context, *data)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        kept = not (self.reason or _from_elsewhere(sig) or data.library.has_dynamic_globals or data.lifted)
-        if kept:
-            with contextlib.suppress(OSError):  # a full or failing disk costs the next process a compilation, no more
+        with contextlib.suppress(OSError, *_IF_UNTESTED):  # a full disk costs the next process a compilation, no more
+            if not (self.reason or _from_elsewhere(sig) or data.library.has_dynamic_globals or data.lifted):
                 self._cache_file.save(self._key(sig, data.codegen), data._reduce())
 
     def _key(self, sig: Any, codegen: Any) -> Any:
@@ -129,7 +134,8 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
 
 def cached(dispatcher: Any) -> Any:
     """Give a Numba dispatcher the disk cache, if there is a folder for it, and return it."""
-    dispatcher._cache = _Cache(dispatcher.py_func)
+    if FunctionCache:
+        dispatcher._cache = _Cache(dispatcher.py_func)
     return dispatcher
 
 
@@ -140,6 +146,8 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Any]:
     """
 
     def compiled(function: Callable[..., None]) -> Any:
+        if not FunctionCache:
+            return numba.cfunc(signature, **FAST)(function)
         made: Any = CFunc(function, normalize_signature(signature), {}, dict(FAST))
         made._cache = _Cache(function)
         made.compile()
@@ -150,4 +158,6 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Any]:
 
 def find_folder(dispatcher: Any) -> tuple[str | None, str | None]:
     """The folder in which a dispatcher's compiled code is kept, or None and the reason why there is none."""
+    if not FunctionCache:
+        return None, f"springpot does not know Numba {numba.__version__}"
     return dispatcher._cache.cache_path, dispatcher._cache.reason
