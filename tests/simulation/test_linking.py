@@ -17,7 +17,7 @@ ANOTHER_VERSION = "import numba; numba.__version__ = '99.0.0'"
 NO_PASS = "from numba.core import typed_passes; del typed_passes.NopythonRewrites"
 NO_LIBRARY = "from numba.core import codegen; del codegen.JITCodeLibrary"
 NO_INLINING = "import numba; numba.__version__ = '99.0.0'; del numba.core.cpu.CPUTargetOptions.forceinline"
-NO_CACHE = "import numba; numba.__version__ = '99.0.0'; del numba.core.caching.FunctionCache"
+NO_CACHE = "import numba; numba.__version__ = '99.0.0'; del numba.core.serialize.dumps"
 OTHER_CACHE = "import numba; numba.__version__ = '99.0.0'; del numba.core.caching.Cache._index_key"
 
 RUN = """
@@ -28,7 +28,8 @@ from springpot.simulation.cache import find_folder
 from springpot.simulation.kernel import block
 assert not lanes.QUICK
 run = sp.run(sp.Oscillator(**{barrier}), paths=64, duration=30.0, seed=5, memory_tolerance={tolerance}, {more})
-print(json.dumps([repr(dict(run.values)), run.to_dict(), sum(block.stats.cache_hits.values()), find_folder(block)]))
+hits = sum(block.stats.cache_hits.values())
+print(json.dumps([{{name: repr(value) for name, value in run.values.items()}}, hits, find_folder(block)]))
 """
 
 COUNTED = "distributions=True"  # by functions that the kernel calls
@@ -41,7 +42,7 @@ COUNTED = "distributions=True"  # by functions that the kernel calls
         validation(ANOTHER_VERSION, "{}", 1e-6, COUNTED, True, 1e-5),
         validation(NO_PASS, "{'barrier': None}", 1e-9, "", True, 1e-9),
         validation(NO_LIBRARY, "{'barrier': None}", 1e-9, "", True, 1e-9),
-        validation(NO_INLINING, "{'barrier': None}", 1e-9, "", True, 1e-9),
+        validation(NO_INLINING, "{'barrier': None}", 1e-9, "", False, 1e-9),
         validation(NO_CACHE, "{'barrier': None}", 1e-9, COUNTED, False, 1e-9),
         validation(OTHER_CACHE, "{'barrier': None}", 1e-9, COUNTED, False, 1e-9),
     ],
@@ -59,13 +60,13 @@ def test_an_unknown_numba(
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         found.append(json.loads(done.stdout))
-    assert [hits for _, _, hits, _ in found] == [0, int(kept)]
-    assert found[0][0] == found[1][0]
-    if pretended == NO_CACHE:
-        assert found[0][3] == [None, "springpot does not know Numba 99.0.0"]
+    assert [hits for _, hits, _ in found] == [0, int(kept)]
+    assert found[0][0].items() ^ found[1][0].items() == set()
+    if pretended in (NO_INLINING, NO_CACHE):
+        assert found[0][2] == [None, "springpot does not know Numba 99.0.0"]
     usual = sp.run(
         sp.Oscillator(**eval(barrier)), paths=64, duration=30.0, seed=5, memory_tolerance=tolerance,
         **eval(f"dict({more})"),
-    ).to_dict()  # fmt: skip
+    ).values  # fmt: skip
     for name in ("x_mean_square", "v_mean_square", "springpot_power"):
-        assert found[0][1][name] == pytest.approx(usual[name], rel=agree)
+        assert float(found[0][0][name]) == pytest.approx(usual[name], rel=agree)

@@ -29,10 +29,12 @@ import numba
 from platformdirs import user_cache_dir
 
 from springpot.files import write
-from springpot.simulation.lanes import FAST, QUICK
+from springpot.simulation.lanes import FAST, INLINE, QUICK
 from springpot.trusted import UntrustedFolder, make_folder, read, reason_against, say_unused
 
 try:  # private names of Numba: where one is missing nothing is cached
+    if "forceinline" not in INLINE:  # code from the disk could differ by rounding
+        raise ImportError
     from numba.core.caching import FunctionCache
     from numba.core.ccallback import CFunc
     from numba.core.compiler import CompileResult

@@ -43,10 +43,10 @@ if QUICK:
         from springpot.simulation.linking import OfUser, OptimisedOnce, WithoutMachineCode
     except ImportError:
         QUICK = False
-# of what Python calls; of what only compiled code calls; the same copied into its callers; the same of a user.  Where
-# all is copied in, code from the disk cache, which has no other callees than those copied in, has the same bits
+# of what Python calls; of what only compiled code calls; the same copied into its callers; the same of a user
 ENTRY: dict[str, Any] = {"nogil": True, **FAST}
 LINKED = INLINE = OF_USER = FAST
+# all is copied in: else the kernel calls other machine code when it comes from the disk than when it was just compiled
 with contextlib.suppress(ImportError):
     from numba.core.cpu import CPUTargetOptions
 

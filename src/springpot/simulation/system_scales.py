@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,7 +180,7 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
     return _root(lambda x: potential.energy(x) - energy, places[first - 1], places[first])
 
 
-def _root(function: Callable[[float], float | FloatArray], low: float, high: float) -> float:
+def _root(function: Callable[[float], Any], low: float, high: float) -> float:
     from scipy import optimize  # slow to import
 
     return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14))
