@@ -16,7 +16,7 @@ from tests.sizes import validation
 ANOTHER_VERSION = "import numba; numba.__version__ = '99.0.0'"
 NO_PASS = "from numba.core import typed_passes; del typed_passes.NopythonRewrites"
 NO_LIBRARY = "from numba.core import codegen; del codegen.JITCodeLibrary"
-NO_INLINING = "import numba; numba.__version__ = '99.0.0'; del numba.core.options.DefaultOptions.forceinline"
+NO_INLINING = "import numba; numba.__version__ = '99.0.0'; del numba.core.cpu._options_mixin.forceinline"
 NO_CACHE = "import numba; numba.__version__ = '99.0.0'; del numba.core.runtime.rtsys"
 OTHER_CACHE = "import numba; numba.__version__ = '99.0.0'; del numba.core.caching.Cache._index_key"
 
