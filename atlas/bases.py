@@ -23,9 +23,9 @@ import numpy.typing as npt
 from scipy import interpolate, optimize, special
 
 from springpot import Barrier, Oscillator, Springpot
-from springpot.atlases.lookup import crowding
+from springpot.evidence.atlases.lookup import crowding
 from springpot.theory import envelope, exact, fokker_planck
-from springpot.theory.result import MOMENTS, NotCovered, Result
+from springpot.theory.result import MOMENTS, NotCoveredError, Result
 
 Moments = dict[str, float]
 Floats = npt.NDArray[np.float64]
@@ -149,14 +149,14 @@ def _relative(point: tuple[float, float, float]) -> list[float]:
     lossy = Oscillator(springpot=Springpot(1.0, asked), barrier=Barrier(wall, restitution))
     try:
         result: Result = fokker_planck(lossy)
-    except NotCovered:  # a strong preload with light damping: many bounces, of little loss each
+    except NotCoveredError:  # a strong preload with light damping: many bounces, of little loss each
         result = envelope(lossy)
     found = {name: getattr(result, name) for name in MOMENTS}
     reference = behind_an_elastic_wall(Equivalent(1.0, asked, 0.0), wall)
     logs = _logs(found, reference, wall)
     if damping < LIGHTEST:  # what less damping changes, from the diffusion of energy: impacts do nearly all of it
         light = wall * math.sqrt(asked / damping)
-        with contextlib.suppress(NotCovered):  # a wall far off at light damping: no oscillator of the atlas
+        with contextlib.suppress(NotCoveredError):  # a wall far off at light damping: no oscillator of the atlas
             changes = [_by_diffusion(c, b, restitution) for c, b in ((damping, light), (asked, wall))]
             logs = [log + new - old for log, new, old in zip(logs, *changes, strict=True)]
     return logs

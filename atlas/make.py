@@ -23,7 +23,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from springpot import Barrier, Oscillator, Springpot
-from springpot.atlases.lookup import (
+from springpot.evidence.atlases.lookup import (
     COEFFICIENTS,
     LOSSY,
     ORDERS,
@@ -37,7 +37,7 @@ from springpot.atlases.lookup import (
 from springpot.studies.question import read_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import columns_of, tasks
-from springpot.theory import NotCovered, fokker_planck
+from springpot.theory import NotCoveredError, fokker_planck
 from springpot.theory.result import MOMENTS
 
 HERE = Path(__file__).parent
@@ -80,7 +80,7 @@ def order_one(points: Iterable[tuple[float, float, float]], third: str) -> Known
     """Answers of the Fokker-Planck equation at (c, wall, restitution), where it has them."""
     found = {}
     for c, wall, restitution in points:
-        with contextlib.suppress(NotCovered):
+        with contextlib.suppress(NotCoveredError):
             result = fokker_planck(Oscillator(springpot=Springpot(1.0, c), barrier=Barrier(wall, restitution)))
             moments = {name: getattr(result, name) for name in MOMENTS}
             found[1.0, c, wall if third == "position" else restitution] = exactly(moments)

@@ -24,8 +24,8 @@ from benchmarks.peers import compiled_diffrax, mirrored_chain, numpy_and_numba, 
 from benchmarks.plain import plain_of
 from springpot import Oscillator, Springpot
 from springpot.simulation import run
-from springpot.simulation.lanes import LANES
-from springpot.simulation.random import key_words
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.random import key_words
 from springpot.theory import exact
 
 __all__ = [

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, RTOL, TARGETS, section_of
 from benchmarks.measure import Row
-from springpot.figures.style import COLOURS, save
+from springpot.figures.style import COLORS, save
 
 __all__ = ["ABOUT_MEASURED", "draw_times", "lead"]
 
@@ -35,7 +35,7 @@ which starts from the stationary mean, by START. No step cures this: the error s
 methods is that of step and sampling alone.
 """
 
-_STYLE = {  # colour and marker: distinct without colour too
+_STYLE = {  # color and marker: distinct without color too
     OURS: ("blue", "o"), RTOL: ("sky", "s"), "plain kernel": ("vermilion", "^"),
     "NumPy normals, Numba step": ("orange", "D"), "NumPy": ("green", "v"), "diffrax": ("purple", "P"),
     "NumPy, whole past": ("black", "X"),
@@ -128,14 +128,14 @@ def _panel(
     axes: Axes, times: dict[tuple[str, str], Row], order: float, word: str, methods: Sequence[str], *, names: bool
 ) -> None:
     for place, method in enumerate(methods):
-        colour, marker = _STYLE[method]
+        color, marker = _STYLE[method]
         found = [times.get((section_of(order, word, target), method)) for target in TARGETS]
         values = [row.value if row else None for row in found]
         known = [value for value in values if value is not None]
-        axes.plot(known, [place] * len(known), color=COLOURS[colour], linewidth=1.0, alpha=0.6)
+        axes.plot(known, [place] * len(known), color=COLORS[color], linewidth=1.0, alpha=0.6)
         for value, fill in zip(values, ("full", "none"), strict=True):
             if value is not None:
-                axes.plot(value, place, marker, color=COLOURS[colour], fillstyle=fill, markersize=7)
+                axes.plot(value, place, marker, color=COLORS[color], fillstyle=fill, markersize=7)
         words = " to 0.2 %: not reached" if known and values[-1] is None else "not reached"
         if values[-1] is None and (found[-1] is None or not found[-1].note.startswith("skipped")):
             x, up = (known[0], 8) if known else (0.5, 0)

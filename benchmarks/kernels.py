@@ -13,16 +13,16 @@ from numba import njit
 from benchmarks.measure import Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator
-from springpot.simulation import compose
-from springpot.simulation.kernel import COLUMNS, Memory, _remember, block
-from springpot.simulation.lanes import GROUP, LANES, f32, stack_array
-from springpot.simulation.linking import OptimisedOnce
-from springpot.simulation.observers import NO_OBSERVERS
-from springpot.simulation.parts import Forcing
-from springpot.simulation.random import draw, key_words
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.steps import State, Struck, Sums, sweep_lanes
+from springpot.simulation.kernel.block import COLUMNS, Memory, _remember, block
+from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array
+from springpot.simulation.kernel.numba_passes import OptimizedOnce
+from springpot.simulation.kernel.questions import Forcing
+from springpot.simulation.kernel.random import draw, key_words
+from springpot.simulation.kernel.steps import State, Struck, Sums, sweep_lanes
+from springpot.simulation.kernel.watching import NO_OBSERVERS
+from springpot.simulation.lowering import compose
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
@@ -50,7 +50,7 @@ class Parts(NamedTuple):
 # --- the peak -----------------------------------------------------------------------------------------------------
 
 
-@njit(fastmath={"contract"}, error_model="numpy", pipeline_class=OptimisedOnce)
+@njit(fastmath={"contract"}, error_model="numpy", pipeline_class=OptimizedOnce)
 def _multiply_add(a, b, repeats):
     """``repeats`` * LANES * _CHAINS * _ROUNDS multiply-adds."""
     z = _chains(a)

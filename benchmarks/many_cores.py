@@ -21,10 +21,10 @@ import numpy.typing as npt
 from benchmarks.cores import Cores, Costs, Work, bounds, simulated
 from benchmarks.measure import Row, best_cpu, best_wall, load, machine
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.crew import work_together
-from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Simulation, simulation_of
+from springpot.machine.crew import work_together
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.plan.settings import resolve
 from springpot.studies import Study, read_study, run_study
 from springpot.studies.tasks import compute, tasks
 

@@ -15,7 +15,7 @@ import numpy as np
 from llvmlite.binding import get_host_cpu_name
 from numba.core.config import CPU_NAME
 
-from springpot.processors import threads_available
+from springpot.machine.processors import threads_available
 
 __all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
 

@@ -11,15 +11,15 @@ from numba import njit
 
 from springpot import Oscillator
 from springpot.memory import direct, exponential_sum
-from springpot.simulation.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
-from springpot.simulation.linking import OptimisedOnce
-from springpot.simulation.random import draw
+from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.kernel.numba_passes import OptimizedOnce
+from springpot.simulation.kernel.random import draw
 
 __all__ = ["COMPILED", "MODES", "STEP", "Plain", "plain_of"]
 
 MODES = 32  # the most that it holds
 STEP = 1e-3  # the paper's
-COMPILED: dict[str, Any] = {"nogil": True, "pipeline_class": OptimisedOnce, **FAST}  # as springpot's kernel
+COMPILED: dict[str, Any] = {"nogil": True, "pipeline_class": OptimizedOnce, **FAST}  # as springpot's kernel
 
 _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
@@ -111,7 +111,7 @@ def plain_of(
     if order < 1.0:
         past = exponential_sum("grunwald", order, steps + 1, 1e-6)
         rates, weights = past.rates, scale * past.weights * np.exp(-past.rates)
-    lacking = (-rates.size % 4 if modes is None else modes - rates.size)  # it takes four at once
+    lacking = -rates.size % 4 if modes is None else modes - rates.size  # it takes four at once
     return Plain(
         np.pad(np.exp(-rates), (0, lacking)).astype(precision), np.pad(weights, (0, lacking)).astype(precision),
         np.dtype(precision).type(scale * direct("grunwald", order, 1)[0]), step, oscillator.natural_frequency**2,

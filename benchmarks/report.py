@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from benchmarks.equal_error import is_time
 from benchmarks.equal_error_report import ABOUT_MEASURED, lead
 from benchmarks.measure import Row
-from springpot.figures.style import COLOURS, save
+from springpot.figures.style import COLORS, save
 
 __all__ = ["draw", "joined", "page", "read", "text", "write"]
 
@@ -246,9 +246,9 @@ def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
     ]  # fmt: skip
     others.sort(key=lambda row: row.ratio or 0.0)
     ratios = [row.ratio or 0.0 for row in others]
-    colours = [COLOURS["blue"] if ratio >= 1.0 else COLOURS["vermilion"] for ratio in ratios]
+    colors = [COLORS["blue"] if ratio >= 1.0 else COLORS["vermilion"] for ratio in ratios]
     places = range(len(others))
-    axes.barh(places, [ratio - 1.0 for ratio in ratios], left=1.0, color=colours, height=0.7)
+    axes.barh(places, [ratio - 1.0 for ratio in ratios], left=1.0, color=colors, height=0.7)
     axes.set_xscale("log")
     axes.set_yticks(list(places), [_shown(row) for row in others], fontsize=6.5)
     axes.set_xlim(min(0.05, *ratios) / 3.0 if ratios else 0.1, 10.0 * max(10.0, *ratios) if ratios else 10.0)
@@ -259,22 +259,22 @@ def _ratios(axes: Axes, rows: Sequence[Row]) -> None:
             textcoords="offset points", ha="right" if left else "left", va="center", fontsize=7,
         )  # fmt: skip
     axes.tick_params(axis="x", labelsize=8)
-    axes.axvline(1.0, color=COLOURS["black"], linewidth=0.8)
+    axes.axvline(1.0, color=COLORS["black"], linewidth=0.8)
     axes.set_xlabel("time, over springpot's for the same work or error (right of 1: springpot is faster)", fontsize=8)
     axes.spines[["top", "right"]].set_visible(False)
 
 
 def _division(axes: Axes, rows: Sequence[Row]) -> None:
-    colours = [COLOURS[name] for name in ("sky", "orange", "green", "purple")]
+    colors = [COLORS[name] for name in ("sky", "orange", "green", "purple")]
     sections = sorted({row.section for row in rows if row.section.startswith("one core")})
     for place, section in enumerate(sections):
         left = 0.0
         axes.tick_params(labelsize=8)
         parts = [row for row in rows if row.section == section and row.case.startswith("of it ")]
-        for row, colour in zip(parts, colours, strict=True):
+        for row, color in zip(parts, colors, strict=True):
             width = max(row.value or 0.0, 0.0)
             label = row.case.removeprefix("of it ") if place == 0 else None
-            axes.barh(place, width, left=left, color=colour, height=0.6, label=label)
+            axes.barh(place, width, left=left, color=color, height=0.6, label=label)
             if width > 0.1:
                 axes.text(left + width / 2, place, f"{width:.2f}", ha="center", va="center", fontsize=7)
             left += width

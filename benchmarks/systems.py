@@ -8,7 +8,7 @@ from dataclasses import replace
 from benchmarks.measure import Row, cpu_by_turns
 from springpot import (
     Barrier,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
     Oscillator,
     PolynomialSpring,
@@ -18,20 +18,20 @@ from springpot import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Simulation, simulation_of
+from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.plan.settings import resolve
 
 __all__ = ["systems"]
 
 _BASE = (Spring(1.0), Springpot(0.5, 0.5))
 _LOW, _HIGH, _WHITE = Barrier(-0.5, 0.9), Barrier(1.5, 0.9, "below"), WhiteNoise(1.0)
-_CUBIC, _COLOURED = PolynomialSpring((0.0, 0.0, 0.2)), ColouredNoise(1.0, 0.5)
+_CUBIC, _COLORED = PolynomialSpring((0.0, 0.0, 0.2)), ColoredNoise(1.0, 0.5)
 _PROBLEMS: dict[str, Oscillator | System] = {
     "oscillator with a wall": Oscillator(1.0, Springpot(0.5, 0.5), _LOW, _WHITE),
     "and a cubic spring": System(*_BASE, _LOW, _WHITE, _CUBIC),
     "and a second wall": System(*_BASE, _LOW, _HIGH, _WHITE),
-    "and coloured noise": System(*_BASE, _LOW, _WHITE, _COLOURED),
-    "and all three": System(*_BASE, _LOW, _HIGH, _WHITE, _CUBIC, _COLOURED),
+    "and colored noise": System(*_BASE, _LOW, _WHITE, _COLORED),
+    "and all three": System(*_BASE, _LOW, _HIGH, _WHITE, _CUBIC, _COLORED),
     "a Hertz contact instead of the wall, touched 1 % of the time": System(*_BASE, Contact(-0.5, 3e4), _WHITE),
     "thermal noise instead of white, elastic wall": System(*_BASE, Barrier(-0.5), ThermalNoise(1.0)),
 }

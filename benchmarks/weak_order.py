@@ -23,12 +23,12 @@ from matplotlib.figure import Figure
 from scipy import optimize
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.figures.style import COLOURS, save
-from springpot.processors import threads_available
-from springpot.simulation.adapted import adapt
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.statistics import standard_error
+from springpot.figures.style import COLORS, save
+from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]
 
@@ -296,30 +296,30 @@ def _panel(panel: Axes, case: str, changes: Sequence[Change], fits: dict[tuple[s
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
     panel.tick_params(labelsize=8)
-    for number, (name, (_, colour, mark)) in enumerate(QUANTITIES.items()):
+    for number, (name, (_, color, mark)) in enumerate(QUANTITIES.items()):
         shift = 1.05 ** (number - 2.5)  # so that marks do not hide each other
         for one in (c for c in changes if c.quantity == name):
             x, size = one.step * shift, abs(one.change)
             if size > SEEN * one.error:
                 panel.errorbar(
-                    x, size, [[min(one.error, 0.9 * size)], [one.error]], fmt=mark, color=COLOURS[colour],
+                    x, size, [[min(one.error, 0.9 * size)], [one.error]], fmt=mark, color=COLORS[color],
                     markersize=5, elinewidth=1,
                 )  # fmt: skip
             else:  # the upper end of the interval
-                panel.plot(x, size + SEEN * one.error, marker=r"$\downarrow$", color=COLOURS[colour], markersize=7)
+                panel.plot(x, size + SEEN * one.error, marker=r"$\downarrow$", color=COLORS[color], markersize=7)
         fit = fits.get((case, name))
         if fit is not None and math.isfinite(fit.order):
             steps = np.array([min(c.step for c in changes), FITTED])
-            panel.plot(shift * steps, abs(fit.factor) * steps**fit.order, color=COLOURS[colour], linewidth=1)
+            panel.plot(shift * steps, abs(fit.factor) * steps**fit.order, color=COLORS[color], linewidth=1)
     guide = np.array([0.22, 0.5])
-    panel.plot(guide, 3e-5 * (guide / guide[0]) ** 2, "--", color=COLOURS["black"], linewidth=1)
+    panel.plot(guide, 3e-5 * (guide / guide[0]) ** 2, "--", color=COLORS["black"], linewidth=1)
     panel.annotate("order 2", (guide[0], 3e-5), (-42, -3), textcoords="offset points", fontsize=8)
 
 
 def _legend(panel: Axes) -> None:
     panel.axis("off")
-    for label, colour, mark in QUANTITIES.values():
-        panel.plot([], [], mark, color=COLOURS[colour], label=label)
+    for label, color, mark in QUANTITIES.values():
+        panel.plot([], [], mark, color=COLORS[color], label=label)
     panel.plot([], [], marker=r"$\downarrow$", linestyle="", color="0.4", label="not seen: size + 2 standard errors")
     panel.plot([], [], "-", color="0.4", label="fit of $a h^p$ to h up to 0.2 s")
     panel.legend(loc="center", frameon=False, fontsize=9, title="bars: one standard error", title_fontsize=9)

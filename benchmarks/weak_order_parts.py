@@ -15,11 +15,11 @@ from pathlib import Path
 
 import springpot as sp
 from benchmarks.weak_order import Change, read, text, write
-from springpot.processors import threads_available
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.statistics import standard_error
-from springpot.simulation.system_scales import scales_of_problem
+from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.system_scales import scales_of_problem
 
 __all__ = ["CASES", "Case", "change", "measure"]
 
@@ -68,10 +68,10 @@ CASES = (
     Case("van der Pol", sp.System(*_BASE, sp.VanDerPol(0.5), _WHITE)),
     Case("friction (not smooth)", sp.System(*_BASE, sp.Friction(0.3), _WHITE)),
     Case("Maxwell", sp.System(*_BASE, sp.Maxwell(1.0, 1.0), _WHITE)),
-    Case("series", sp.System(_BASE[0], sp.Dashpot(0.5), sp.Series(_BASE[1], sp.Spring(1.0)), _WHITE)),
-    Case("circuit", sp.System(*_BASE, sp.Circuit(0.7, 1.0, 1.0), _WHITE)),
-    Case("coloured noise", sp.System(*_BASE, sp.ColouredNoise(1.0, 0.5))),
-    Case("filtered noise", sp.System(*_BASE, sp.FilteredNoise(2.0, 0.3, 1.0))),
+    Case("series", sp.System(_BASE[0], sp.Dashpot(0.5), sp.FractionalMaxwell(_BASE[1], sp.Spring(1.0)), _WHITE)),
+    Case("circuit", sp.System(*_BASE, sp.PiezoelectricCircuit(0.7, 1.0, 1.0), _WHITE)),
+    Case("colored noise", sp.System(*_BASE, sp.ColoredNoise(1.0, 0.5))),
+    Case("filtered noise", sp.System(*_BASE, sp.KanaiTajimiNoise(2.0, 0.3, 1.0))),
     Case("harmonic", sp.System(*_BASE, sp.Harmonic(1.0, 1.3), _WHITE)),
     Case("Poisson impulses", sp.System(*_BASE, sp.PoissonImpulses(2.0, 0.5))),
     Case("parametric noise", sp.System(*_BASE, sp.ParametricNoise(0.1), _WHITE)),

@@ -13,9 +13,9 @@ from functools import partial
 from benchmarks.kernels import MODES, block_cpu, parts_of
 from benchmarks.measure import Row, best_wall, exponent
 from springpot import Barrier, Oscillator, Springpot
-from springpot.processors import threads_available
+from springpot.machine.processors import threads_available
 from springpot.simulation import Run, run
-from springpot.simulation.lanes import LANES
+from springpot.simulation.kernel.lanes import LANES
 from springpot.theory import Result, averaging, closure, envelope, exact, fokker_planck
 
 __all__ = ["asked_error", "cost_of_length", "start_up", "theory"]

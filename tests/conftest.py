@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from springpot.one_thread import ONE_THREAD
+from springpot.machine.one_thread import ONE_THREAD
 
 # NumPy reads them when it is loaded, which none of the plugins named in pyproject.toml does
 for name, number in ONE_THREAD.items():

@@ -18,7 +18,7 @@ FEW = sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
 KINDS = (
     # the longest first
     (of_many_kinds(*FEW), "default", SINGLE),
-    (sp.System(*FEW, NEARLY_LINEAR, *AWAY, sp.ColouredNoise(1.0, 0.5)), "default", SINGLE),
+    (sp.System(*FEW, NEARLY_LINEAR, *AWAY, sp.ColoredNoise(1.0, 0.5)), "default", SINGLE),
     (sp.System(*FEW, NEARLY_LINEAR, *AWAY), "default", SINGLE),
     (sp.Oscillator(), "default", SINGLE), (sp.Oscillator(), "default", DOUBLE),
     (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),

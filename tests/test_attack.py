@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation import saved
-from springpot.simulation.loaded import _unpacked
+from springpot.simulation.result import save as saved
+from springpot.simulation.result.load import _unpacked
 from tests.sizes import validation
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are those of Unix")

@@ -18,7 +18,7 @@ import pytest
 import springpot as sp
 from springpot.explorer.question import Opened
 from springpot.explorer.views import opened_script
-from springpot.faults import FileFault
+from springpot.machine.faults import FileError
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import Tab, tab
 from tests.sizes import validation
@@ -38,7 +38,7 @@ kind = "springpot"
 order = { free = "order", start = 0.3, low = 0.02, high = 0.98 }
 coefficient = { free = "C", start = 150.0, low = 1.0, high = 1e4, times = 4.0, plus = 0.5 }
 [[parts]]
-kind = "series"
+kind = "fractional_maxwell"
 springpot = { order = 0.5, coefficient = 2.0 }
 spring = { stiffness = 30.0 }
 [[parts]]
@@ -56,7 +56,7 @@ stiffness = 1e5
 exponent = 1.5
 side = "below"
 [[parts]]
-kind = "recorded"
+kind = "recorded_excitation"
 times = [0.0, 0.1, 0.2, 0.3]
 values = [0.0, 1.0, -1.0, 0.5]
 on = "ground"
@@ -149,7 +149,7 @@ def limited() -> Iterator[None]:
         assert time.perf_counter() - start < SECONDS
 
 
-def tried(function: Callable[..., Any], *args: object, kind: type[ValueError] = FileFault) -> tuple[Any, str]:
+def tried(function: Callable[..., Any], *args: object, kind: type[ValueError] = FileError) -> tuple[Any, str]:
     """What comes of it within the limits, and the sentence with which this library refuses it, or an empty one."""
     try:
         with limited():
@@ -206,13 +206,13 @@ NOT_HELD = "system must have a spring, or a wall on each side: without them noth
         ((sp.Mass(2.0), sp.Spring(0.0), RUBBER), NOT_HELD),
         ((sp.Spring(-20.0), sp.PolynomialSpring((0.0, 0.0, 1e-320)), RUBBER), NOT_HELD),
         ((sp.Spring(20.0), sp.PolynomialSpring((0.0, 0.0, 1e-320)), RUBBER), ""),
-        ((sp.Spring(31.0), RUBBER, sp.Barrier(0.2, 0.8), sp.ColouredNoise(1.0, 0.5)), ""),
+        ((sp.Spring(31.0), RUBBER, sp.Barrier(0.2, 0.8), sp.ColoredNoise(1.0, 0.5)), ""),
         ((sp.Spring(1e12), RUBBER, sp.Barrier(1.0), sp.ThermalNoise(1e-18)), "system must move by more than rounding"),
     ],
 )  # fmt: skip
 def test_systems_that_were_found_so(parts: tuple[object, ...], sentence: str) -> None:
     """Each ended in an error or a warning of NumPy, in a run as on the page."""
-    noise = () if isinstance(parts[-1], sp.ColouredNoise | sp.ThermalNoise) else (sp.WhiteNoise(0.1),)
+    noise = () if isinstance(parts[-1], sp.ColoredNoise | sp.ThermalNoise) else (sp.WhiteNoise(0.1),)
     system = sp.System(*parts, *noise)
     _, said = tried(opened_script, Opened(system), kind=ValueError)
     assert said.startswith(sentence)

@@ -20,9 +20,9 @@ PAGES = sorted(
 )
 EXAMPLES = sorted((DOCS / "gallery").glob("*.py"))
 PUBLIC = (
-    "springpot", "springpot.device", "springpot.simulation", "springpot.theory", "springpot.theory.fourier",
-    "springpot.comparison", "springpot.designing", "springpot.fitting", "springpot.figures", "springpot.memory",
-    "springpot.paper", "springpot.studies",
+    "springpot", "springpot.problem.spectral_density", "springpot.simulation", "springpot.theory",
+    "springpot.theory.fourier", "springpot.evidence.comparison", "springpot.designing", "springpot.fitting",
+    "springpot.figures", "springpot.memory", "springpot.paper", "springpot.studies",
 )  # fmt: skip
 
 

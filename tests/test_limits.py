@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.explanation import equation
-from springpot.faults import few, listed
-from springpot.simulation.accuracy import reach
-from springpot.simulation.filters import Filter, _stationary
-from springpot.simulation.settings import resolve
+from springpot.evidence.explanation import equation
+from springpot.machine.faults import few, listed
+from springpot.simulation.error.reach import reach
+from springpot.simulation.lowering.filters import Filter, _stationary
+from springpot.simulation.plan.settings import resolve
 from tests.sizes import validation
 
 LONGEST = 600  # characters in a sentence

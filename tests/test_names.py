@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import springpot as sp
-from springpot.faults import per_cent
+from springpot.machine.faults import per_cent
 
 
 @pytest.mark.parametrize(
@@ -16,7 +16,7 @@ from springpot.faults import per_cent
         (lambda: sp.Spring(k=80.0), "Spring has no argument 'k'; did you mean stiffness?"),
         (lambda: sp.Springpot(alpha=0.5, coefficient=1.0), "Springpot has no argument 'alpha'; did you mean order?"),
         (lambda: sp.Mass(m=1.0), "Mass has no argument 'm'; did you mean value?"),
-        (lambda: sp.Spring(colour="red"), "Spring has no argument 'colour': its argument is stiffness."),
+        (lambda: sp.Spring(color="red"), "Spring has no argument 'color': its argument is stiffness."),
         (lambda: sp.Oscillator(omega=2.0), "Oscillator has no argument 'omega'; did you mean natural_frequency?"),
         (lambda: sp.run(sp.Oscillator(), e=0.5), "no argument 'e'; did you mean Barrier(restitution=...)?"),
         (lambda: sp.run(sp.Oscillator(), path=5), "no argument 'path'; did you mean paths?"),
@@ -41,7 +41,7 @@ def test_what_was_meant_is_named(make: Any, sentence: str) -> None:
     [
         ("rms", "; its square is x_mean_square."),
         ("impact_rates", "; did you mean impact_rate?"),
-        ("colour", ", only x_mean"),
+        ("color", ", only x_mean"),
     ],
 )
 def test_an_unknown_result_names_a_near_one(word: str, hint: str) -> None:

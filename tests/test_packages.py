@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
-TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The packages")[1].split("\n## ")[0]
+TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The packages")[1].split("The rooms of")[0]
 ROWS = [re.findall(r"`([^`]+)`", row.split("|")[1]) for row in TABLE.splitlines() if row.startswith("| `")]
 HEIGHT = {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(ROWS) for name in names}
 
@@ -88,6 +88,7 @@ def test_no_circle_of_imports() -> None:
 def test_the_files_that_the_contributing_page_names_exist() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([a-z_/]+(?:\.py|\.md|\.toml|\.js|/))`", text))
-    bases = (ROOT, SOURCE / "springpot", SOURCE / "springpot" / "theory")
+    inside = (SOURCE / "springpot" / each for each in ("", "problem", "theory", "simulation", "evidence"))
+    bases = (ROOT, *inside)
     missing = {name for name in named if not any((base / name).exists() for base in bases)}
     assert missing == set()

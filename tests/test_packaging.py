@@ -47,7 +47,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assets = ROOT / "src" / "springpot" / "explorer" / "static"
     sources |= {str(path.relative_to(ROOT / "src")) for path in assets.rglob("*") if path.is_file()} | {
         "springpot/py.typed",
-        "springpot/atlases/atlas.npz",
+        "springpot/evidence/atlases/atlas.npz",
         "springpot/theory/methods/envelope/losses.npz",
         "springpot/theory/validity.csv",
         "springpot/theory/validity_systems.csv",

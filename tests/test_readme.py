@@ -15,7 +15,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.units import UNITS
+from springpot.problem.units import UNITS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot import comparison, validity
-from springpot.options import own_seed
+from springpot.evidence import comparison, validity
+from springpot.simulation.plan.options import own_seed
 from springpot.studies.question import read_study
 from springpot.studies.tasks import tasks
 

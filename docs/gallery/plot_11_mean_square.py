@@ -28,7 +28,7 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
         for order in orders
     ]  # fmt: skip
     sp.figures.against(
-        "order", above, oscillator=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLOURS[color],
+        "order", above, oscillator=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLORS[color],
         theory={f"Eq. 20, q = {q:g} m²/s³": lambda o: sp.theory.averaging(o, form="printed")},
         runs=runs, label="Monte Carlo, 95 %" if q == 10.0 else "",
     )  # fmt: skip
@@ -37,7 +37,7 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
         ratios[q, order] = [found["amplitude_mean_square"] / printed for found in (run.values, run.errors)]
     value, error = np.array([ratios[q, order] for order in orders]).T
     beside = np.array(orders) + 0.008 * (np.log2(q) - 1.7)
-    sp.figures.bars(below, beside, value, error, color=sp.figures.COLOURS[color])
+    sp.figures.bars(below, beside, value, error, color=sp.figures.COLORS[color])
 above.set_yscale("log")
 above.set_xlabel("")
 above.legend(frameon=False)

@@ -25,7 +25,7 @@ for times, color in zip((1.0, 1.5, 2.0), ("blue", "vermilion", "green"), strict=
     before = len(axes.lines)
     sp.figures.survival(run, level, axes, theory=envelope)
     for line in axes.lines[before:]:
-        line.set_color(sp.figures.COLOURS[color])
+        line.set_color(sp.figures.COLORS[color])
     axes.lines[-1].set_label(f"A < {level:g} m, mean time {envelope.first_passage(amplitude=level).mean_time:.0f} s")
 axes.set_ylabel("probability that the level was not reached")
 axes.legend(handles=[line for line in axes.lines if "mean time" in line.get_label()], frameon=False)

@@ -26,7 +26,7 @@ for start, color in (("rest", "vermilion"), ("stationary", "blue")):
     for axes, quantity in ((above, "x_mean"), (below, "impact_rate")):
         value = [run.values[quantity] for run in found]
         error = [run.errors[quantity] for run in found]
-        sp.figures.bars(axes, middle, value, error, color=sp.figures.COLOURS[color], size=4.0, label=f"start={start!r}")
+        sp.figures.bars(axes, middle, value, error, color=sp.figures.COLORS[color], size=4.0, label=f"start={start!r}")
 above.axhline(sp.theory.envelope(oscillator).x_mean, color="0.4", lw=1.0, ls="--", label="envelope (stationary)")
 below.axhline(sp.theory.envelope(oscillator).impact_rate, color="0.4", lw=1.0, ls="--")
 above.set_ylabel(r"mean displacement $\langle x\rangle$ (m)")

@@ -3,7 +3,7 @@ Two designs on one plot
 =======================
 
 A soft and a stiff mount in front of the same wall, a gap of 0.5 m away. Each call with a ``label=`` is a design: Monte
-Carlo and theory share its colour, and its name is in the legend.
+Carlo and theory share its color, and its name is in the legend.
 """
 
 import matplotlib.pyplot as plt

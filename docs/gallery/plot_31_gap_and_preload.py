@@ -37,5 +37,5 @@ plt.show()
 
 try:
     sp.theory.closure(wall(-2.0))
-except sp.theory.NotCovered as refusal:
+except sp.theory.NotCoveredError as refusal:
     print(refusal)

@@ -31,12 +31,12 @@ for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
     print(f"order {order:g}, c = {c:g}, r = {r:g}: {best},", *(f"{name} {gap:.1f} %" for name, gap in gaps.items()))
 
 # %%
-# Systems with a hardening spring, other walls or coloured noise have a map of their own, of 548 cells. The panels have
+# Systems with a hardening spring, other walls or colored noise have a map of their own, of 548 cells. The panels have
 # :math:`\kappa q/\Omega^5 = 1`: three show :math:`\langle x^2\rangle` without a wall, the last one the impact rate at a
 # wall of restitution 0.8.
 
 figure, panels = plt.subplots(2, 2, figsize=(8.6, 6.4), sharex=True, sharey=True)
-for method, axes in zip(("averaging_amplitude", "linearisation", "envelope"), panels.flat, strict=False):
+for method, axes in zip(("averaging_amplitude", "linearization", "envelope"), panels.flat, strict=False):
     sp.figures.system_gaps(method, axes=axes)
 sp.figures.system_gaps("envelope", "impact_rate", panels[1, 1], walls=1, restitution=0.8)
 for axes in panels[0]:
@@ -49,7 +49,7 @@ plt.show()
 # The same warnings and recommendations come from it:
 
 for kappa, tau in ((0.3, 0.0), (0.3, 0.5), (30.0, 0.0)):
-    noise = sp.ColouredNoise(1.0, tau) if tau else sp.WhiteNoise(1.0)
+    noise = sp.ColoredNoise(1.0, tau) if tau else sp.WhiteNoise(1.0)
     system = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, kappa)), sp.Springpot(0.5, 0.3), noise)
     answers, _ = sp.theory.solve_all(system)
     best = sp.theory.recommended(system, answers)

@@ -39,7 +39,7 @@ for restitution, color in ((0.9, "blue"), (0.6, "vermilion"), (0.3, "green")):
         )
         for gap in gaps
     ]  # fmt: skip
-    look = {"color": sp.figures.COLOURS[color], "size": 4.0}
+    look = {"color": sp.figures.COLORS[color], "size": 4.0}
     for axes, name in ((power, "electrical_power"), (wear, "wear")):
         value, error = np.array([(run.values[name], run.errors[name]) for run in runs]).T
         sp.figures.bars(axes, 1e3 * gaps, value, error, label=f"r = {restitution:g}", **look)

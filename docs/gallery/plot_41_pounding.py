@@ -44,7 +44,7 @@ often.set_xlabel("")
 often.legend(frameon=False)
 for share, color in ((0.5, "blue"), (0.95, "vermilion"), (0.99, "green")):
     value, error = np.array([run.distributions["impact_speed"].quantile(share) for run in runs]).T
-    look = {"color": sp.figures.COLOURS[color], "size": 4.0}
+    look = {"color": sp.figures.COLORS[color], "size": 4.0}
     sp.figures.bars(hard, -gaps, value, error, label=f"{share:.0%} are slower", **look)
 hard.set(xlabel="position of the wall, minus the gap (m)", ylabel="impact speed (m/s)", ylim=(0.0, None))
 hard.legend(frameon=False)

@@ -31,9 +31,7 @@ print(f"1. rms displacement: {1e3 * rms:.3f} +- {1e3 * rms_error:.3f} mm")
 print(f"2. impacts per second: {run.values['impact_rate']:.2f} +- {run.errors['impact_rate']:.2f}")
 print(f"3. 99 % of the impacts are slower than {fast:.3f} +- {fast_error:.3f} m/s")
 
-watched = sp.run(
-    device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010}
-)
+watched = sp.run(device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010})
 wait, wait_error, assumption = watched.first_passages["x"].mean
 print(f"4. mean time until x > 10 mm: {wait:.1f} +- {wait_error:.1f} s")
 print(f"   {assumption}")
@@ -49,7 +47,7 @@ middle.legend(frameon=False)
 time = np.linspace(0.0, 17.0, 18)
 for quantity, color in (("x", "blue"), ("amplitude", "vermilion")):
     share, error = watched.first_passages[quantity].survival(time)
-    sp.figures.bars(below, time, share, error, color=sp.figures.COLOURS[color], label=f"{quantity}, Monte Carlo, 95 %")
+    sp.figures.bars(below, time, share, error, color=sp.figures.COLORS[color], label=f"{quantity}, Monte Carlo, 95 %")
 below.set(xlabel="time (s)", ylabel="probability of less than 10 mm", ylim=(0.0, 1.02))
 below.legend(frameon=False)
 plt.show()

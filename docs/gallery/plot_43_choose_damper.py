@@ -43,10 +43,10 @@ figure, axes = plt.subplots(figsize=(6.8, 4.2))
 strengths = np.geomspace(6e4, 1.5e6, 40)
 found = [sp.atlas(building(k_alpha)) for k_alpha in strengths]
 rates, errors = np.array([(answer.impact_rate, answer.errors["impact_rate"]) for answer in found]).T
-axes.fill_between(strengths / 1e3, rates - errors, rates + errors, color=sp.figures.COLOURS["sky"], alpha=0.4, lw=0.0)
-axes.plot(strengths / 1e3, rates, color=sp.figures.COLOURS["blue"], label="atlas, with its 95 % interval")
+axes.fill_between(strengths / 1e3, rates - errors, rates + errors, color=sp.figures.COLORS["sky"], alpha=0.4, lw=0.0)
+axes.plot(strengths / 1e3, rates, color=sp.figures.COLORS["blue"], label="atlas, with its 95 % interval")
 sp.figures.bars(
-    axes, [chosen / 1e3], [rate], [error / 1.96], color=sp.figures.COLOURS["vermilion"], size=5.0,
+    axes, [chosen / 1e3], [rate], [error / 1.96], color=sp.figures.COLORS["vermilion"], size=5.0,
     label="Monte Carlo, 95 %",
 )  # fmt: skip
 axes.axhline(LIMIT, color="0.4", ls="--", lw=1.0, label="limit")

@@ -26,7 +26,7 @@ GROUND = sp.WhiteNoise.from_psd(4e-4, "g2/Hz")
 
 
 def circuit(resistance):
-    return sp.Circuit(coupling=5e-4, resistance=resistance, capacitance=50e-9)  # N/V, ohm, F
+    return sp.PiezoelectricCircuit(coupling=5e-4, resistance=resistance, capacitance=50e-9)  # N/V, ohm, F
 
 
 def bistable(resistance, gap):
@@ -46,7 +46,7 @@ figure, axes = plt.subplots(figsize=(6.8, 4.6), layout="constrained")
 for gap, color, marker in ((0.008, "blue", "o"), (0.004, "green", "^"), (0.0035, "vermilion", "s")):
     runs = [sp.run(bistable(R, gap), paths=1000, duration=6.0, step=5e-4, window=(2.0, 6.0)) for R in measured]
     power, error = 1e6 * np.array([(run.values["harvested_power"], run.errors["harvested_power"]) for run in runs]).T
-    look = {"color": sp.figures.COLOURS[color], "marker": marker, "size": 5.0}
+    look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 5.0}
     sp.figures.bars(axes, measured / 1e3, power, error, label=f"two wells, stops at {1e3 * gap:g} mm", **look)
     axes.plot(measured / 1e3, power, ":", color=look["color"], lw=0.8)
     best = runs[2]

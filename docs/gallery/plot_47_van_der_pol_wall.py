@@ -31,7 +31,7 @@ for axes, coefficient in zip(panels, coefficients, strict=True):
     late = run.record[:, run.time > 100.0]
     density, *_ = np.histogram2d(late[..., 0].ravel(), late[..., 1].ravel(), bins=edges, density=True)
     picture = axes.pcolormesh(*edges, density.T, cmap="cividis", rasterized=True)
-    axes.axvline(1.2, color=sp.figures.COLOURS["vermilion"], lw=2.0)
+    axes.axvline(1.2, color=sp.figures.COLORS["vermilion"], lw=2.0)
     axes.set(title=f"$C$ = {coefficient:g}", xlabel="displacement $x$ (m)", aspect="equal", xlim=(-2.4, 1.4))
     axes.grid(visible=False)
     taken = {name: round(run.values[f"{name}_power"], 4) for name in ("van_der_pol", "damping", "barrier", "input")}

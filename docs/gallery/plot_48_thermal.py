@@ -36,7 +36,7 @@ names = {
 for place, (order, color, marker) in enumerate(LOOK):
     run = sp.run(tested(order), paths=8000, duration=40.0, step=0.03, window=(0.0, 40.0), seed=place + 1,
                  distributions=True)  # fmt: skip
-    look = {"color": sp.figures.COLOURS[color], "marker": marker}
+    look = {"color": sp.figures.COLORS[color], "marker": marker}
     edges, density, error = run.distributions["x"].density(bins=40)
     sp.figures.bars(above, 0.5 * (edges[1:] + edges[:-1]), density, error, size=3.5, label=f"order {order:g}", **look)
     known = [getattr(exact, name) for name in names]

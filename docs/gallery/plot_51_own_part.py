@@ -46,7 +46,7 @@ means, errors = np.array([(run.values["x_mean"], run.errors["x_mean"]) for run i
 fine = np.linspace(0.0, 1.1e-5, 60)
 
 figure, axes = plt.subplots(figsize=(6.2, 3.9))
-axes.plot(1e6 * fine, [1e3 * exact(s) for s in fine], "-", color=sp.figures.COLOURS["vermilion"], label="exact")
+axes.plot(1e6 * fine, [1e3 * exact(s) for s in fine], "-", color=sp.figures.COLORS["vermilion"], label="exact")
 sp.figures.bars(axes, 1e6 * strengths, 1e3 * means, 1e3 * errors, size=5.0, label="Monte Carlo, 95 %")
 axes.set(xlabel=r"magnet $c$ (µN m$^2$)", ylabel=r"mean displacement $\langle x\rangle$ (mm)")
 axes.legend(frameon=False)

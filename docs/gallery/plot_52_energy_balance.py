@@ -18,7 +18,7 @@ PARTS = {
     "spring": sp.Spring(500.0),  # N/m: 16 Hz
     "rubber": sp.Springpot(0.4, 3.0),  # N s^0.4/m
     "air": sp.PolynomialDashpot((0.0, 0.5)),  # N s^2/m^2, quadratic in the speed
-    "coil": sp.Circuit(coupling=0.002, resistance=2e5, capacitance=5e-8),  # N/V, ohm, F
+    "coil": sp.PiezoelectricCircuit(coupling=0.002, resistance=2e5, capacitance=5e-8),  # N/V, ohm, F
     "lower": sp.Barrier(-0.002, restitution=0.5),  # m
     "upper": sp.Barrier(0.002, restitution=0.5, side="below"),
 }
@@ -43,7 +43,7 @@ for place, road in enumerate(roads):
 figure, axes = plt.subplots(figsize=(6.8, 4.4), layout="constrained")
 bottom = np.zeros(len(roads))
 for name, color in LOOK.items():
-    axes.bar(np.arange(len(roads)), shares[name], 0.7, bottom, color=sp.figures.COLOURS[color], label=name)
+    axes.bar(np.arange(len(roads)), shares[name], 0.7, bottom, color=sp.figures.COLORS[color], label=name)
     bottom += shares[name]
 axes.set_xticks(np.arange(len(roads)), [f"{road:g}" for road in roads])
 axes.set(xlabel="spectral density of the road (g$^2$/Hz)", ylabel="share of the power fed in (%)", ylim=(0.0, 118.0))

@@ -2,9 +2,9 @@ r"""
 A recorded shake, with friction and a stop
 ==========================================
 
-``sp.Recorded`` takes any record of the ground's acceleration. The one here is made in the example: twenty seconds of
-noise through a filter at 2.5 Hz, under an envelope that rises and dies out, with a largest acceleration of some
-3 m/s². A cabinet of 80 kg stands on rubber with a springpot, slides on a guide with dry friction, and has a bumper
+``sp.RecordedExcitation`` takes any record of the ground's acceleration. The one here is made in the example: twenty
+seconds of noise through a filter at 2.5 Hz, under an envelope that rises and dies out, with a largest acceleration of
+some 3 m/s². A cabinet of 80 kg stands on rubber with a springpot, slides on a guide with dry friction, and has a bumper
 30 mm away on one side. The run begins with the record, at rest; with a record alone every path is the same, so one
 path is enough.
 """
@@ -27,7 +27,7 @@ ground = 3.0 * shape * filtered / np.abs(shape * filtered).max()  # m/s^2
 def cabinet(friction):
     return sp.System(
         sp.Mass(80.0), sp.Spring(1.2e4), sp.Springpot(order=0.25, coefficient=2.0e3), sp.Friction(friction),
-        bumper=sp.Barrier(-0.03, restitution=0.5), shake=sp.Recorded(time, ground),
+        bumper=sp.Barrier(-0.03, restitution=0.5), shake=sp.RecordedExcitation(time, ground),
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ frequency = np.geomspace(0.01, 100.0, 33)
 p = 2j * np.pi * frequency
 modulus = 2e5 + 4e4 * p**0.25 + 3e3 * p**0.75  # Pa
 noise = 1.0 + 0.02 * rng.standard_normal((2, frequency.size))
-data = sp.Moduli(frequency, modulus.real * noise[0], modulus.imag * noise[1], relative_error=0.02)
+data = sp.MeasuredModuli(frequency, modulus.real * noise[0], modulus.imag * noise[1], relative_error=0.02)
 
 spring = sp.Spring(sp.free("k", 1e5, (1e3, 1e7)))
 first = sp.Springpot(sp.free("order_1", 0.3, (0.02, 0.5)), sp.free("C_1", 1e4, (1e2, 1e7)))

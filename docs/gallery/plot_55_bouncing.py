@@ -19,7 +19,7 @@ for _ in range(24):
     times.append(times[-1] + 2.0 * speed / 9.80665)
     speed *= 0.88 * speed**-0.08
 times = np.array(times) + 2e-4 * rng.standard_normal(25)
-data = sp.Impacts.from_times(times)
+data = sp.MeasuredImpacts.from_times(times)
 
 constant = sp.Barrier(0.0, sp.free("r", 0.8, (0.1, 1.0)))
 falling = sp.Barrier(0.0, sp.PowerRestitution(

@@ -25,7 +25,7 @@ for row, coefficient in zip(panels, (2.0, 0.1), strict=True):
     density = exact * np.random.default_rng(1).gamma(averages, 1.0 / averages, frequency.size)
     C = sp.free("C", 1.5 * coefficient, (1e-3, 1e2))
     model = sp.System(sp.Spring(k), sp.Springpot(order, C), sp.WhiteNoise(q))
-    found = sp.fit(model, sp.Spectrum(frequency, density, averages))
+    found = sp.fit(model, sp.MeasuredSpectrum(frequency, density, averages))
     print(found.report(), end="\n\n")
     row[0].semilogy(frequency, density, ".", markersize=3)
     row[0].semilogy(frequency, found.table.fitted, color="black", linewidth=1.0)

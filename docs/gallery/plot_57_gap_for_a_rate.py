@@ -17,7 +17,7 @@ armature = sp.System(
     sp.Mass(0.02), sp.Spring(800.0), sp.Springpot(0.4, 3.0),
     sp.Barrier(gap, side="below"), sp.WhiteNoise.from_psd(0.02, "g2/Hz"),
 )  # fmt: skip
-found = sp.design(armature, minimise="gap", subject_to={"impact_rate": (None, 2.0)})
+found = sp.design(armature, minimize="gap", subject_to={"impact_rate": (None, 2.0)})
 print(found.report())
 
 # %%

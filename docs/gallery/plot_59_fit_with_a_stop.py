@@ -33,7 +33,7 @@ for psd in levels:
     free = device(
         psd, sp.free("order", 0.5, (0.05, 0.95)), sp.free("C", 80.0, (5.0, 1000.0)), sp.free("r", 0.9, (0.3, 1.0))
     )
-    cases.append((free, sp.Statistics(**measured)))
+    cases.append((free, sp.MeasuredStatistics(**measured)))
 
 fit = sp.fit(cases, seed=2)
 print(fit.report())

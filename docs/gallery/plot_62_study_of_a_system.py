@@ -41,8 +41,8 @@ power = simulation["barrier_power"].sum("barrier")
 error = np.sqrt((simulation["barrier_power_se"] ** 2).sum("barrier"))
 
 figure, (rate_axes, power_axes) = plt.subplots(2, figsize=(6.8, 7.0), sharex=True, layout="constrained")
-for r, colour, marker in zip(restitutions, ("blue", "green", "vermilion"), "os^", strict=True):
-    look = {"color": sp.figures.COLOURS[colour], "marker": marker, "size": 4.5}
+for r, color, marker in zip(restitutions, ("blue", "green", "vermilion"), "os^", strict=True):
+    look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 4.5}
     here = simulation.sel(upper_restitution=r)
     sp.figures.bars(rate_axes, 1e3 * gaps, here["impact_rate"], here["impact_rate_se"], label=f"r = {r}", **look)
     envelope = theory["impact_rate"].sel(theory="envelope", upper_restitution=r)

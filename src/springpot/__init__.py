@@ -11,81 +11,133 @@ if TYPE_CHECKING:
     from typing import Any
 
     from springpot import figures, theory
-    from springpot.atlases import atlas
     from springpot.designing import design, sensitivity
-    from springpot.explanation import explain
+    from springpot.evidence.atlases import atlas
+    from springpot.evidence.explanation import explain
     from springpot.explorer.commands import explore
-    from springpot.fitting import FrequencyResponse, Impacts, Moduli, Record, Spectrum, Statistics, fit, read_data
-    from springpot.free_numbers import free
-    from springpot.oscillator import Oscillator
-    from springpot.parts import (
+    from springpot.fitting import (
+        MeasuredFrequencyResponse,
+        MeasuredImpacts,
+        MeasuredModuli,
+        MeasuredRecord,
+        MeasuredSpectrum,
+        MeasuredStatistics,
+        fit,
+        read_data,
+    )
+    from springpot.problem.file import read_system, to_toml
+    from springpot.problem.free_numbers import free
+    from springpot.problem.oscillator import Oscillator
+    from springpot.problem.parts import (
         Barrier,
-        Circuit,
-        ColouredNoise,
+        ColoredNoise,
         Constant,
         Contact,
         Dashpot,
-        FilteredNoise,
         Force,
+        FractionalMaxwell,
         Friction,
         Harmonic,
+        KanaiTajimiNoise,
         Mass,
         Maxwell,
         ParametricNoise,
+        PiezoelectricCircuit,
         PoissonImpulses,
         PolynomialDashpot,
         PolynomialSpring,
-        Recorded,
-        Series,
+        RecordedExcitation,
         Spring,
         Springpot,
         ThermalNoise,
         VanDerPol,
         WhiteNoise,
     )  # fmt: skip
-    from springpot.parts.walls import PowerRestitution
+    from springpot.problem.parts.walls import PowerRestitution
+    from springpot.problem.system import System
     from springpot.simulation.extended import extend
-    from springpot.simulation.loaded import load_run
-    from springpot.simulation.run import run, simulate
+    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.result.load import load_run
     from springpot.studies import open_study, study
-    from springpot.system import System
-    from springpot.system_file import read_system, to_toml
 
     __version__: str
 
 __all__ = [
-    "Barrier", "Circuit", "ColouredNoise", "Constant", "Contact", "Dashpot", "FilteredNoise", "Force",
-    "FrequencyResponse", "Friction", "Harmonic", "Impacts", "Mass", "Maxwell", "Moduli", "Oscillator",
-    "ParametricNoise", "PoissonImpulses", "PolynomialDashpot", "PolynomialSpring", "PowerRestitution", "Record",
-    "Recorded", "Series", "Spectrum", "Spring", "Springpot", "Statistics", "System", "ThermalNoise",
-    "VanDerPol", "WhiteNoise", "atlas", "design", "explain", "explore", "extend", "figures", "fit", "free",
-    "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate", "study", "theory",
+    "Barrier",
+    "ColoredNoise",
+    "Constant",
+    "Contact",
+    "Dashpot",
+    "Force",
+    "FractionalMaxwell",
+    "Friction",
+    "Harmonic",
+    "KanaiTajimiNoise",
+    "Mass",
+    "Maxwell",
+    "MeasuredFrequencyResponse",
+    "MeasuredImpacts",
+    "MeasuredModuli",
+    "MeasuredRecord",
+    "MeasuredSpectrum",
+    "MeasuredStatistics",
+    "Oscillator",
+    "ParametricNoise",
+    "PiezoelectricCircuit",
+    "PoissonImpulses",
+    "PolynomialDashpot",
+    "PolynomialSpring",
+    "PowerRestitution",
+    "RecordedExcitation",
+    "Spring",
+    "Springpot",
+    "System",
+    "ThermalNoise",
+    "VanDerPol",
+    "WhiteNoise",
+    "atlas",
+    "design",
+    "explain",
+    "explore",
+    "extend",
+    "figures",
+    "fit",
+    "free",
+    "load_run",
+    "open_study",
+    "read_data",
+    "read_system",
+    "run",
+    "sensitivity",
+    "simulate",
+    "study",
+    "theory",
     "to_toml",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
-    "FrequencyResponse": "springpot.fitting",
-    "Impacts": "springpot.fitting",
-    "Moduli": "springpot.fitting",
-    "Record": "springpot.fitting",
-    "Spectrum": "springpot.fitting",
-    "Statistics": "springpot.fitting",
+    "MeasuredFrequencyResponse": "springpot.fitting",
+    "MeasuredImpacts": "springpot.fitting",
+    "MeasuredModuli": "springpot.fitting",
+    "MeasuredRecord": "springpot.fitting",
+    "MeasuredSpectrum": "springpot.fitting",
+    "MeasuredStatistics": "springpot.fitting",
     "fit": "springpot.fitting",
-    "Oscillator": "springpot.oscillator",
-    "PowerRestitution": "springpot.parts.walls",
-    "System": "springpot.system",
-    "atlas": "springpot.atlases",
+    "Oscillator": "springpot.problem.oscillator",
+    "PowerRestitution": "springpot.problem.parts.walls",
+    "System": "springpot.problem.system",
+    "atlas": "springpot.evidence.atlases",
     "design": "springpot.designing",
-    "explain": "springpot.explanation",
+    "explain": "springpot.evidence.explanation",
     "explore": "springpot.explorer.commands",
     "figures": "springpot.figures",
-    "free": "springpot.free_numbers",
+    "free": "springpot.problem.free_numbers",
     "extend": "springpot.simulation.extended",
     "load_run": "springpot.simulation",
     "open_study": "springpot.studies",
     "read_data": "springpot.fitting",
-    "read_system": "springpot.system_file",
-    "to_toml": "springpot.system_file",
+    "read_system": "springpot.problem.file",
+    "to_toml": "springpot.problem.file",
     "run": "springpot.simulation",
     "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
@@ -103,7 +155,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'springpot' has no attribute {name!r}")
     import importlib
 
-    place = _LATER.get(name, "springpot.parts")
+    place = _LATER.get(name, "springpot.problem.parts")
     module = importlib.import_module(place)
     return module if name in _ROOMS else getattr(module, name)
 

@@ -7,8 +7,8 @@ import os
 import signal
 import sys
 
-from springpot.interrupt import attended, leave_at_once
-from springpot.one_thread import ONE_THREAD
+from springpot.machine.interrupt import attended, leave_at_once
+from springpot.machine.one_thread import ONE_THREAD
 
 __all__ = ["main"]
 

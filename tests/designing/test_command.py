@@ -52,7 +52,7 @@ def test_design_prints_and_writes(
     words = [
         "design",
         device,
-        "--minimise",
+        "--minimize",
         "c",
         "--below",
         "impact_rate",
@@ -95,7 +95,7 @@ def test_design_prints_and_writes(
 def test_design_refuses_in_one_sentence(
     device: str, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(["design", device, "--minimise", "c", *words]) == 2
+    assert cli.main(["design", device, "--minimize", "c", *words]) == 2
     said = capsys.readouterr()
     assert sentence in said.err
     assert said.out == ""

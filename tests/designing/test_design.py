@@ -13,15 +13,15 @@ import pytest
 from scipy import optimize
 
 import springpot as sp
-from springpot.arguments import Free
 from springpot.designing import rounds as rounds_module
 from springpot.designing.quantities import theory_values
 from springpot.designing.quick import leading, smooth
 from springpot.designing.search import Model, search
 from springpot.designing.statement import Limit, Space
 from springpot.designing.watch import Watch
-from springpot.free_numbers import with_values
-from springpot.simulation.cost import Clock, OutOfTime
+from springpot.machine.arguments import Free
+from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.problem.free_numbers import with_values
 
 
 def damped(c: Any, gap: Any = 1.0) -> sp.System:
@@ -113,7 +113,7 @@ def test_the_best_design_so_far_is_kept_when_the_time_is_over(monkeypatch: pytes
 
     def check(self: Clock) -> None:
         if limit < math.inf and self.limit < math.inf:
-            raise OutOfTime
+            raise OutOfTimeError
 
     def once(*given: Any, run: Any = rounds_module.run, **how: Any) -> Any:
         nonlocal limit
@@ -149,9 +149,9 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
     assert chosen(damped(0.5), damped(5.0, 9.0)) == "exact"
     assert chosen(damped(0.5), needed=("barrier_power",)) == "monte_carlo"
     hardening = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.3)
-    coloured = sp.System(*hardening, sp.ColouredNoise(1.0, 1.0))
-    assert sp.theory.trust(coloured, "path_integration").worst < sp.theory.trust(coloured, "envelope").worst
-    assert chosen(coloured, needed=("x_mean_square",)) == "envelope"
+    colored = sp.System(*hardening, sp.ColoredNoise(1.0, 1.0))
+    assert sp.theory.trust(colored, "path_integration").worst < sp.theory.trust(colored, "envelope").worst
+    assert chosen(colored, needed=("x_mean_square",)) == "envelope"
 
 
 def test_without_theory_surfaces_through_short_runs_are_searched() -> None:
@@ -180,10 +180,10 @@ def test_surfaces_leave_out_what_was_not_seen() -> None:
 
 @pytest.mark.validation
 def test_a_system_that_no_method_covers_is_designed() -> None:
-    """Two wells under coloured noise: the least damper at a limited mean square velocity."""
+    """Two wells under colored noise: the least damper at a limited mean square velocity."""
     device = sp.System(
         sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(sp.free("c", 0.5, (0.1, 2.0))),
-        sp.ColouredNoise(1.0, 0.5),
+        sp.ColoredNoise(1.0, 0.5),
     )  # fmt: skip
     found = sp.design(device, "c", {"v_mean_square": (None, 0.4)})
     fresh = sp.run(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
@@ -203,8 +203,8 @@ def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"minimise": "v_mean_squar"}, "did you mean v_mean_square"),
-        ({"minimise": 3.0}, "minimise must be the name"),
+        ({"minimize": "v_mean_squar"}, "did you mean v_mean_square"),
+        ({"minimize": 3.0}, "minimize must be the name"),
         ({"subject_to": {"impact_rates": (None, 1.0)}}, "did you mean impact_rate"),
         ({"subject_to": {"impact_rate": 0.2}}, "subject_to must have a pair"),
         ({"subject_to": {"impact_rate": (0.3, 0.2)}}, "low limit below the high one"),
@@ -220,7 +220,7 @@ def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
 )
 def test_bad_input_is_one_sentence(changes: dict[str, Any], sentence: str) -> None:
     usual: dict[str, Any] = {
-        "model": damped(sp.free("c", 0.5, (0.05, 5.0))), "minimise": "c", "subject_to": {"impact_rate": (None, 0.2)}
+        "model": damped(sp.free("c", 0.5, (0.05, 5.0))), "minimize": "c", "subject_to": {"impact_rate": (None, 0.2)}
     }  # fmt: skip
     with pytest.raises((TypeError, ValueError), match=sentence):
         sp.design(**{**usual, **changes})

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from springpot.arguments import Free
 from springpot.designing.pooling import Measured, pooled
 from springpot.designing.rounds import Plan, Searched, Simulated, rounds
 from springpot.designing.search import Found, Model
 from springpot.designing.statement import Limit, Space
-from springpot.simulation.cost import OutOfTime
+from springpot.machine.arguments import Free
+from springpot.machine.progress import OutOfTimeError
 from tests.sizes import validation
 
 HERE, NEAR, FAR = np.array([0.5]), np.array([0.501]), np.array([0.9])
@@ -78,7 +78,7 @@ def designed(
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
         if number >= most:
-            raise OutOfTime
+            raise OutOfTimeError
         rate, error = truth(found.values["C"]), 0.4 * rtol
         value = rate * (1.0 + error * random.standard_normal())
         return Simulated({"rate": Measured(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
@@ -143,5 +143,5 @@ def test_no_run_is_lost_when_the_time_is_over() -> None:
     found = designed(lambda C: C**-0.5, lambda C: 0.9 * C**-0.5, 1, most=1)
     assert len(found.history) == 1
     assert found.warnings == ("max_time is over: this is the best design so far.",)
-    with pytest.raises(OutOfTime):
+    with pytest.raises(OutOfTimeError):
         designed(lambda C: C**-0.5, lambda C: 0.9 * C**-0.5, 1, most=0)

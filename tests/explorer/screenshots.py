@@ -50,7 +50,7 @@ def take(
     tab.page.wait_for_timeout(300)
     tab.page.screenshot(path=path, full_page=whole)
     context.close()
-    with Image.open(path) as picture:  # a page has few colours: a third of the bytes
+    with Image.open(path) as picture:  # a page has few colors: a third of the bytes
         few = picture.convert("RGB").quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
         few.save(path, optimize=True)
 

@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
 import springpot as sp
-from springpot.device import intensity_from_psd, psd_from_intensity
 from springpot.explorer.protocol import parse
+from springpot.problem.spectral_density import intensity_from_psd, psd_from_intensity
 from tests.explorer.conftest import Server
 from tests.explorer.talk import tab as talking
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
@@ -62,7 +62,7 @@ def test_pin_and_unpin(device: Tab) -> None:
 
 
 def test_millimetres_hertz_and_spectral_densities(device: Tab) -> None:
-    """Units change what is shown and typed, nothing that is computed: conversions are those of `springpot.device`."""
+    """Units change what is shown and typed, nothing that is computed: conversions are `spectral_density`'s."""
     page, measured, asked = device.page, device.number("x_rms"), device.generation()
     in_units_of_a_device(page)
     shown = {

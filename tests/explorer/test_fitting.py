@@ -18,7 +18,7 @@ from springpot.explorer.fitting import fitted, freed
 from springpot.explorer.protocol import FilePart, Fit, parse
 from springpot.explorer.sliders import numbers
 from springpot.fitting.reading import data_of
-from springpot.free_numbers import free_numbers
+from springpot.problem.free_numbers import free_numbers
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import Tab, tab
 from tests.explorer.test_page import SLOW_SCREEN

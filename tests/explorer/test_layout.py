@@ -1,4 +1,4 @@
-"""How the page is laid out at each width, and its colours."""
+"""How the page is laid out at each width, and its colors."""
 
 from __future__ import annotations
 

@@ -9,10 +9,10 @@ import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
 from springpot.explorer.motion import Player, blocks, impacts, record
-from springpot.simulation.adapted import adapt
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.sizes import validation
 
 LOSSY = sp.Oscillator(

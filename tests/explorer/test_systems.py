@@ -19,9 +19,9 @@ from springpot.explorer.question import Opened, question_of
 from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
 from springpot.explorer.system_answers import names, solve, table
 from springpot.explorer.views import labels, sizes
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.units import UNITS
+from springpot.problem.units import UNITS
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.explorer.conftest import Server, running
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
@@ -68,21 +68,21 @@ def test_every_kind_of_part_has_its_sliders() -> None:
     """Also those that no file here has: none is without words, and a nested part's numbers come back to it."""
     system = sp.System(
         sp.Mass(2.0), sp.Spring(80.0), sp.PolynomialSpring((0.0, 1.0, 5.0)), sp.PolynomialDashpot((0.1, 0.2, 0.3)),
-        sp.VanDerPol(0.1, 0.5), sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(2.0)), sp.Maxwell(2.0, 1.0),
+        sp.VanDerPol(0.1, 0.5), sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(2.0)), sp.Maxwell(2.0, 1.0),
         sp.Barrier(-0.3, sp.PowerRestitution(0.7, 0.1)), sp.Barrier(0.4, lambda speed: 0.5, side="below"),
         sp.Dashpot(sp.free("c", 0.4, (0.1, 0.9))), sp.Constant(-0.5), sp.Harmonic(0.1, 20.0),
         sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
         sp.Friction(0.0), sp.Force(abs),
     )  # fmt: skip
     found = {one.name: one for one in sliders(system, Size(6.0, 0.1))}
-    assert found["series-springpot-order"].value == 0.5
+    assert found["fractional_maxwell-springpot-order"].value == 0.5
     assert found["friction-force"].end > 0.0
     assert (found["dashpot-coefficient"].begin, found["dashpot-coefficient"].end) == (0.1, 0.9)
     assert found["barrier_1-restitution-exponent"].value == 0.25
     assert "barrier_2-restitution" not in found
     assert found["polynomial_spring-coefficients-2"].unit == "N/m²"
-    other = changed(system, {"series-spring-stiffness": 3.0, "polynomial_dashpot-coefficients-3": 0.4})
-    assert other.of(sp.Series)[0] == sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(3.0))
+    other = changed(system, {"fractional_maxwell-spring-stiffness": 3.0, "polynomial_dashpot-coefficients-3": 0.4})
+    assert other.of(sp.FractionalMaxwell)[0] == sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(3.0))
     assert other.of(sp.Dashpot)[0].coefficient.name == "c"  # type: ignore[attr-defined]
     assert changed(system, {"barrier_1-restitution-speed": 0.2}).of(sp.Barrier)[0].restitution.speed == 0.2  # type: ignore[union-attr]
     assert other.of(sp.PolynomialDashpot)[0].coefficients == (0.1, 0.2, 0.4)
@@ -143,7 +143,7 @@ def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
 
 def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
     """A harmonic motion: V is theta x' over (1 / R + i w Cp), once the start is over."""
-    circuit, w, step = sp.Circuit(2.0, 0.5, 0.7), 3.0, 1e-3
+    circuit, w, step = sp.PiezoelectricCircuit(2.0, 0.5, 0.7), 3.0, 1e-3
     time = step * np.arange(20_000)
     found = voltages(sp.System(sp.Spring(1.0), circuit), step, np.sin(w * time))[0]
     exact = (2.0 * w / (1.0 / 0.5 + 1j * w * 0.7) * np.exp(1j * w * time)).real

@@ -28,7 +28,7 @@ def test_a_curve_is_grey_where_the_limit_cannot_hold() -> None:
 def test_the_axis_of_a_free_number_has_its_unit() -> None:
     damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     device = sp.System(sp.Mass(1.0), sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
-    found = sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1)
+    found = sp.design(device, minimize="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.1)
     assert found.units["c"] == "N s m-1"
     assert design_curve(found.curve(limits=[0.1, 0.2])).get_ylabel() == "c (N s m$^{-1}$)"
 

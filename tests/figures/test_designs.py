@@ -1,4 +1,4 @@
-"""Several designs on the same axes: colours, names in the legend, and limits that fit all of them."""
+"""Several designs on the same axes: colors, names in the legend, and limits that fit all of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from matplotlib.axes import Axes
 
 import springpot as sp
-from springpot.figures import COLOURS
+from springpot.figures import COLORS
 from springpot.figures.designs import CYCLE
 from springpot.figures.style import panel
 
@@ -67,7 +67,7 @@ def test_both_designs_are_within_the_limits(kind: str, order: tuple[int, int], r
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_design_has_its_colour_and_its_name(kind: str, runs: Any) -> None:
+def test_each_design_has_its_color_and_its_name(kind: str, runs: Any) -> None:
     axes = panel(None)
     for run, name in zip(runs, ("soft", "stiff"), strict=True):
         KINDS[kind](run, axes, label=name)
@@ -75,11 +75,11 @@ def test_each_design_has_its_colour_and_its_name(kind: str, runs: Any) -> None:
     assert len(named) == len(set(named)) == 2
     assert named[0].startswith("soft")
     assert named[1].startswith("stiff")
-    colours = {line.get_color() for line in axes.lines}
-    assert {CYCLE[0], CYCLE[1]} <= colours
+    colors = {line.get_color() for line in axes.lines}
+    assert {CYCLE[0], CYCLE[1]} <= colors
 
 
-def test_theory_has_the_colour_of_its_design(runs: Any) -> None:
+def test_theory_has_the_color_of_its_design(runs: Any) -> None:
     axes = panel(None)
     for run, oscillator, name in zip(runs, (WIDE, NARROW), ("soft", "stiff"), strict=True):
         sp.figures.density(run, "x", axes, theory=sp.theory.exact(oscillator), label=name)
@@ -98,7 +98,7 @@ def test_the_second_of_two_without_a_name_is_told_apart(runs: Any) -> None:
     assert axes.containers[0][0].get_marker() != axes.containers[1][0].get_marker()
 
 
-def test_a_colour_that_is_given_is_taken(runs: Any) -> None:
+def test_a_color_that_is_given_is_taken(runs: Any) -> None:
     axes = sp.figures.density(runs[0], "x", color="tab:red", theory=sp.theory.exact(WIDE))
     assert {axes.lines[-1].get_color(), axes.containers[0][0].get_color()} == {"tab:red"}
     with pytest.raises(TypeError, match=r"^label must be a text, not 3\.$"):
@@ -110,13 +110,13 @@ def test_designs_of_theory_alone_are_told_apart() -> None:
     for oscillator in (WIDE, NARROW):
         sp.figures.density(None, "x", axes, theory=sp.theory.exact(oscillator), at=np.linspace(-0.2, 3.0, 50))
     assert axes.get_legend_handles_labels()[1] == ["exact", "2, exact"]
-    assert [line.get_color() for line in axes.lines] == [COLOURS["black"], CYCLE[1]]
+    assert [line.get_color() for line in axes.lines] == [COLORS["black"], CYCLE[1]]
 
 
-def test_the_cycle_can_be_told_apart_with_any_kind_of_colour_vision() -> None:
-    """Okabe and Ito's palette, each colour once."""
+def test_the_cycle_can_be_told_apart_with_any_kind_of_color_vision() -> None:
+    """Okabe and Ito's palette, each color once."""
     assert len(set(CYCLE)) == len(CYCLE) == 7
-    assert set(CYCLE) <= set(COLOURS.values())
+    assert set(CYCLE) <= set(COLORS.values())
 
 
 def test_sweeps_on_the_same_axes_are_told_apart() -> None:
@@ -124,4 +124,4 @@ def test_sweeps_on_the_same_axes_are_told_apart() -> None:
     for damping in (0.3, 3.0):
         asked = sp.Oscillator(springpot=sp.Springpot(1.0, damping))
         sp.figures.against("intensity", axes, oscillator=asked, values=[0.5, 1.0], theory=[sp.theory.exact])
-    assert [line.get_color() for line in axes.lines] == [COLOURS["black"], CYCLE[1]]
+    assert [line.get_color() for line in axes.lines] == [COLORS["black"], CYCLE[1]]

@@ -301,7 +301,7 @@ def test_known_slopes_are_drawn_as_they_are() -> None:
         (lambda: figures.transient(None), ValueError, "at must say when"),
         (lambda: figures.transient(recorded(), "impact_rate"), ValueError, "quantity must be one of"),
         (lambda: figures.survival(recorded(), -1.0), ValueError, "level must be a positive"),
-        (lambda: figures.against("colour"), ValueError, "parameter must be one of"),
+        (lambda: figures.against("color"), ValueError, "parameter must be one of"),
         (lambda: figures.against("order", quantity="x"), ValueError, "quantity must be one of"),
         (lambda: figures.against("order", values=[0.5], theory=[exact]), ValueError, "oscillator must be given"),
         (

@@ -13,8 +13,8 @@ import springpot as sp
 from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
 from springpot.fitting.transfer import response_of
-from springpot.simulation.settings import resolve
-from springpot.simulation.statistics import controlled
+from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.plan.settings import resolve
 from tests.fitting.test_fit import paths_of
 
 pytestmark = pytest.mark.validation
@@ -57,7 +57,9 @@ def check(truth: Mapping[str, float], fitted: Callable[[int], Fit]) -> None:
 def test_moduli(truth: dict[str, float], modulus: Any, model: Any, error: float | None) -> None:
     def fitted(seed: int) -> Fit:
         noise = 1.0 + 0.03 * np.random.default_rng(seed).standard_normal((2, F.size))
-        return sp.fit(model, sp.Moduli(F, modulus.real * noise[0], modulus.imag * noise[1], relative_error=error))
+        return sp.fit(
+            model, sp.MeasuredModuli(F, modulus.real * noise[0], modulus.imag * noise[1], relative_error=error)
+        )
 
     check(truth, fitted)
 
@@ -67,7 +69,7 @@ def test_a_spectrum(order: float) -> None:
     true = sp.System(sp.Spring(4.0), sp.Springpot(order, 0.8), sp.WhiteNoise(1.0))
 
     def fitted(seed: int) -> Fit:
-        record = sp.Record(0.2 * np.arange(8192), paths_of(true, 0.2, 8192, 0.0, seed), noise=0.0)
+        record = sp.MeasuredRecord(0.2 * np.arange(8192), paths_of(true, 0.2, 8192, 0.0, seed), noise=0.0)
         return sp.fit(MOVING, record.spectrum(segment=512))
 
     check({"order": order, "C": 0.8, "q": 1.0}, fitted)
@@ -79,7 +81,7 @@ def test_a_record_with_noise_of_5_percent(order: float) -> None:
     spread = 0.05 * sp.theory.linear(true).x_mean_square ** 0.5
 
     def fitted(seed: int) -> Fit:
-        return sp.fit(MOVING, sp.Record(0.2 * np.arange(2000), paths_of(true, 0.2, 2000, spread, seed)))
+        return sp.fit(MOVING, sp.MeasuredRecord(0.2 * np.arange(2000), paths_of(true, 0.2, 2000, spread, seed)))
 
     check({"order": order, "C": 0.8, "q": 1.0, "noise": spread}, fitted)
 
@@ -100,7 +102,9 @@ def test_a_frequency_response(of: Any, on: Any, error: str | None) -> None:
 
     def fitted(seed: int) -> Fit:
         z = np.random.default_rng(seed).standard_normal((2, frequency.size)) * size
-        return sp.fit(model, sp.FrequencyResponse(frequency, exact * (1.0 + z[0] + 1j * z[1]), of=of, on=on, **given))
+        return sp.fit(
+            model, sp.MeasuredFrequencyResponse(frequency, exact * (1.0 + z[0] + 1j * z[1]), of=of, on=on, **given)
+        )
 
     check({"k": 600.0, "order": 0.5, "C": 60.0}, fitted)
 
@@ -128,9 +132,9 @@ def test_impacts(truth: dict[str, float], model: Any, law: Any, error: float | N
         before = rng.uniform(0.3, 3.0, 40)
         after = law(before) * before
         if error is None:
-            return sp.fit(model, sp.Impacts(before, after * (1.0 + 0.03 * rng.standard_normal(40))))
+            return sp.fit(model, sp.MeasuredImpacts(before, after * (1.0 + 0.03 * rng.standard_normal(40))))
         noise = error * rng.standard_normal((2, 40))
-        return sp.fit(model, sp.Impacts(before + noise[0], after + noise[1], error=error))
+        return sp.fit(model, sp.MeasuredImpacts(before + noise[0], after + noise[1], error=error))
 
     check(truth, fitted)
 
@@ -171,7 +175,7 @@ def fit_of_statistics(seed: int) -> Fit:
             name: (value * (1.0 + 0.01 * rng.standard_normal()), 0.01 * value)
             for name, value in precisely(*spring).items()
         }
-        cases.append((stopped(*spring, **STOPPED_FREE), sp.Statistics(**measured)))
+        cases.append((stopped(*spring, **STOPPED_FREE), sp.MeasuredStatistics(**measured)))
     return sp.fit(cases, seed=seed + 1000, paths=1024, threads=1)
 
 
@@ -193,6 +197,6 @@ def test_a_narrow_resonance_does_not_tell_order_from_coefficient() -> None:
     named = 0
     for seed in range(TIMES):
         density = exact * np.random.default_rng(seed).gamma(10.0, 0.1, frequency.size)
-        fit = sp.fit(model, sp.Spectrum(frequency, density, averages=10))
+        fit = sp.fit(model, sp.MeasuredSpectrum(frequency, density, averages=10))
         named += any({"order", "C"} <= {*own.names} for own in fit.not_told_apart)
     assert named >= 0.95 * TIMES

@@ -11,31 +11,40 @@ import pytest
 from scipy import linalg
 
 import springpot as sp
-from springpot.faults import Stopped
+from springpot import MeasuredImpacts as Impacts
+from springpot import MeasuredModuli as Moduli
 from springpot.fitting.kalman import deviance_of, innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
 from springpot.fitting.records import RecordLikelihood
 from springpot.fitting.response import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
-from springpot.free_numbers import free_numbers
+from springpot.machine.faults import Stopped
+from springpot.problem.free_numbers import free_numbers
 from springpot.theory.methods.systems.linear import companion_of
 from tests.sizes import validation
 
 F = np.geomspace(0.1, 100.0, 21)
 ORDER, C = sp.free("order", 0.5, (0.02, 0.98)), sp.free("C", 1.0, (0.01, 100.0))
 ARMS = sp.System(
-    sp.Mass(2.0), sp.Spring(sp.free("k", 3.0, (0.1, 50.0))), sp.Dashpot(sp.free("c", 0.1, (0.0, 1.0))),
-    sp.Springpot(ORDER, C), sp.Series(sp.Springpot(ORDER, 0.7), sp.Spring(sp.free("k1", 4.0, (0.1, 50.0)))),
-    sp.Maxwell(2.0, sp.free("c1", 0.3, (0.01, 5.0))), sp.PolynomialSpring((sp.free("p1", 0.4, (0.1, 1.0)),)),
-    sp.Circuit(sp.free("theta", 0.5, (0.1, 1.0)), sp.free("R", 3.0, (0.1, 9.0)), sp.free("Cp", 0.6, (0.1, 1.0))),
-    sp.Barrier(-1.0), sp.WhiteNoise(1.0),
-)  # fmt: skip
+    sp.Mass(2.0),
+    sp.Spring(sp.free("k", 3.0, (0.1, 50.0))),
+    sp.Dashpot(sp.free("c", 0.1, (0.0, 1.0))),
+    sp.Springpot(ORDER, C),
+    sp.FractionalMaxwell(sp.Springpot(ORDER, 0.7), sp.Spring(sp.free("k1", 4.0, (0.1, 50.0)))),
+    sp.Maxwell(2.0, sp.free("c1", 0.3, (0.01, 5.0))),
+    sp.PolynomialSpring((sp.free("p1", 0.4, (0.1, 1.0)),)),
+    sp.PiezoelectricCircuit(
+        sp.free("theta", 0.5, (0.1, 1.0)), sp.free("R", 3.0, (0.1, 9.0)), sp.free("Cp", 0.6, (0.1, 1.0))
+    ),
+    sp.Barrier(-1.0),
+    sp.WhiteNoise(1.0),
+)
 
 
-def moduli(modulus: Any, error: float, seed: int, **given: Any) -> sp.Moduli:
+def moduli(modulus: Any, error: float, seed: int, **given: Any) -> sp.MeasuredModuli:
     noise = 1.0 + error * np.random.default_rng(seed).standard_normal((2, F.size))
-    return sp.Moduli(F, modulus.real * noise[0], modulus.imag * noise[1], **given)
+    return sp.MeasuredModuli(F, modulus.real * noise[0], modulus.imag * noise[1], **given)
 
 
 def paths_of(system: sp.System, step: float, samples: int, noise: float, seed: int, paths: int = 1) -> FloatArray:
@@ -78,7 +87,7 @@ def test_moduli_without_errors_give_back_their_numbers() -> None:
     exact = 3.0 + 2.0 * w**0.4
     found = sp.fit(
         sp.System(sp.Spring(sp.free("k", 1.0, (0.01, 100.0))), sp.Springpot(ORDER, C)),
-        sp.Moduli(F, exact.real, exact.imag, relative_error=0.01),
+        sp.MeasuredModuli(F, exact.real, exact.imag, relative_error=0.01),
     )
     assert found.values == pytest.approx({"k": 3.0, "order": 0.4, "C": 2.0}, rel=1e-6)
     assert found.model.of(sp.Springpot)[0].order == pytest.approx(0.4)
@@ -87,17 +96,17 @@ def test_moduli_without_errors_give_back_their_numbers() -> None:
 
 def test_zener_and_maxwell_arms_and_one_modulus_alone() -> None:
     w = 2j * np.pi * F
-    arm = sp.Series(sp.Springpot(0.6, 0.5), sp.Spring(8.0))
+    arm = sp.FractionalMaxwell(sp.Springpot(0.6, 0.5), sp.Spring(8.0))
     data = moduli(3.0 + arm.modulus(w), 0.01, 2)
     model = sp.System(
         sp.Spring(sp.free("k", 1.0, (0.01, 100.0))),
-        sp.Series(sp.Springpot(ORDER, C), sp.Spring(sp.free("k1", 2.0, (0.1, 100.0)))),
+        sp.FractionalMaxwell(sp.Springpot(ORDER, C), sp.Spring(sp.free("k1", 2.0, (0.1, 100.0)))),
     )
     found = sp.fit(model, data)
     truth = {"k": 3.0, "order": 0.6, "C": 0.5, "k1": 8.0}
     assert all(abs(found.values[name] - truth[name]) < 4.0 * found.errors[name] for name in truth)
     assert found.extras["relative_error"] == pytest.approx(0.01, rel=0.4)
-    loss = sp.fit(sp.Springpot(ORDER, C), sp.Moduli(F, loss=(2.0 * w**0.3).imag, relative_error=0.02))
+    loss = sp.fit(sp.Springpot(ORDER, C), sp.MeasuredModuli(F, loss=(2.0 * w**0.3).imag, relative_error=0.02))
     assert loss.values == pytest.approx({"order": 0.3, "C": 2.0}, rel=1e-5)
 
 
@@ -139,7 +148,7 @@ def test_what_is_known_of_two_numbers_together_is_said() -> None:
     f = np.geomspace(50.0, 60.0, 16)
     p, rng = 2j * np.pi * f, np.random.default_rng(1)
     modulus = 2.0 * p**0.5 * (1.0 + 0.01 * rng.standard_normal(16))
-    found = sp.fit(sp.Springpot(ORDER, C), sp.Moduli(f, modulus.real, modulus.imag, relative_error=0.01))
+    found = sp.fit(sp.Springpot(ORDER, C), sp.MeasuredModuli(f, modulus.real, modulus.imag, relative_error=0.01))
     assert abs(found.correlation("order", "C")) > 0.95
     assert not found.not_told_apart
     (said,) = found.known_together
@@ -184,8 +193,8 @@ def test_folds_and_leakage_of_a_density_are_exact() -> None:
 
 def test_the_response_is_that_of_the_theory() -> None:
     system = sp.System(
-        sp.Mass(2.0), sp.Spring(8.0), sp.Springpot(0.4, 0.7), sp.WhiteNoise(1.0), sp.ColouredNoise(0.5, 0.3),
-        sp.FilteredNoise(3.0, 0.4, 0.2, on="mass"),
+        sp.Mass(2.0), sp.Spring(8.0), sp.Springpot(0.4, 0.7), sp.WhiteNoise(1.0), sp.ColoredNoise(0.5, 0.3),
+        sp.KanaiTajimiNoise(3.0, 0.4, 0.2, on="mass"),
     )  # fmt: skip
     f = np.array([0.1, 0.3, 1.0])
     expected = 4.0 * np.pi * sp.theory.linear(system).spectrum(2.0 * np.pi * f)
@@ -245,10 +254,16 @@ def test_the_likelihood_holds_where_two_rates_are_nearly_one(damping: float) -> 
 
 def test_several_paths_velocities_and_every_kind_of_noise_agree_with_the_dense_likelihood() -> None:
     system = sp.System(
-        sp.Spring(4.0), sp.Dashpot(0.1), sp.Series(sp.Springpot(0.5, 0.7), sp.Spring(2.0)), sp.Maxwell(1.0, 0.5),
-        sp.Circuit(0.5, 3.0, 0.6), sp.Constant(2.0), sp.ColouredNoise(0.5, 0.3),
-        sp.FilteredNoise(3.0, 0.4, 0.2, on="mass"), sp.ThermalNoise(0.1),
-    )  # fmt: skip
+        sp.Spring(4.0),
+        sp.Dashpot(0.1),
+        sp.FractionalMaxwell(sp.Springpot(0.5, 0.7), sp.Spring(2.0)),
+        sp.Maxwell(1.0, 0.5),
+        sp.PiezoelectricCircuit(0.5, 3.0, 0.6),
+        sp.Constant(2.0),
+        sp.ColoredNoise(0.5, 0.3),
+        sp.KanaiTajimiNoise(3.0, 0.4, 0.2, on="mass"),
+        sp.ThermalNoise(0.1),
+    )
     for of, power in (("x", 0), ("v", 2)):
         own = state_space(system, of, 0.2, 60.0).sampled(0.2)  # type: ignore[arg-type]
         correlation = own.correlation(80)
@@ -276,7 +291,7 @@ def oscillating(order: float = 0.6) -> tuple[sp.System, sp.System]:
 
 def test_a_record_gives_back_its_numbers_and_its_noise() -> None:
     true, model = oscillating()
-    data = sp.Record(0.2 * np.arange(500), paths_of(true, 0.2, 500, 0.03, 1, paths=2))
+    data = sp.MeasuredRecord(0.2 * np.arange(500), paths_of(true, 0.2, 500, 0.03, 1, paths=2))
     found = sp.fit(model, data)
     truth = {"order": 0.6, "C": 0.8, "q": 1.0, "noise": 0.03}
     assert all(abs(found.values[name] - truth[name]) < 4.0 * found.errors[name] for name in truth)
@@ -292,12 +307,12 @@ def test_a_record_without_noise_says_so_and_has_the_errors_of_one(decimals: int 
     true, model = oscillating()
     values = paths_of(true, 0.2, 500, 0.0, 1)
     values = values if decimals is None else values.round(decimals)
-    found = sp.fit(model, sp.Record(0.2 * np.arange(500), values))
+    found = sp.fit(model, sp.MeasuredRecord(0.2 * np.arange(500), values))
     assert found.at_bounds == {"noise": "low"}
     size = 1.0 if decimals is not None else float(values.std())
     assert found.values["noise"] == pytest.approx(rounding * size)
     assert "The measurement noise cannot be found" in found.warnings[0]
-    known = sp.fit(model, sp.Record(0.2 * np.arange(500), values, noise=found.values["noise"]))
+    known = sp.fit(model, sp.MeasuredRecord(0.2 * np.arange(500), values, noise=found.values["noise"]))
     assert found.errors["q"] == pytest.approx(known.errors["q"], rel=0.05)
     assert found.values["q"] == pytest.approx(known.values["q"], rel=1e-3)
 
@@ -305,7 +320,7 @@ def test_a_record_without_noise_says_so_and_has_the_errors_of_one(decimals: int 
 def test_a_fit_to_a_record_that_is_stopped_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     true = sp.System(sp.Spring(4.0), sp.Springpot(0.5, 0.8), sp.WhiteNoise(1.0))
     model = sp.System(sp.Spring(4.0), sp.Springpot(ORDER, 0.8), sp.WhiteNoise(sp.free("q", 0.5, (0.01, 100.0))))
-    data = sp.Record(0.2 * np.arange(1000), paths_of(true, 0.2, 1000, 0.0, 1), noise=0.01)
+    data = sp.MeasuredRecord(0.2 * np.arange(1000), paths_of(true, 0.2, 1000, 0.0, 1), noise=0.01)
     asked: list[int] = []
     filtered = RecordLikelihood._filtered
 
@@ -328,10 +343,13 @@ def test_every_fit_can_be_stopped(kind: str) -> None:
     speeds = np.linspace(0.1, 1.0, 20)
     device = sp.System(sp.Spring(4.0), sp.Springpot(0.4, sp.free("C", 0.9, (0.1, 10.0))), sp.WhiteNoise(1.0))
     model, data = {
-        "impacts": (sp.Barrier(0.0, sp.free("r", 0.2, (0.1, 1.0))), sp.Impacts(speeds, 0.7 * speeds**0.9)),
-        "moduli": (device, sp.Moduli(speeds, 4.0 + speeds, speeds**0.3)),
-        "spectrum": (device, sp.Spectrum(speeds, 1.0 / speeds, 16.0)),
-        "response": (device, sp.FrequencyResponse(speeds, 1.0 / (4.0 - speeds + 1j * speeds), relative_error=0.1)),
+        "impacts": (sp.Barrier(0.0, sp.free("r", 0.2, (0.1, 1.0))), sp.MeasuredImpacts(speeds, 0.7 * speeds**0.9)),
+        "moduli": (device, sp.MeasuredModuli(speeds, 4.0 + speeds, speeds**0.3)),
+        "spectrum": (device, sp.MeasuredSpectrum(speeds, 1.0 / speeds, 16.0)),
+        "response": (
+            device,
+            sp.MeasuredFrequencyResponse(speeds, 1.0 / (4.0 - speeds + 1j * speeds), relative_error=0.1),
+        ),
     }[kind]
     asked: list[int] = []
     found = sp.fit(model, data, stop=lambda: asked.append(1) or len(asked) > 3)  # type: ignore[func-returns-value]
@@ -345,13 +363,13 @@ def test_every_fit_can_be_stopped(kind: str) -> None:
 def test_a_wall_in_a_record_is_noticed() -> None:
     """The model has no wall; the innovations are not Gaussian."""
     true, model = oscillating()
-    data = sp.Record(0.2 * np.arange(1000), np.abs(paths_of(true, 0.2, 1000, 0.0, 1)), noise=0.01)
+    data = sp.MeasuredRecord(0.2 * np.arange(1000), np.abs(paths_of(true, 0.2, 1000, 0.0, 1)), noise=0.01)
     assert "the motion is not Gaussian" in " ".join(sp.fit(model, data).check().sentences)
 
 
 def test_a_spectrum_gives_back_its_numbers() -> None:
     true, model = oscillating()
-    record = sp.Record(0.2 * np.arange(4096), paths_of(true, 0.2, 4096, 0.0, 2), noise=0.0)
+    record = sp.MeasuredRecord(0.2 * np.arange(4096), paths_of(true, 0.2, 4096, 0.0, 2), noise=0.0)
     found = sp.fit(model, record.spectrum(segment=256))
     truth = {"order": 0.6, "C": 0.8, "q": 1.0}
     assert all(abs(found.values[name] - truth[name]) < 4.0 * found.errors[name] for name in truth)
@@ -362,7 +380,9 @@ def test_restitution_and_its_laws() -> None:
     rng = np.random.default_rng(1)
     before = rng.uniform(0.3, 3.0, 60)
     after = 0.75 * before**0.9
-    noisy = sp.Impacts(before + 0.01 * rng.standard_normal(60), after + 0.01 * rng.standard_normal(60), error=0.01)
+    noisy = sp.MeasuredImpacts(
+        before + 0.01 * rng.standard_normal(60), after + 0.01 * rng.standard_normal(60), error=0.01
+    )
 
     def law(v: Any, a: float = sp.free("a", 0.5, (0.05, 2.0)), b: float = sp.free("b", 0.01, (-1.0, 1.0))) -> Any:
         return a * v**-b
@@ -380,7 +400,7 @@ def test_restitution_and_its_laws() -> None:
 def test_a_bouncing_ball() -> None:
     flights = 1.2 * 0.8 ** np.arange(8)
     times = np.concatenate([[0.0], np.cumsum(flights)])
-    found = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), sp.Impacts.from_times(times))
+    found = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), sp.MeasuredImpacts.from_times(times))
     assert found.values["r"] == pytest.approx(0.8, rel=1e-6)
 
 
@@ -396,34 +416,34 @@ def test_a_result_is_words_and_a_dataset() -> None:
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: sp.fit(sp.Spring(1.0), sp.Moduli(F, F)), "model must have a free number"),
+        (lambda: sp.fit(sp.Spring(1.0), Moduli(F, F)), "model must have a free number"),
         (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be Moduli, a Spectrum, a FrequencyRes"),
-        (lambda: sp.fit(3.0, sp.Moduli(F, F)), "model must be a System, an Oscillator or a part"),
-        (lambda: sp.fit([sp.Springpot(ORDER, C)], sp.Moduli(F, F)), "model must be a model, or a list of at least two"),
-        (lambda: sp.fit(sp.Springpot(ORDER, C), sp.Moduli(F, F), seed=-1), "seed must be a whole number from 0"),
-        (lambda: sp.fit(sp.System(sp.Mass(sp.free("m", 1.0, (0.5, 2.0))), sp.Springpot(0.5, 1.0)), sp.Moduli(F, F)),
+        (lambda: sp.fit(3.0, Moduli(F, F)), "model must be a System, an Oscillator or a part"),
+        (lambda: sp.fit([sp.Springpot(ORDER, C)], Moduli(F, F)), "model must be a model, or a list of at least two"),
+        (lambda: sp.fit(sp.Springpot(ORDER, C), Moduli(F, F), seed=-1), "seed must be a whole number from 0"),
+        (lambda: sp.fit(sp.System(sp.Mass(sp.free("m", 1.0, (0.5, 2.0))), sp.Springpot(0.5, 1.0)), Moduli(F, F)),
          "m must not be free: moduli depend on springs"),
-        (lambda: sp.fit(sp.System(sp.Dashpot(sp.free("c", 1.0, (0.5, 2.0)))), sp.Moduli(F, F)),
+        (lambda: sp.fit(sp.System(sp.Dashpot(sp.free("c", 1.0, (0.5, 2.0)))), Moduli(F, F)),
          "model must have a positive storage modulus at every frequency, not 0"),
-        (lambda: sp.fit(sp.System(sp.PolynomialSpring((0.0, sp.free("c", 1.0, (0.5, 2.0))))), sp.Moduli(F, F)),
+        (lambda: sp.fit(sp.System(sp.PolynomialSpring((0.0, sp.free("c", 1.0, (0.5, 2.0))))), Moduli(F, F)),
          "a linear system is needed, but polynomial_spring is not linear|the potential must hold the mass"),
-        (lambda: sp.fit(oscillating()[1], sp.Moduli(F, F)), "q must not be free"),
-        (lambda: sp.fit(sp.Oscillator(springpot=sp.Springpot(ORDER, C)), sp.Spectrum(F, F, 3)),
+        (lambda: sp.fit(oscillating()[1], Moduli(F, F)), "q must not be free"),
+        (lambda: sp.fit(sp.Oscillator(springpot=sp.Springpot(ORDER, C)), sp.MeasuredSpectrum(F, F, 3)),
          "covers linear springs, .* not barrier"),
-        (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Springpot(ORDER, C)), sp.Spectrum(F, F, 3)),
+        (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Springpot(ORDER, C)), sp.MeasuredSpectrum(F, F, 3)),
          "a system without noise has no spectrum"),
-        (lambda: sp.fit(oscillating()[1], sp.Record(0.1 * np.arange(64), np.sin(np.arange(64)), of="a")),
+        (lambda: sp.fit(oscillating()[1], sp.MeasuredRecord(0.1 * np.arange(64), np.sin(np.arange(64)), of="a")),
          "the acceleration under white_noise on the mass has no finite variance"),
         (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.Constant(C), sp.WhiteNoise(1.0)),
-                        sp.Spectrum(F, F, 3)), "C must not be free: such data do not depend on it"),
+                        sp.MeasuredSpectrum(F, F, 3)), "C must not be free: such data do not depend on it"),
         (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Dashpot(sp.free("noise", 1.0, (0.1, 2.0))), sp.WhiteNoise(1.0)),
-                        sp.Spectrum(F, F, 3, noise=None)), "noise must not be the name of a free number"),
-        (lambda: sp.fit(sp.Spring(1.0), sp.Impacts(F, F)), "model must be a Barrier, a system with one, or a function"),
-        (lambda: sp.fit(lambda v, a: a * v, sp.Impacts(F, F)),
+                        sp.MeasuredSpectrum(F, F, 3, noise=None)), "noise must not be the name of a free number"),
+        (lambda: sp.fit(sp.Spring(1.0), Impacts(F, F)), "model must be a Barrier, a system with one, or a function"),
+        (lambda: sp.fit(lambda v, a: a * v, Impacts(F, F)),
          r"model must have defaults for a, such as a=sp.free\('a'"),
-        (lambda: sp.fit(sp.System(sp.Spring(1.0)), sp.Impacts(F, F)),
+        (lambda: sp.fit(sp.System(sp.Spring(1.0)), Impacts(F, F)),
          "model must have one wall for data of impacts, not 0"),
-        (lambda: sp.fit(lambda v, a=C: a - 1000.0 * v, sp.Impacts(F, F)),
+        (lambda: sp.fit(lambda v, a=C: a - 1000.0 * v, Impacts(F, F)),
          "model must give a positive restitution for every speed"),
     ],
 )  # fmt: skip

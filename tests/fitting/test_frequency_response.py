@@ -9,24 +9,26 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.faults import FileFault
 from springpot.fitting.likelihood import slopes
 from springpot.fitting.transfer import ResponseLikelihood, response_of
+from springpot.machine.faults import FileError
 
 F = np.geomspace(0.5, 20.0, 41)
 DEVICE = sp.System(
     sp.Mass(sp.free("m", 2.0, (0.5, 8.0))), sp.Spring(sp.free("k", 800.0, (80.0, 8000.0))), sp.Dashpot(0.3),
     sp.Springpot(sp.free("order", 0.4, (0.05, 0.95)), sp.free("C", 30.0, (1.0, 300.0))), sp.Maxwell(50.0, 4.0),
-    sp.Circuit(0.5, 3.0, 0.6), sp.WhiteNoise(1.0),
+    sp.PiezoelectricCircuit(0.5, 3.0, 0.6), sp.WhiteNoise(1.0),
 )  # fmt: skip
 
 
-def measured(system: sp.System, seed: int, averages: float = 40.0, **given: Any) -> sp.FrequencyResponse:
+def measured(system: sp.System, seed: int, averages: float = 40.0, **given: Any) -> sp.MeasuredFrequencyResponse:
     """With complex errors whose size follows from the coherence."""
     exact, _ = response_of(system, F, given.get("of", "x"), given.get("on", "mass"))
     coherence = 0.98 - 0.3 * np.abs(np.log(F / 3.0)) / 3.0
     z = np.random.default_rng(seed).standard_normal((2, F.size)) * np.sqrt((1 - coherence) / (2 * averages * coherence))
-    return sp.FrequencyResponse(F, exact * (1.0 + z[0] + 1j * z[1]), averages=averages, coherence=coherence, **given)
+    return sp.MeasuredFrequencyResponse(
+        F, exact * (1.0 + z[0] + 1j * z[1]), averages=averages, coherence=coherence, **given
+    )
 
 
 def test_the_response_is_that_of_the_linear_theory() -> None:
@@ -58,7 +60,7 @@ def test_a_fit_gives_back_its_numbers() -> None:
     assert found.report().startswith("fit of 4 numbers to 82 magnitudes and phases")
     assert len(sp.figures.draw_fit(found).axes) == 3
     own = measured(true, 2)
-    scatter = sp.fit(model, sp.FrequencyResponse(F, own.response))
+    scatter = sp.fit(model, sp.MeasuredFrequencyResponse(F, own.response))
     assert scatter.extras["relative_error"] == pytest.approx(np.sqrt(np.mean(np.square(own.errors))), rel=0.3)
 
 
@@ -68,12 +70,12 @@ GOOD = "# averages = 20\nfrequency_hz,magnitude_mm/N,phase_deg,coherence_1\n1,2,
 def test_a_file_is_read_in_si_units(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(GOOD)
     found = sp.read_data(tmp_path / "a.csv")
-    assert isinstance(found, sp.FrequencyResponse)
+    assert isinstance(found, sp.MeasuredFrequencyResponse)
     assert found.response[1] == pytest.approx(-4e-3j)
     assert (found.of, found.on, found.averages) == ("x", "mass", 20.0)
     (tmp_path / "a.csv").write_text("frequency_hz;real_1;imaginary_1\n1;1;0\n2;2;-3\n3;-0.1;0\n")
     found = sp.read_data(tmp_path / "a.csv")
-    assert isinstance(found, sp.FrequencyResponse)
+    assert isinstance(found, sp.MeasuredFrequencyResponse)
     assert (found.of, found.on, complex(found.response[1])) == ("a", "ground", 2.0 - 3.0j)
 
 
@@ -99,18 +101,20 @@ BAD = [
 @pytest.mark.parametrize(("text", "sentence"), BAD)
 def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
     (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(FileFault, match=sentence):
+    with pytest.raises(FileError, match=sentence):
         sp.read_data(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: sp.FrequencyResponse(F, F * 1j, averages=10), "averages and coherence must be given together"),
-        (lambda: sp.FrequencyResponse(F, F[:-1] * 1j), "response must have a number for each of the 41 points"),
-        (lambda: sp.FrequencyResponse(F, F, on="air"), "on must be 'mass'"),
-        (lambda: sp.FrequencyResponse(F, F, relative_error=0.7), "must be above 0 and at most 0.5"),
-        (lambda: sp.FrequencyResponse(F, F, averages=9, coherence=0.9 + 0 * F, relative_error=0.1), "must be left out"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F * 1j, averages=10), "averages and coherence must be given together"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F[:-1] * 1j), "response must have a number for each of the 41 points"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F, on="air"), "on must be 'mass'"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F, relative_error=0.7), "must be above 0 and at most 0.5"),
+        (
+            lambda: sp.MeasuredFrequencyResponse(F, F, averages=9, coherence=0.9 + 0 * F, relative_error=0.1),
+            "must be left out"),
         (lambda: sp.fit(sp.System(*DEVICE.parts, sp.Barrier(-1.0)), measured(DEVICE, 1)), "not barrier"),
         (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(sp.free("q", 1.0, (0.1, 2.0)))),
                         measured(DEVICE, 1)), "q must not be free: such data do not depend on it"),

@@ -13,8 +13,8 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.faults import FileFault
 from springpot.fitting import rows
+from springpot.machine.faults import FileError
 
 RUBBER = """[[parts]]
 kind = "springpot"
@@ -32,23 +32,23 @@ def written(folder: Path, text: str) -> Path:
 def test_every_kind_is_read_in_si_units(tmp_path: Path) -> None:
     moduli = sp.read_data(written(tmp_path, "# relative_error = 0.02\nfrequency_rad/s; storage (MPa); loss [kPa]\n"
                                             "6.283185307179586;1;20\n12;2;30\n\n20;3;40\n"))  # fmt: skip
-    assert isinstance(moduli, sp.Moduli)
+    assert isinstance(moduli, sp.MeasuredModuli)
     assert (moduli.frequency_hz[0], moduli.storage[1], moduli.loss[2]) == (1.0, 2e6, 4e4)
     assert moduli.relative_error == 0.02
     spectrum = sp.read_data(written(tmp_path, "# averages: 64\n# sampling_rate_hz = 8\n# window = hann\n"
                                               "# segment = 16\nfrequency_hz\tdensity_g2/Hz\n"
                                               "0.5\t1\n1\t2\n1.5\t3\n"))  # fmt: skip
-    assert isinstance(spectrum, sp.Spectrum)
+    assert isinstance(spectrum, sp.MeasuredSpectrum)
     assert (spectrum.of, spectrum.averages, spectrum.segment, spectrum.window) == ("a", 64.0, 16, "hann")
     assert spectrum.density[1] == pytest.approx(2.0 * 9.80665**2)
     rows = "\n".join(f"{10 * n},{np.sin(n)},{np.cos(n)}" for n in range(40))
     record = sp.read_data(written(tmp_path, "# made by hand\n# noise = 1e-5\ntime_ms,x_mm,x_um\n" + rows))
-    assert isinstance(record, sp.Record)
+    assert isinstance(record, sp.MeasuredRecord)
     assert (record.of, record.paths, record.noise) == ("x", 2, 1e-5)
     assert record.step == pytest.approx(0.01)
     assert record.values[1, 1] == pytest.approx(1e-6 * np.cos(1.0))
     impacts = sp.read_data(written(tmp_path, "# error = 0.01\nbefore_m/s,after_mm/s\n1,700\n2,1400\n3,2100\n"))
-    assert isinstance(impacts, sp.Impacts)
+    assert isinstance(impacts, sp.MeasuredImpacts)
     assert (round(float(impacts.after[1]), 9), impacts.error) == (1.4, 0.01)
 
 
@@ -106,7 +106,7 @@ BAD = [
 
 @pytest.mark.parametrize(("text", "sentence"), BAD)
 def test_bad_data_are_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
-    with pytest.raises(FileFault, match=sentence) as caught:
+    with pytest.raises(FileError, match=sentence) as caught:
         sp.read_data(written(tmp_path, text))
     assert str(caught.value).startswith("data file ")
     assert "\n" not in str(caught.value)
@@ -115,10 +115,10 @@ def test_bad_data_are_one_sentence(tmp_path: Path, text: str, sentence: str) -> 
 def test_what_is_no_file_of_data(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="There is no file"):
         sp.read_data(tmp_path / "none.csv")
-    with pytest.raises(FileFault, match="it is a folder, not a file"):
+    with pytest.raises(FileError, match="it is a folder, not a file"):
         sp.read_data(tmp_path)
     (tmp_path / "raw.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileFault, match="is not text in UTF-8"):
+    with pytest.raises(FileError, match="is not text in UTF-8"):
         sp.read_data(tmp_path / "raw.csv")
 
 
@@ -126,9 +126,9 @@ def test_a_record_that_is_too_short_or_too_coarse_for_its_model() -> None:
     model = sp.System(sp.Spring(4.0), sp.Dashpot(sp.free("c", 0.5, (0.1, 1.0))), sp.WhiteNoise(1.0))
     values = np.random.default_rng(1).standard_normal(40)
     with pytest.raises(ValueError, match="data must last at least 5 periods of the model: its natural frequency is"):
-        sp.fit(model, sp.Record(0.01 * np.arange(40), values))
+        sp.fit(model, sp.MeasuredRecord(0.01 * np.arange(40), values))
     with pytest.raises(ValueError, match="data must have more than two samples in a period of the model"):
-        sp.fit(model, sp.Record(4.0 * np.arange(40), values))
+        sp.fit(model, sp.MeasuredRecord(4.0 * np.arange(40), values))
 
 
 def test_the_command_fits_and_writes(tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,7 +178,7 @@ def test_what_is_large_is_refused_soon(tmp_path: Path, text: str, sentence: str)
     """Each of these took seconds to hours, for its time grew with the square or the cube of its length."""
     place = written(tmp_path, text)
     start = time.perf_counter()
-    with pytest.raises(FileFault, match=sentence):
+    with pytest.raises(FileError, match=sentence):
         sp.read_data(place)
     assert time.perf_counter() - start < 2.0
 
@@ -186,11 +186,11 @@ def test_what_is_large_is_refused_soon(tmp_path: Path, text: str, sentence: str)
 def test_a_large_file_is_not_read_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     place = written(tmp_path, record_of(2, 40))
     monkeypatch.setattr(rows, "MOST_NUMBERS", 60)
-    with pytest.raises(FileFault, match=r"must have at most 60 numbers: line 22 has more\.$"):
+    with pytest.raises(FileError, match=r"must have at most 60 numbers: line 22 has more\.$"):
         sp.read_data(place)
     with place.open("ab") as file:
         file.truncate(200_000_001)
-    with pytest.raises(FileFault, match=r"cannot be read: it has more than 200,000,000 bytes\.$"):
+    with pytest.raises(FileError, match=r"cannot be read: it has more than 200,000,000 bytes\.$"):
         sp.read_data(place)
 
 
@@ -204,6 +204,6 @@ def test_memory_is_that_of_the_numbers(tmp_path: Path) -> None:
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert isinstance(record, sp.Record)
+    assert isinstance(record, sp.MeasuredRecord)
     assert peak < 8.0 * place.stat().st_size + 1e6
     assert peak < 6.0 * record.values.nbytes

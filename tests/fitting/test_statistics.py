@@ -15,13 +15,13 @@ import springpot as sp
 from springpot import cli
 from springpot.designing.samples import sampled_run
 from springpot.designing.surfaces import Form, Surface, places, surface_through
-from springpot.faults import FileFault, Stopped
 from springpot.fitting.exploring import Explorer
 from springpot.fitting.likelihood import Coordinates, slopes
 from springpot.fitting.moments import _statistic
 from springpot.fitting.simulated import Measured, MomentsLikelihood
-from springpot.simulation.settings import resolve
-from springpot.simulation.statistics import standard_error
+from springpot.machine.faults import FileError, Stopped
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.plan.settings import resolve
 
 W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))
 
@@ -31,9 +31,9 @@ def struck(w: float, q: float, gap: float = -0.5, c: float = 0.4) -> sp.Oscillat
     return sp.Oscillator(w, sp.Springpot(1.0, c), sp.Barrier(gap, 1.0), sp.WhiteNoise(q))
 
 
-def exactly(gap: float, names: tuple[str, ...], error: float = 0.02) -> sp.Statistics:
+def exactly(gap: float, names: tuple[str, ...], error: float = 0.02) -> sp.MeasuredStatistics:
     exact = sp.theory.exact(struck(1.0, 1.0, gap)).moments
-    return sp.Statistics(**{name: (getattr(exact, name), error * getattr(exact, name)) for name in names})
+    return sp.MeasuredStatistics(**{name: (getattr(exact, name), error * getattr(exact, name)) for name in names})
 
 
 @pytest.mark.parametrize("form", ["quadratic", "spline"])
@@ -101,7 +101,10 @@ def test_two_sets_of_statistics_share_their_numbers() -> None:
     names = ("x_rms", "impact_rate")
     exact = {gap: sp.theory.exact(struck(1.0, 1.0, gap)).moments for gap in (-0.5, 0.3)}
     cases = [
-        (struck(W, Q, gap), sp.Statistics(x_rms=(own.x_mean_square**0.5, 0.01), impact_rate=(own.impact_rate, 0.004)))
+        (
+            struck(W, Q, gap),
+            sp.MeasuredStatistics(x_rms=(own.x_mean_square**0.5, 0.01), impact_rate=(own.impact_rate, 0.004)),
+        )
         for gap, own in exact.items()
     ]
     found = sp.fit(cases, seed=1)
@@ -128,7 +131,7 @@ def test_what_a_surface_leaves_of_its_runs_is_an_error() -> None:
     u = np.linspace(-1.0, 1.0, 9)[:, None]
     rough = u + 0.05 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None]
     surface = surface_through(u, rough, np.zeros(1), np.ones(1), form="quadratic", logarithmic=np.array([False]))
-    measured = Measured.of([sp.Statistics(x_mean=(0.01, 0.1))])
+    measured = Measured.of([sp.MeasuredStatistics(x_mean=(0.01, 0.1))])
     own = Coordinates((sp.free("a", 0.0, (-1.0, 1.0)),))
     with_it, without = (MomentsLikelihood(own, measured, surface, 1.0, last=last) for last in (True, False))
     assert without.errors_at(np.zeros(1)) == pytest.approx(0.1, rel=0.1)
@@ -138,7 +141,7 @@ def test_what_a_surface_leaves_of_its_runs_is_an_error() -> None:
 def test_numbers_that_statistics_do_not_tell_apart_are_named() -> None:
     """Where the wall is not reached only the ratio of noise and damping matters."""
     linear = struck(2.0, Q, -9.0, sp.free("C", 0.4, (0.05, 2.0)))
-    found = sp.fit(linear, sp.Statistics(x_mean_square=(0.3125, 0.01), v_mean_square=(1.25, 0.03)), paths=1024)
+    found = sp.fit(linear, sp.MeasuredStatistics(x_mean_square=(0.3125, 0.01), v_mean_square=(1.25, 0.03)), paths=1024)
     assert [{*own.names} for own in found.not_told_apart] == [{"C", "q"}]
     assert found.values["q"] / found.values["C"] == pytest.approx(2.5, rel=0.05)
 
@@ -184,27 +187,45 @@ def test_the_first_ctrl_c_lets_the_command_keep_the_best_so_far(
 
 
 BAD: list[tuple[Any, str]] = [
-    (lambda: sp.Statistics(), "Statistics must have at least one statistic"),
-    (lambda: sp.Statistics(x_mean=1.0), r"x_mean must be a pair \(value, error\)"),
-    (lambda: sp.Statistics(x_mean=(1.0, 0.0)), "the error of x_mean must be"),
-    (lambda: sp.Statistics(x_mean=(np.nan, 0.1)), "x_mean must be in"),
-    (lambda: sp.Statistics(impact_rate=(-1.0, 0.1)), "impact_rate must be greater than 0, not -1"),
-    (lambda: sp.Statistics(x_quantile=(1.0, 0.1)), "x_quantile must be a dict such as"),
-    (lambda: sp.Statistics(x_quantile={1.5: (1.0, 0.1)}), "the probability of x_quantile must be in"),
-    (lambda: sp.Statistics(x_rms=(1.0, 0.1), correlation=[[1.0, 0.5]]), "correlation must have 1 rows of 1 numbers"),
-    (lambda: sp.Statistics(x_rms=(1.0, 0.1), x_mean=(1.0, 0.1), correlation=[[1.0, 1.0], [1.0, 1.0]]),
-     "correlation must be positive definite"),
-    (lambda: sp.fit(struck(W, Q), sp.Statistics(x_rms=(1.0, 0.1))), "data must have more points than"),
-    (lambda: sp.fit(struck(W, 1.0), sp.Statistics(x_rms=(1.0, 0.1)), paths=1000), "paths must be a power of two"),
-    (lambda: sp.fit(sp.Springpot(0.5, W), sp.Moduli([1, 2, 3], [1, 2, 3]), paths=1024), "paths must not be given"),
-    (lambda: sp.fit(sp.Springpot(0.5, W), sp.Statistics(x_rms=(1.0, 0.1))), "model must be a System or an Oscillator"),
+    (lambda: sp.MeasuredStatistics(), "Statistics must have at least one statistic"),
+    (lambda: sp.MeasuredStatistics(x_mean=1.0), r"x_mean must be a pair \(value, error\)"),
+    (lambda: sp.MeasuredStatistics(x_mean=(1.0, 0.0)), "the error of x_mean must be"),
+    (lambda: sp.MeasuredStatistics(x_mean=(np.nan, 0.1)), "x_mean must be in"),
+    (lambda: sp.MeasuredStatistics(impact_rate=(-1.0, 0.1)), "impact_rate must be greater than 0, not -1"),
+    (lambda: sp.MeasuredStatistics(x_quantile=(1.0, 0.1)), "x_quantile must be a dict such as"),
+    (lambda: sp.MeasuredStatistics(x_quantile={1.5: (1.0, 0.1)}), "the probability of x_quantile must be in"),
+    (
+        lambda: sp.MeasuredStatistics(x_rms=(1.0, 0.1), correlation=[[1.0, 0.5]]),
+        "correlation must have 1 rows of 1 numbers",
+    ),
+    (
+        lambda: sp.MeasuredStatistics(x_rms=(1.0, 0.1), x_mean=(1.0, 0.1), correlation=[[1.0, 1.0], [1.0, 1.0]]),
+        "correlation must be positive definite",
+    ),
+    (lambda: sp.fit(struck(W, Q), sp.MeasuredStatistics(x_rms=(1.0, 0.1))), "data must have more points than"),
+    (
+        lambda: sp.fit(struck(W, 1.0), sp.MeasuredStatistics(x_rms=(1.0, 0.1)), paths=1000),
+        "paths must be a power of two",
+    ),
+    (
+        lambda: sp.fit(sp.Springpot(0.5, W), sp.MeasuredModuli([1, 2, 3], [1, 2, 3]), paths=1024),
+        "paths must not be given",
+    ),
+    (
+        lambda: sp.fit(sp.Springpot(0.5, W), sp.MeasuredStatistics(x_rms=(1.0, 0.1))),
+        "model must be a System or an Oscillator",
+    ),
     (lambda: sp.fit(struck(W, Q)), "data must be given"),
     (lambda: sp.fit([(struck(W, Q), 3.0)]), r"model must be pairs \(model, Statistics\) where data is left out"),
-    (lambda: sp.fit(struck(W, 1.0), sp.Statistics(x_rmss=(1.0, 0.1))), "data must be of results of the model"),
-    (lambda: sp.fit(struck(W, 1.0), sp.Statistics(impact_rates=(1.0, 0.1))), "did you mean impact_rate"),
-    (lambda: sp.fit(sp.System(sp.Spring(1.0), sp.Springpot(1.0, W), sp.WhiteNoise(0.0)),
-                    sp.Statistics(x_rms=(1.0, 0.1))), "needs a stationary state|intensity must be positive"),
-]  # fmt: skip
+    (lambda: sp.fit(struck(W, 1.0), sp.MeasuredStatistics(x_rmss=(1.0, 0.1))), "data must be of results of the model"),
+    (lambda: sp.fit(struck(W, 1.0), sp.MeasuredStatistics(impact_rates=(1.0, 0.1))), "did you mean impact_rate"),
+    (
+        lambda: sp.fit(
+            sp.System(sp.Spring(1.0), sp.Springpot(1.0, W), sp.WhiteNoise(0.0)), sp.MeasuredStatistics(x_rms=(1.0, 0.1))
+        ),
+        "needs a stationary state|intensity must be positive",
+    ),
+]
 
 
 @pytest.mark.parametrize(("make", "sentence"), BAD)
@@ -233,7 +254,7 @@ FILES = [
 @pytest.mark.parametrize(("text", "sentence"), FILES)
 def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
     (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(FileFault, match=sentence) as caught:
+    with pytest.raises(FileError, match=sentence) as caught:
         sp.read_data(tmp_path / "a.csv")
     assert "\n" not in str(caught.value)
 
@@ -245,7 +266,7 @@ def test_the_command_fits_a_file_of_statistics(
     monkeypatch.chdir(tmp_path)
     Path("a.csv").write_text(GOOD)
     read = sp.read_data("a.csv")
-    assert isinstance(read, sp.Statistics)
+    assert isinstance(read, sp.MeasuredStatistics)
     assert read.values == pytest.approx([1.26, 0.21])
     device = sp.System(
         sp.Spring(sp.free("k", 1.2, (0.3, 3.0))), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q)

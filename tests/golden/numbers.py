@@ -264,7 +264,7 @@ def methods(count: int = 300, with_densities: int = 60) -> Named:
         yield f"{number}/recommended", str(theory.recommended(oscillator, answers))
         try:
             found = sp.atlas(oscillator)
-        except (ValueError, theory.NotCovered):
+        except (ValueError, theory.NotCoveredError):
             continue
         for rest, value in found.to_dict().items():
             if isinstance(value, bool | int | float):

@@ -27,9 +27,9 @@ def _on(draw: Draw) -> str:
     return ("mass", "ground")[int(draw.integers(2))]
 
 
-def _record(draw: Draw) -> sp.Recorded:
+def _record(draw: Draw) -> sp.RecordedExcitation:
     time = np.arange(0.0, 40.0, 0.5)
-    return sp.Recorded(tuple(time.tolist()), tuple(draw.normal(0.0, 0.3, time.size).tolist()), _on(draw))
+    return sp.RecordedExcitation(tuple(time.tolist()), tuple(draw.normal(0.0, 0.3, time.size).tolist()), _on(draw))
 
 
 PARTS: dict[str, Callable[[Draw], object]] = {
@@ -39,9 +39,13 @@ PARTS: dict[str, Callable[[Draw], object]] = {
     "springpot": lambda draw: sp.Springpot(draw.uniform(0.05, 0.95), draw.uniform(0.05, 0.8)),
     "springpot_0": lambda draw: sp.Springpot(0.0, draw.uniform(0.05, 0.8)),
     "springpot_1": lambda draw: sp.Springpot(1.0, draw.uniform(0.05, 0.5)),
-    "series": lambda draw: sp.Series(sp.Springpot(draw.uniform(0.2, 0.9), 0.5), sp.Spring(draw.uniform(0.5, 2.0))),
+    "series": lambda draw: sp.FractionalMaxwell(
+        sp.Springpot(draw.uniform(0.2, 0.9), 0.5), sp.Spring(draw.uniform(0.5, 2.0))
+    ),
     "maxwell": lambda draw: sp.Maxwell(draw.uniform(0.2, 1.0), draw.uniform(0.2, 1.0)),
-    "circuit": lambda draw: sp.Circuit(draw.uniform(0.1, 0.5), draw.uniform(0.5, 2.0), draw.uniform(0.5, 2.0)),
+    "circuit": lambda draw: sp.PiezoelectricCircuit(
+        draw.uniform(0.1, 0.5), draw.uniform(0.5, 2.0), draw.uniform(0.5, 2.0)
+    ),
     "dashpot": lambda draw: sp.Dashpot(draw.uniform(0.05, 0.5)),
     "polynomial_dashpot": lambda draw: sp.PolynomialDashpot((0.05, draw.uniform(0.0, 0.1), draw.uniform(0.01, 0.1))),
     "van_der_pol": lambda draw: sp.VanDerPol(draw.uniform(0.02, 0.2), draw.uniform(0.5, 1.5)),
@@ -54,8 +58,10 @@ PARTS: dict[str, Callable[[Draw], object]] = {
     "contact": lambda draw: sp.Contact(-draw.uniform(0.3, 1.0), draw.uniform(20.0, 200.0)),
     "contact_lossy": lambda draw: sp.Contact(draw.uniform(0.3, 1.0), 50.0, 1.5, draw.uniform(0.1, 0.5), "below"),
     "white_noise": lambda draw: sp.WhiteNoise(draw.uniform(0.2, 1.5), _on(draw)),
-    "coloured_noise": lambda draw: sp.ColouredNoise(draw.uniform(0.1, 0.8), draw.uniform(0.2, 2.0), _on(draw)),
-    "filtered_noise": lambda draw: sp.FilteredNoise(draw.uniform(1.0, 3.0), draw.uniform(0.2, 0.6), 0.3, _on(draw)),
+    "colored_noise": lambda draw: sp.ColoredNoise(draw.uniform(0.1, 0.8), draw.uniform(0.2, 2.0), _on(draw)),
+    "kanai_tajimi_noise": lambda draw: sp.KanaiTajimiNoise(
+        draw.uniform(1.0, 3.0), draw.uniform(0.2, 0.6), 0.3, _on(draw)
+    ),
     "thermal_noise": lambda draw: sp.ThermalNoise(draw.uniform(0.1, 0.6)),
     "poisson_impulses": lambda draw: sp.PoissonImpulses(draw.uniform(0.2, 1.0), draw.uniform(0.1, 0.5), _on(draw)),
     "parametric_noise": lambda draw: sp.ParametricNoise(draw.uniform(0.001, 0.02)),

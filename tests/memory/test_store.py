@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from springpot import files, trusted
+from springpot.machine import files, trusted
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
 from tests.strangers import STRANGER, needs_another_user, needs_owners
 

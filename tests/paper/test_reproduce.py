@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from springpot.faults import per_cent
-from springpot.oscillator import Oscillator, Springpot
+from springpot.machine.faults import per_cent
 from springpot.paper import figures, montecarlo, pages, reproduce
 from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall, write_rows
+from springpot.problem.oscillator import Oscillator, Springpot
 
 HEADER = [
     "alpha",

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import integrate
 
 import springpot as sp
-from springpot.parts import Circuit
+from springpot.problem.parts import PiezoelectricCircuit
 
 __all__ = [
     "AWAY", "NEARLY_LINEAR", "boltzmann", "circuit", "filtered", "of_many_kinds", "poisson_fourth_moment",
@@ -87,7 +87,7 @@ def white(intensity: float) -> Callable[[float], float]:
     return lambda w: intensity / (2.0 * math.pi)
 
 
-def circuit(part: Circuit) -> Callable[[complex], complex]:
+def circuit(part: PiezoelectricCircuit) -> Callable[[complex], complex]:
     """The modulus of a circuit: theta V per displacement."""
     return lambda p: part.coupling**2 * p / (part.capacitance * p + 1.0 / part.resistance)
 

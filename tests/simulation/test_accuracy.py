@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation import CONTROLLED, accuracy, run
-from springpot.simulation.accuracy import reach
-from springpot.simulation.budget import combine
-from springpot.simulation.cost import Clock, Estimate
-from springpot.simulation.forgetting import missing_variance, shares_missing
-from springpot.simulation.levels import COARSEST_STEP, levels_of
-from springpot.simulation.scaled import stationary
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.slow_impacts import extrapolation_step, slow_impact_order
-from springpot.simulation.statistics import controlled, standard_error
+from springpot.machine.progress import Clock, Estimate
+from springpot.simulation import CONTROLLED, run
+from springpot.simulation.error import reach as accuracy
+from springpot.simulation.error.budget import combine
+from springpot.simulation.error.levels import COARSEST_STEP, levels_of
+from springpot.simulation.error.reach import reach
+from springpot.simulation.error.scaled import stationary
+from springpot.simulation.estimate.slow_impacts import extrapolation_step, slow_impact_order
+from springpot.simulation.estimate.statistics import controlled, standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.transient import missing_variance, shares_missing
 from tests.sizes import validation
 
 from .problems import oscillator, truncated_gaussian

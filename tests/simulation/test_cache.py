@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numba
 import pytest
 
-from springpot import trusted
-from springpot.simulation.cache import cached, find_folder
-from springpot.simulation.forces import White
+from springpot.machine import trusted
+from springpot.simulation.kernel.cache import cached, find_folder
+from springpot.simulation.kernel.forces import White
 from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
 
@@ -26,7 +26,7 @@ TINY = """
 import resource
 import sys
 import numba
-from springpot.simulation.cache import cached, find_folder
+from springpot.simulation.kernel.cache import cached, find_folder
 
 def twice(number):
     return 2 * number
@@ -52,7 +52,7 @@ def test_a_kernel_that_cannot_be_kept_is_compiled_all_the_same(word: str, kept: 
 
 ONE = """
 import numba
-from springpot.simulation.cache import cached
+from springpot.simulation.kernel.cache import cached
 
 kernel = cached(numba.njit(lambda number: number + number))
 assert kernel(21) == 42
@@ -62,7 +62,7 @@ print(sum(kernel.stats.cache_hits.values()))
 MANY = """
 import sys
 import numba
-from springpot.simulation.cache import cached
+from springpot.simulation.kernel.cache import cached
 
 files = cached(numba.njit(lambda number: number + number))._cache._cache_file
 who, number = sys.argv[1], int(sys.argv[2])
@@ -107,7 +107,7 @@ for who in ("one", "other"):
 
 CALLBACKS = """
 from springpot.explorer.gathering import _square_part
-from springpot.simulation.spectral import _spectral_part
+from springpot.simulation.watch.spectrum import _spectral_part
 
 print([part.cache_hits for part in (_spectral_part(2), _spectral_part(3), _square_part())])
 """
@@ -219,7 +219,7 @@ def test_a_kernel_forged_by_another_user_is_not_run(
         for path in (shared / "its", *(shared / "its").rglob("*")):
             os.chown(path, 0, 0)
     trusted.say_unused.cache_clear()
-    with pytest.warns(trusted.UnusedCache, match="Compiled kernels are not stored") as said:
+    with pytest.warns(trusted.CacheWarning, match="Compiled kernels are not stored") as said:
         made = kernel(open_to_all, monkeypatch)
     assert hits(made) == 0
     assert not ran.exists()
@@ -293,7 +293,8 @@ def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
     """And the doctor says it among its findings."""
     tmp_path.chmod(0o777)
     code = (
-        "from springpot import cli, doctor, trusted; from springpot.simulation import kernel\n"
+        "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
+        "from springpot.simulation.kernel import block as kernel\n"
         "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
         "doctor.diagnose.__globals__['processor'] = lambda: kernel.block._cache.load_overload((), None)\n"
         "assert cli.main(['doctor']) == 0"

@@ -13,10 +13,10 @@ import pytest
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.slow_impacts import slow_impact_order
-from springpot.simulation.statistics import standard_error
+from springpot.simulation.estimate.slow_impacts import slow_impact_order
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 
 from ..sizes import validation
 from .problems import oscillator

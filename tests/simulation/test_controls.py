@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.controls import controls_of
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import Simulation, simulation_of
-from springpot.simulation.statistics import controlled, standard_error
+from springpot.simulation.estimate.controls import controls_of
+from springpot.simulation.estimate.statistics import controlled, standard_error
+from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.sizes import validation
 
 from .problems import oscillator

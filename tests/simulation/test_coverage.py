@@ -34,7 +34,7 @@ from scipy import integrate, optimize, stats
 
 import springpot as sp
 from springpot.simulation import CONTROLLED, Run, run
-from springpot.simulation.scales import scales_of
+from springpot.simulation.plan.scales import scales_of
 
 from .problems import oscillator, truncated_gaussian
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from springpot.simulation.cost import Clock, OutOfTime
-from springpot.simulation.decision import MOST_FINER, NORMAL, Known, Standing, bias_range, decide
+from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.simulation.error.decision import MOST_FINER, NORMAL, Known, Standing, bias_range, decide
 
 QUIET = Known("x_mean", 1.0, 0.02, 4.0, 0.4, 1e-4, 1e-4, (1.0, 2.0), 0.0, 1.0, 1e-4)
 START = Standing(0.01, (QUIET,), 4096, 1024, 1, 300, 0.0, 1e6, 1e12, MOST_FINER, True)
@@ -107,7 +107,7 @@ def test_the_last_round_uses_what_room_there_is() -> None:
 
 def test_a_clock_without_a_limit_never_ends_and_one_with_none_left_does() -> None:
     Clock(None).check()
-    with pytest.raises(OutOfTime):
+    with pytest.raises(OutOfTimeError):
         Clock(1e-9).check()
 
 

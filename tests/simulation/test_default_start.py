@@ -11,8 +11,8 @@ import pytest
 import springpot as sp
 from springpot.explorer.protocol import Problem
 from springpot.simulation import run
-from springpot.simulation.forgetting import is_stationary
-from springpot.simulation.settings import resolve
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.transient import is_stationary
 
 SHORT: dict[str, Any] = {"paths": 64, "duration": 4.0, "step": 0.02}
 STATIONARY_RATE = 0.3031, 0.0003  # of the default oscillator, from long stationary runs

@@ -9,16 +9,16 @@ import pytest
 from scipy import integrate, linalg, stats
 
 import springpot as sp
-from springpot.options import Scheme
 from springpot.simulation import run
-from springpot.simulation.adapted import adapt
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.observers import NO_OBSERVERS, Accumulators
-from springpot.simulation.oracle import _walk, oracle_weights
-from springpot.simulation.parts import Forcing
-from springpot.simulation.schemes import scheme_of
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.kernel.questions import Forcing
+from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.options import Scheme
+from springpot.simulation.plan.schemes import scheme_of
+from springpot.simulation.plan.settings import resolve
+from tests.simulation.oracle import _walk, oracle_weights
 from tests.sizes import validation
 
 from .problems import assert_agrees, oscillator, truncated_gaussian

@@ -8,14 +8,14 @@ import pytest
 from scipy import stats
 
 import springpot as sp
-from springpot import comparison
+from springpot.evidence import comparison
 from springpot.explorer.gathering import Gathering
-from springpot.simulation import few_events
-from springpot.simulation.few_events import chance_below, error_of_unseen, interval
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.scaled import stationary
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.error.scaled import stationary
+from springpot.simulation.estimate import few_events
+from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from springpot.theory.walls import about_walls
 
 from .systems import NEARLY_LINEAR, of_many_kinds

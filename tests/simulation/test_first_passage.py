@@ -224,7 +224,7 @@ def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, positio
     assert error < 0.025 * mean
     assert abs(envelope.first_passage(x=level).mean_time / mean - 1.0) < 0.1
     assert found["amplitude"].mean_time < 0.7 * mean
-    with pytest.raises(sp.theory.NotCovered, match="simulate it"):
+    with pytest.raises(sp.theory.NotCoveredError, match="simulate it"):
         sp.theory.envelope(oscillator(0.5, 0.4)).first_passage(x=level)
     with pytest.raises(TypeError, match="one level"):
         envelope.first_passage(x=level, amplitude=level)

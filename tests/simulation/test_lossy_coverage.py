@@ -15,8 +15,8 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.simulation import Run, run
-from springpot.simulation.scales import scales_of
-from springpot.simulation.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
+from springpot.simulation.estimate.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
+from springpot.simulation.plan.scales import scales_of
 from springpot.theory.mckean import slow_impact_power
 
 pytestmark = pytest.mark.validation

@@ -15,7 +15,7 @@ from tests.sizes import validation
 
 NOISE = sp.WhiteNoise(1.0)
 # with these the systems with friction and those with a record are of one kind, which is compiled once
-NO_FRICTION, NO_RECORD = sp.Friction(0.0), sp.Recorded((0.0, 100.0), (0.0, 0.0))
+NO_FRICTION, NO_RECORD = sp.Friction(0.0), sp.RecordedExcitation((0.0, 100.0), (0.0, 0.0))
 
 
 def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at_rest() -> None:
@@ -53,7 +53,7 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
         return np.asarray(solved.sol(run.time)[0])
 
     for on, sign, mass in (("ground", -1.0, 1.0), ("mass", 1.0, 3.0)):
-        record = sp.Recorded(tuple(t), tuple(a), on=on)
+        record = sp.RecordedExcitation(tuple(t), tuple(a), on=on)
         shaken = sp.System(sp.Mass(3.0), sp.Spring(3.0), sp.Dashpot(0.6), NO_FRICTION, record)
         run = sp.run(shaken, paths=1, record=1)
         assert run.warnings == ()
@@ -61,7 +61,7 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
         assert run.record[0, :, 0] == pytest.approx(moved(sign, mass), abs=3e-4)
     # all that was fed in was taken out or is still in the motion
     energy = 0.5 * 3.0 * (run.values["x_mean_square_end"] + run.values["v_mean_square_end"])
-    left = (run.values["recorded_power"] - run.values["damping_power"]) * run.settings.duration
+    left = (run.values["recorded_excitation_power"] - run.values["damping_power"]) * run.settings.duration
     assert left == pytest.approx(energy, rel=1e-6)
 
 
@@ -69,12 +69,12 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
 def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
     t = np.linspace(0.0, 10.0, 101)
     shaken = sp.System(
-        sp.Spring(4.0), sp.Dashpot(0.2), sp.Recorded(tuple(t), tuple(np.sin(2.0 * t))), sp.Barrier(-0.1, 0.5)
+        sp.Spring(4.0), sp.Dashpot(0.2), sp.RecordedExcitation(tuple(t), tuple(np.sin(2.0 * t))), sp.Barrier(-0.1, 0.5)
     )
     run = sp.run(shaken, paths=1)
     assert run.warnings == ()
     assert 2 <= run.values["impact_rate"] * run.settings.duration <= 40
-    noisy = sp.System(*shaken.parts, sp.ColouredNoise(0.1, 0.2))
+    noisy = sp.System(*shaken.parts, sp.ColoredNoise(0.1, 0.2))
     assert np.isnan(sp.run(noisy, paths=64).values["impact_rate"])
 
 
@@ -144,11 +144,11 @@ def test_a_function_that_returns_no_number_is_said_with_the_parts_name(tmp_path:
     [
         (lambda: sp.Friction(-1.0), "force must be"),
         (lambda: sp.Force(3.0), "function must be a function f"),
-        (lambda: sp.Recorded((0.0, 1.0), (1.0,)), "must have the same number of points"),
-        (lambda: sp.Recorded((0.0, 0.0), (1.0, 1.0)), "time must increase"),
-        (lambda: sp.Recorded((0.0, 1.0), (1.0, math.nan)), r"values\[1\] must be"),
-        (lambda: sp.Recorded("abc", (1.0,)), "time must be a list of numbers"),
-        (lambda: sp.Recorded((0.0, 1.0), (1.0, 1.0), on="roof"), "on must be"),
+        (lambda: sp.RecordedExcitation((0.0, 1.0), (1.0,)), "must have the same number of points"),
+        (lambda: sp.RecordedExcitation((0.0, 0.0), (1.0, 1.0)), "time must increase"),
+        (lambda: sp.RecordedExcitation((0.0, 1.0), (1.0, math.nan)), r"values\[1\] must be"),
+        (lambda: sp.RecordedExcitation("abc", (1.0,)), "time must be a list of numbers"),
+        (lambda: sp.RecordedExcitation((0.0, 1.0), (1.0, 1.0), on="roof"), "on must be"),
         (lambda: sp.System(sp.Spring(1.0), sp.Friction(0.1), sp.ThermalNoise(1.0)), "friction cannot be combined"),
         (
             lambda: sp.System(sp.Spring(1.0), sp.Contact(-1.0, 9.0, dissipation=0.1), sp.ThermalNoise(1.0)),

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from springpot.simulation.forces import only_pushes
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.parts import Splitting, answers, begin, bounce, clearance, extras, push
-from springpot.simulation.restitution import Fixed
-from springpot.simulation.rigid_wall import fly
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.statistics import standard_error
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.kernel.forces import only_pushes
+from springpot.simulation.kernel.questions import Splitting, answers, begin, bounce, clearance, extras, push
+from springpot.simulation.kernel.restitution import Fixed
+from springpot.simulation.kernel.rigid_wall import fly
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.simulation.problems import oscillator
 
 
@@ -139,11 +139,11 @@ def test_a_part_from_elsewhere_is_never_kept_on_disk(tmp_path: Path) -> None:
 from typing import NamedTuple
 from elsewhere import FACTOR
 from springpot import Oscillator, run
-from springpot.simulation.kernel import block
-from springpot.simulation.forces import only_pushes
-from springpot.simulation.parts import answers, push
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.kernel.block import block
+from springpot.simulation.kernel.forces import only_pushes
+from springpot.simulation.kernel.questions import answers, push
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.paths.simulation import simulation_of
 
 class Mine(NamedTuple):
     size: float

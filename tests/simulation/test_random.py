@@ -7,8 +7,8 @@ import pytest
 from numba import njit
 from scipy import special, stats
 
-from springpot.simulation import random as source
-from springpot.simulation.random import normals
+from springpot.simulation.kernel import random as source
+from springpot.simulation.kernel.random import normals
 from tests.sizes import validation
 
 

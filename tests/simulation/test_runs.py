@@ -16,11 +16,11 @@ import pytest
 import springpot as sp
 from springpot.memory import direct
 from springpot.simulation import UNITS, run
-from springpot.simulation.oracle import direct_path
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.slow_impacts import missed_impacts
+from springpot.simulation.estimate.slow_impacts import missed_impacts
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.signals import in_a_terminal
+from tests.simulation.oracle import direct_path
 from tests.sizes import validation
 
 from .problems import assert_agrees, oscillator, truncated_gaussian
@@ -367,7 +367,7 @@ def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
     assert not run(oscillator(0.9), paths=64, start="rest").warnings
 
 
-@pytest.mark.validation  # every day: that of the command, in tests/test_cli.py
+@pytest.mark.validation  # every day: that of the command, in tests/cli/test_cli.py
 def test_an_interrupt_stops_a_long_run_at_once() -> None:
     code = (
         "import os; import springpot as sp; from springpot.simulation import run; "

@@ -18,8 +18,10 @@ import pytest
 import xarray
 
 import springpot as sp
-from springpot.simulation import Run, loaded, saved
-from springpot.units import UNITS
+from springpot.problem.units import UNITS
+from springpot.simulation import Run
+from springpot.simulation.result import load as loaded
+from springpot.simulation.result import save as saved
 
 OSCILLATOR = sp.Oscillator(springpot=sp.Springpot(0.5, 0.4), barrier=sp.Barrier(0.1, 0.8, "below"))
 

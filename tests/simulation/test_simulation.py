@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.compose import compose
-from springpot.simulation.kernel import COLUMNS
-from springpot.simulation.scales import scales_of
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.lowering.compose import compose
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.scales import scales_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.start import Adapted
 
 PROBLEM = sp.Oscillator(
     natural_frequency=3.0,

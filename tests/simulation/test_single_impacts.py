@@ -7,11 +7,11 @@ import pytest
 from numba import njit
 
 import springpot as sp
-from springpot.simulation.lanes import LANES
-from springpot.simulation.observers import NO_OBSERVERS, Accumulators
-from springpot.simulation.restitution import Fixed
-from springpot.simulation.rigid_wall import fly
-from springpot.simulation.single_impacts import flight
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.restitution import Fixed
+from springpot.simulation.kernel.rigid_wall import fly
+from springpot.simulation.kernel.single_impacts import flight
+from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.theory import exact
 from tests.simulation.systems import NEARLY_LINEAR
 

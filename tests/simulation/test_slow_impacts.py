@@ -9,14 +9,14 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.simulation import Run, run
-from springpot.simulation.results import PROBABILITIES
-from springpot.simulation.slow_impacts import (
+from springpot.simulation.estimate.slow_impacts import (
     density_step_bias,
     missed_impacts,
     quantile_step_bias,
     slow_impact_order,
     slow_impacts,
 )
+from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
 from tests.sizes import thinned, validation
 

@@ -14,20 +14,20 @@ import pytest
 from numba import njit
 
 import springpot as sp
-from springpot.parts import WhiteNoise
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.simulation.adapted import adapt
-from springpot.simulation.budget import orders_of_step
-from springpot.simulation.lanes import LANES
-from springpot.simulation.lowering import lower
-from springpot.simulation.observers import NO_OBSERVERS, Accumulators
-from springpot.simulation.restitution import Fixed, Power
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
-from springpot.simulation.system_scales import system_scales
-from springpot.simulation.system_warnings import step_biases_of_system
-from springpot.simulation.two_walls import Pair, fly_between
-from springpot.simulation.units import Units
+from springpot.problem.parts import WhiteNoise
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.simulation.error.budget import orders_of_step
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.restitution import Fixed, Power
+from springpot.simulation.kernel.two_walls import Pair, fly_between
+from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.parts import lower
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.system_scales import system_scales
+from springpot.simulation.result.system_warnings import step_biases_of_system
 from tests.sizes import validation
 
 from .problems import assert_agrees
@@ -46,7 +46,7 @@ from .systems import (
 SPRING, WHITE = sp.Spring(1.0), WhiteNoise(1.0)
 DUFFING = sp.PolynomialSpring((0.0, 0.1, 1.0))
 WALLS = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
-FAINT = sp.ColouredNoise(1e-20, 1.0)
+FAINT = sp.ColoredNoise(1e-20, 1.0)
 
 
 def duffing(x: np.ndarray) -> np.ndarray:
@@ -85,7 +85,7 @@ def test_dashpot_between_two_walls() -> None:
     "memory",
     [
         (sp.Springpot(0.8, 0.3), sp.Springpot(0.3, 0.7)),
-        (sp.Maxwell(0.8, 1.5), sp.Series(sp.Springpot(0.5, 0.8), sp.Spring(1.0)), sp.Dashpot(0.1)),
+        (sp.Maxwell(0.8, 1.5), sp.FractionalMaxwell(sp.Springpot(0.5, 0.8), sp.Spring(1.0)), sp.Dashpot(0.1)),
         (sp.Dashpot(0.5),),
     ],
     ids=["springpots", "arms", "dashpot"],
@@ -99,47 +99,47 @@ def test_thermal_noise(memory: tuple[Any, ...]) -> None:
 @pytest.mark.parametrize(
     ("parts", "exact"),
     [
-        ((sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5)), (0.75668, 0.89368)),
-        ((sp.Spring(3.0), sp.Springpot(0.5, 0.6), sp.FilteredNoise(3.0, 0.4, 1.0)), (0.84854, 3.94674)),
+        ((sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5)), (0.75668, 0.89368)),
+        ((sp.Spring(3.0), sp.Springpot(0.5, 0.6), sp.KanaiTajimiNoise(3.0, 0.4, 1.0)), (0.84854, 3.94674)),
     ],
-    ids=["coloured", "filtered"],
+    ids=["colored", "filtered"],
 )
-def test_coloured_noise(parts: tuple[Any, ...], exact: tuple[float, float]) -> None:
+def test_colored_noise(parts: tuple[Any, ...], exact: tuple[float, float]) -> None:
     known = dict(zip(("x_mean_square", "v_mean_square"), exact, strict=True))
     system = sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY, WhiteNoise(0.0))
     found = check(system, known, sharp=0.02)
     assert abs(found.values["x_mean"]) < 4 * found.errors["x_mean"]
 
 
-def test_power_fed_by_coloured_noise() -> None:
+def test_power_fed_by_colored_noise() -> None:
     """s2 s G(s) at s = 1 / tau, for any memory."""
-    parts = sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5)
-    found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), {"coloured_noise_power": 0.341966}, sharp=0.02)
+    parts = sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5)
+    found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), {"colored_noise_power": 0.341966}, sharp=0.02)
     assert found.values["damping_power"] == pytest.approx(0.341966, abs=4 * found.errors["damping_power"])
-    assert found.values["input_power"] == pytest.approx(found.values["coloured_noise_power"], rel=1e-6)
+    assert found.values["input_power"] == pytest.approx(found.values["colored_noise_power"], rel=1e-6)
 
 
-def test_coloured_and_white_noise_share_their_normals() -> None:
-    """Moments of the sum, power of the coloured noise alone, and the balance of energy."""
+def test_colored_and_white_noise_share_their_normals() -> None:
+    """Moments of the sum, power of the colored noise alone, and the balance of energy."""
 
     def density(w: float) -> float:
         return 0.8 / (2.0 * math.pi) + 0.5 / (math.pi * (1.0 + (0.5 * w) ** 2))
 
-    exact = filtered(lambda p: 1.0 + 0.6 * p**0.5, density) | {"coloured_noise_power": 0.341966}
-    parts = sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5), WhiteNoise(0.8)
+    exact = filtered(lambda p: 1.0 + 0.6 * p**0.5, density) | {"colored_noise_power": 0.341966}
+    parts = sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5), WhiteNoise(0.8)
     found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), exact, sharp=0.02)
     assert abs(found.values["damping_power"] - 0.341966 - 0.4) < 4 * found.errors["damping_power"]
 
 
 @pytest.mark.parametrize("order", [validation(0.05), 0.9])
 def test_springpot_in_series_with_a_spring(order: float) -> None:
-    series, pot = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0)), sp.Springpot(0.9, 0.3)
+    series, pot = sp.FractionalMaxwell(sp.Springpot(order, 0.8), sp.Spring(2.0)), sp.Springpot(0.9, 0.3)
     exact = filtered(lambda p: 1.0 + series.modulus(p) + pot.modulus(p), white(1.0), (1.0, 1.4))
     check(sp.System(SPRING, series, pot, NEARLY_LINEAR, *AWAY, FAINT, WHITE), exact, sharp=0.02)
 
 
 def test_circuit_delivers_what_it_takes() -> None:
-    part = sp.Circuit(0.6, 2.5, 0.45)
+    part = sp.PiezoelectricCircuit(0.6, 2.5, 0.45)
 
     def modulus(p: complex) -> complex:
         return 1.0 + 0.4 * p + circuit(part)(p)
@@ -259,17 +259,24 @@ def test_fourth_moment_of_poisson_impulses() -> None:
 
 KINDS = {
     "thermal": sp.System(SPRING, DUFFING, *WALLS, sp.Springpot(0.4, 0.5), sp.Maxwell(1.0, 2.0), sp.ThermalNoise(0.7)),
-    "coloured": sp.System(SPRING, DUFFING, *WALLS, sp.Circuit(0.5, 2.0, 0.5), sp.ColouredNoise(1.0, 0.5), WHITE),
+    "colored": sp.System(
+        SPRING, DUFFING, *WALLS, sp.PiezoelectricCircuit(0.5, 2.0, 0.5), sp.ColoredNoise(1.0, 0.5), WHITE
+    ),
     "filtered": sp.System(
-        SPRING, DUFFING, sp.Barrier(-0.5, 0.7), sp.Barrier(1.2, 0.8, "below"), sp.Springpot(0.6, 0.4),
-        sp.FilteredNoise(3.0, 0.4, 1.0), WHITE,
+        SPRING,
+        DUFFING,
+        sp.Barrier(-0.5, 0.7),
+        sp.Barrier(1.2, 0.8, "below"),
+        sp.Springpot(0.6, 0.4),
+        sp.KanaiTajimiNoise(3.0, 0.4, 1.0),
+        WHITE,
     ),
     "dampers": of_many_kinds(
         SPRING, sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.1, 0.3)), sp.Barrier(-0.5, 0.8), WhiteNoise(0.5)
     ),
     "contact": of_many_kinds(SPRING, sp.Springpot(0.5, 0.4), sp.Contact(-0.2, 50.0, 1.5, 0.2), WHITE),
     "all": all_at_once(sp.Springpot(0.5, 0.6), white=0.2, parametric=0.1, impulses=0.5, force=0.8),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -298,10 +305,10 @@ def scaled(system: sp.System, length: float) -> sp.System:
                 return WhiteNoise(part.intensity * length**2)
             case sp.ThermalNoise():
                 return sp.ThermalNoise(part.temperature * length**2)
-            case sp.ColouredNoise():
-                return sp.ColouredNoise(part.variance * length**2, part.correlation_time)
-            case sp.FilteredNoise():
-                return sp.FilteredNoise(part.frequency, part.damping, part.intensity * length**2)
+            case sp.ColoredNoise():
+                return sp.ColoredNoise(part.variance * length**2, part.correlation_time)
+            case sp.KanaiTajimiNoise():
+                return sp.KanaiTajimiNoise(part.frequency, part.damping, part.intensity * length**2)
             case sp.PoissonImpulses():
                 return sp.PoissonImpulses(part.rate, part.mean_square * length**2)
             case sp.Harmonic():
@@ -344,11 +351,11 @@ def test_mirrored_walls() -> None:
 
 
 def test_saved_and_loaded(tmp_path: Path) -> None:
-    found = sp.run(KINDS["coloured"], paths=2 * LANES, duration=3.0, step=0.05, start="rest")
+    found = sp.run(KINDS["colored"], paths=2 * LANES, duration=3.0, step=0.05, start="rest")
     found.save(tmp_path / "run.json")
     again = sp.load_run(tmp_path / "run.json")
     assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
-    assert again.oscillator == KINDS["coloured"]
+    assert again.oscillator == KINDS["colored"]
 
 
 # --- the memory of a springpot in series with a spring, and what is refused -------------------------------------------
@@ -357,7 +364,7 @@ def test_saved_and_loaded(tmp_path: Path) -> None:
 @pytest.mark.parametrize("order", [0.05, 0.3, 0.5, 0.8, 0.95, 0.98])
 def test_modes_of_a_series_relax_like_it(order: float) -> None:
     """The Laplace transform of the kernel, k / (p + p^(1 - order) k / c), at rates within the run."""
-    series = sp.Series(sp.Springpot(order, 0.8), sp.Spring(2.0))
+    series = sp.FractionalMaxwell(sp.Springpot(order, 0.8), sp.Spring(2.0))
     arms = lower(series, "series", Units(1.0, 1.0, 1.0), 0.01).arms
     assert len(arms) < 60
     for p in (0.01, 0.1, 1.0, 2.5, 10.0):
@@ -372,7 +379,7 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
         ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, side="below")), "contact_1 is so stiff that half a step"),
         ((sp.Barrier(-1.0, lambda v: float(f"{v:.1f}")),), "barrier has a restitution that Numba cannot compile"),
         ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
-        (tuple(sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 6)), "memory modes"),
+        (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 6)), "memory modes"),
         (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(9)), "forces"),
     ],
 )

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.settings import resolve
-from springpot.simulation.simulation import simulation_of
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.settings import resolve
 from tests.simulation.systems import AWAY, NEARLY_LINEAR
 from tests.sizes import validation
 
-COLOURED = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), sp.ColouredNoise(1.0, 0.5))
+COLORED = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5))
 SLOT = sp.System(
     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.1, 1.0)), sp.Dashpot(0.4), sp.Barrier(-0.5),
     sp.Barrier(1.2, 1.0, "below"), sp.WhiteNoise(1.0),
@@ -32,7 +32,7 @@ SLOT = sp.System(
             ("x_mean_square", "v_mean_square", "impact_rate", "barrier_2_impact_rate", "barrier_2_force_mean"),
             sp.theory.exact,
         ),
-        (COLOURED, ("x_mean_square", "v_mean_square"), sp.theory.linear),
+        (COLORED, ("x_mean_square", "v_mean_square"), sp.theory.linear),
     ],
 )
 def test_stated_errors_hold_against_theory(system: sp.System, quantities: tuple[str, ...], theory) -> None:
@@ -65,9 +65,9 @@ def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
 @pytest.mark.parametrize(
     "excitation",
     [
-        (sp.ColouredNoise(1.0, 0.3),),
-        (sp.ColouredNoise(1.0, 0.3), sp.WhiteNoise(0.3)),
-        validation((sp.FilteredNoise(3.0, 0.4, 1.0), sp.ColouredNoise(1.0, 0.3))),
+        (sp.ColoredNoise(1.0, 0.3),),
+        (sp.ColoredNoise(1.0, 0.3), sp.WhiteNoise(0.3)),
+        validation((sp.KanaiTajimiNoise(3.0, 0.4, 1.0), sp.ColoredNoise(1.0, 0.3))),
         validation((sp.PoissonImpulses(2.0, 0.5),)),
     ],
 )
@@ -85,9 +85,9 @@ def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitat
 @pytest.mark.parametrize(
     ("system", "quantity"),
     [
-        (COLOURED, "x_mean"),  # 0 by symmetry
-        (COLOURED, "impact_rate"),
-        (sp.System(*COLOURED.parts, sp.Barrier(0.0, 0.8)), "impact_rate"),  # infinite
+        (COLORED, "x_mean"),  # 0 by symmetry
+        (COLORED, "impact_rate"),
+        (sp.System(*COLORED.parts, sp.Barrier(0.0, 0.8)), "impact_rate"),  # infinite
         (SLOT, "harvested_power"),
         (SLOT, "damping_force_mean"),
     ],
@@ -106,6 +106,6 @@ def test_without_a_linear_spring_the_default_is_the_mean_square_velocity() -> No
 
 
 def test_a_record_has_no_stationary_state() -> None:
-    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.Recorded((0.0, 1.0), (0.0, 1.0)))
+    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.RecordedExcitation((0.0, 1.0), (0.0, 1.0)))
     with pytest.raises(ValueError, match="a record has a beginning and an end"):
         sp.run(shaken, rtol=0.1)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.system_results import uncountable
+from springpot.simulation.estimate.system_samples import uncountable
 
 pytestmark = pytest.mark.validation
 
@@ -19,7 +19,7 @@ MOST_PATH_STEPS = 3e9  # of the reference, whose own error is added to the width
 
 
 def random_system(seed: int) -> sp.System:
-    """White noise, a springpot or dashpot, and at random a cubic spring, one or two walls, and coloured noise."""
+    """White noise, a springpot or dashpot, and at random a cubic spring, one or two walls, and colored noise."""
     rng = np.random.default_rng(seed)
     frequency = math.exp(rng.uniform(-1.0, 1.0))
     parts: list[object] = [sp.Spring(frequency**2)]
@@ -39,7 +39,7 @@ def random_system(seed: int) -> sp.System:
             parts.append(sp.Barrier(sign * rng.uniform(0.0, 1.5) * size, restitution, side))
     if rng.random() < 0.4:
         variance = math.exp(rng.uniform(-2.0, 0.0)) * intensity * frequency
-        parts.append(sp.ColouredNoise(variance, math.exp(rng.uniform(-1.5, 1.0)) / frequency))
+        parts.append(sp.ColoredNoise(variance, math.exp(rng.uniform(-1.5, 1.0)) / frequency))
     return sp.System(*parts)
 
 

@@ -171,10 +171,10 @@ def test_van_der_pol_and_rayleigh_with_a_wall(scale: float) -> None:
         (sp.Springpot(0.7, 0.6),),
         (sp.Springpot(0.05, 3.0), sp.Dashpot(0.2)),
         (sp.Springpot(0.95, 0.5),),
-        (sp.Maxwell(0.8, 1.5), sp.Circuit(0.6, 2.0, 0.5)),
+        (sp.Maxwell(0.8, 1.5), sp.PiezoelectricCircuit(0.6, 2.0, 0.5)),
         (sp.Maxwell(40.0, 0.5),),
-        (sp.Series(sp.Springpot(0.5, 0.8), sp.Spring(2.0)),),
-        (sp.Series(sp.Springpot(0.9, 0.8), sp.Spring(2.0)), sp.Dashpot(0.1)),
+        (sp.FractionalMaxwell(sp.Springpot(0.5, 0.8), sp.Spring(2.0)),),
+        (sp.FractionalMaxwell(sp.Springpot(0.9, 0.8), sp.Spring(2.0)), sp.Dashpot(0.1)),
     ],
     ids=["two", ".3", ".5", ".7", ".05", ".95", "maxwell-circuit", "stiff-maxwell", "series", "series-.9"],
 )
@@ -208,15 +208,15 @@ def with_pots(*pots: Any, stiffness: float = 1.0) -> Any:
         ((sp.Springpot(0.8, 1.0), WHITE), (0.46509, 0.58975)),
         ((sp.Spring(1.25), sp.Springpot(0.3, 0.5), sp.Springpot(0.7, 0.4), sp.Dashpot(0.1), sp.WhiteNoise(2.0)),
          (0.63529, 1.89712)),
-        ((POT, sp.ColouredNoise(1.0, 0.5)), (0.75668, 0.89368)),
-        ((sp.Dashpot(0.4), sp.ColouredNoise(1.0, 0.5)), (1.034483, 0.862069)),
-        ((sp.Spring(3.0), POT, sp.FilteredNoise(3.0, 0.4, 1.0)), (0.84854, 3.94674)),
+        ((POT, sp.ColoredNoise(1.0, 0.5)), (0.75668, 0.89368)),
+        ((sp.Dashpot(0.4), sp.ColoredNoise(1.0, 0.5)), (1.034483, 0.862069)),
+        ((sp.Spring(3.0), POT, sp.KanaiTajimiNoise(3.0, 0.4, 1.0)), (0.84854, 3.94674)),
         ((POT, sp.Harmonic(0.8, 1.2), sp.WhiteNoise(0.2)), (1.67331, 2.40655)),
         ((POT, sp.PoissonImpulses(0.5, 2.0)), (0.98010, 1.39626)),
         ((sp.Springpot(0.5, 0.3), sp.ParametricNoise(0.1), sp.WhiteNoise(0.5)), (1.35810, 1.64626)),
         ((sp.Dashpot(0.5), sp.ParametricNoise(0.2), WHITE), (1.25, 1.25)),
     ],
-    ids=[".3", ".8", "three", "coloured", "coloured-dashpot", "filtered", "harmonic", "poisson", "parametric",
+    ids=[".3", ".8", "three", "colored", "colored-dashpot", "filtered", "harmonic", "poisson", "parametric",
          "parametric-dashpot"],
 )  # fmt: skip
 def test_linear_numbers(parts: tuple[Any, ...], exact: tuple[float, float]) -> None:
@@ -229,11 +229,11 @@ def test_linear_numbers(parts: tuple[Any, ...], exact: tuple[float, float]) -> N
     [
         (sp.Maxwell(2.0, 1.0),),
         (sp.Maxwell(60.0, 0.4),),
-        (sp.Series(sp.Springpot(0.5, 0.8), sp.Spring(2.0)),),
-        (sp.Series(sp.Springpot(0.2, 1.8), sp.Spring(1.0)),),
-        (sp.Series(sp.Springpot(0.95, 0.8), sp.Spring(3.0)),),
-        (sp.Series(sp.Springpot(0.05, 1.8), sp.Spring(1.5)), sp.Springpot(0.9, 0.4)),
-        (sp.Maxwell(1.0, 5.0), sp.Series(sp.Springpot(0.7, 0.3), sp.Spring(9.0)), sp.Springpot(0.4, 0.2)),
+        (sp.FractionalMaxwell(sp.Springpot(0.5, 0.8), sp.Spring(2.0)),),
+        (sp.FractionalMaxwell(sp.Springpot(0.2, 1.8), sp.Spring(1.0)),),
+        (sp.FractionalMaxwell(sp.Springpot(0.95, 0.8), sp.Spring(3.0)),),
+        (sp.FractionalMaxwell(sp.Springpot(0.05, 1.8), sp.Spring(1.5)), sp.Springpot(0.9, 0.4)),
+        (sp.Maxwell(1.0, 5.0), sp.FractionalMaxwell(sp.Springpot(0.7, 0.3), sp.Spring(9.0)), sp.Springpot(0.4, 0.2)),
     ],
     ids=["maxwell", "stiff", "series", "series-.2", "series-.95", "series-.05", "three"],
 )
@@ -243,11 +243,11 @@ def test_arms(arms: tuple[Any, ...]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("pots", "part"), [((sp.Dashpot(0.2),), sp.Circuit(0.6, 2.5, 0.45)), ((sp.Springpot(0.5, 0.3),),
-                                                                          sp.Circuit(1.1, 0.1, 3.0))]
+    ("pots", "part"), [((sp.Dashpot(0.2),), sp.PiezoelectricCircuit(0.6, 2.5, 0.45)), ((sp.Springpot(0.5, 0.3),),
+                                                                          sp.PiezoelectricCircuit(1.1, 0.1, 3.0))]
 )  # fmt: skip
 @pytest.mark.parametrize("mass", [1.0, 3.0])
-def test_circuit(pots: tuple[Any, ...], part: sp.Circuit, mass: float) -> None:
+def test_circuit(pots: tuple[Any, ...], part: sp.PiezoelectricCircuit, mass: float) -> None:
     """The power that it takes from the motion is the power that it delivers, whatever the capacitance."""
 
     def of(p: complex) -> complex:
@@ -258,7 +258,7 @@ def test_circuit(pots: tuple[Any, ...], part: sp.Circuit, mass: float) -> None:
     power = filtered(
         of, lambda w: abs(circuit(part)(1j * w) / part.coupling) ** 2 / (2.0 * math.pi * mass**2), (mass**-0.5,)
     )["x_mean_square"]
-    exact |= {"circuit_voltage_mean_square": power, "harvested_power": power / part.resistance}
+    exact |= {"piezoelectric_circuit_voltage_mean_square": power, "harvested_power": power / part.resistance}
     given = () if mass == 1.0 else (sp.Mass(mass),)
     found = check(sp.System(*given, SPRING, *pots, part, WHITE), exact, duration=200.0, window=(80.0, 200.0))
     assert found.values["input_power"] == pytest.approx(0.5 / mass, rel=0.02)
@@ -298,14 +298,14 @@ PARTS: dict[str, tuple[Any, ...]] = {
     "van_der_pol": (sp.VanDerPol(0.2, 0.8),),
     "springpot": (sp.Springpot(0.4, 0.5),),
     "maxwell": (sp.Maxwell(0.8, 1.0),),
-    "series": (sp.Series(sp.Springpot(0.6, 0.7), sp.Spring(1.5)),),
-    "circuit": (sp.Circuit(0.6, 2.0, 0.5),),
+    "series": (sp.FractionalMaxwell(sp.Springpot(0.6, 0.7), sp.Spring(1.5)),),
+    "circuit": (sp.PiezoelectricCircuit(0.6, 2.0, 0.5),),
     "wall": (sp.Barrier(-0.4, 0.8),),
     "walls": (sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.7, "below")),
     "contact": (sp.Contact(-0.3, 80.0, 1.5, 0.3),),
     "contacts": (sp.Contact(-0.3, 80.0, 1.0, 0.1), sp.Contact(0.8, 30.0, 2.0, 0.2, "below")),
-    "coloured": (sp.ColouredNoise(0.3, 0.5),),
-    "filtered": (sp.FilteredNoise(3.0, 0.4, 0.3, "mass"),),
+    "colored": (sp.ColoredNoise(0.3, 0.5),),
+    "filtered": (sp.KanaiTajimiNoise(3.0, 0.4, 0.3, "mass"),),
     "harmonic": (sp.Harmonic(0.5, 1.3),),
     "poisson": (sp.PoissonImpulses(0.8, 0.5),),
     "parametric": (sp.ParametricNoise(0.05),),
@@ -339,7 +339,7 @@ def test_energy_balance(names: tuple[str, ...]) -> None:
             continue
         known = 0.3 + (0.2 if "poisson" in names else 0.0)
         known += 0.025 * values["x_mean_square"] if "parametric" in names else 0.0
-        fed = sum(values.get(f"{name}_power", 0.0) for name in ("coloured_noise", "filtered_noise", "harmonic"))
+        fed = sum(values.get(f"{name}_power", 0.0) for name in ("colored_noise", "kanai_tajimi_noise", "harmonic"))
         assert values["input_power"] == pytest.approx(known + fed, rel=0.03 if step < 0.05 else 0.06)
         taken = sum(value for name, value in values.items() if name.endswith("_power")) - values["input_power"] - fed
         taken -= values.get("harvested_power", 0.0)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from springpot.figures import path
-from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.simulation import run
-from springpot.simulation.settings import MOST_RECORDED, resolve
+from springpot.simulation.plan.settings import MOST_RECORDED, resolve
 
 OSCILLATOR = Oscillator(springpot=Springpot(0.5, 0.4), barrier=Barrier(0.1, 0.8, "below"))
 

@@ -13,11 +13,11 @@ import pytest
 import xarray
 
 import springpot as sp
+from springpot.problem.units import UNITS
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store
 from springpot.studies.tasks import compute
-from springpot.units import UNITS
 from tests.studies.samples import RUNS, THEORY, given
 
 ZIPPED: dict[str, Any] = {

@@ -69,7 +69,7 @@ def test_long_titles_do_not_reach_their_neighbours() -> None:
         "parts.magnet.coefficients.3": [4e5, 6e5, 8e5], "parts.lower.position": [-1e-3, -2e-3],
         "parts.white_noise.intensity": [5e-5, 1e-4], "parts.spring.stiffness": [80.0, 90.0],
     }  # fmt: skip
-    asked = {"name": "long", "system": DEVICE, "methods": ["linearisation"], "axes": axes}
+    asked = {"name": "long", "system": DEVICE, "methods": ["linearization"], "axes": axes}
     figure = draw_study(sp.study({**asked, "quantities": ["x_mean_square"]}, threads=1))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

@@ -17,11 +17,12 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.faults import FileFault
-from springpot.simulation.settings import COARSEST
+from springpot.machine.faults import FileError
+from springpot.simulation.plan.settings import COARSEST
+from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
-from springpot.studies.tasks import check_some, spread, task_at, tasks
+from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import TEMPLATE
 from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS
@@ -253,7 +254,7 @@ def test_what_is_no_file_is_not_read(make: Callable[[Path], None], says: str, tm
 )
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc")
 def test_a_file_that_the_system_cannot_read_is_bad_input(place: str, says: str) -> None:
-    with pytest.raises(FileFault, match=f"^study file .* cannot be read: {says}\\.$"):
+    with pytest.raises(FileError, match=f"^study file .* cannot be read: {says}\\.$"):
         read_study(place)
 
 

@@ -14,14 +14,14 @@ import xarray
 
 import springpot as sp
 from springpot import cli
-from springpot.simulation.run import run_as_given
+from springpot.problem.numbers import numbers_of, with_numbers
+from springpot.simulation.monte_carlo import run_as_given
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.question import Study, read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
 from springpot.studies.template import of_system
-from springpot.system_numbers import numbers_of, with_numbers
 from tests.studies.samples import DEVICE, STOPS, chunks, content, given, orphans, with_device, write_toml
 
 
@@ -178,7 +178,7 @@ def test_a_part_that_is_left_out_at_a_point_keeps_the_names_of_a_system() -> Non
 
 
 def test_a_record_is_run_from_its_beginning() -> None:
-    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), shake=sp.Recorded((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
+    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), shake=sp.RecordedExcitation((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
     asked = {**STOPS, "system": shaken, "methods": ["monte_carlo"], "axes": {"parts.spring.stiffness": [1.0]},
              "quantities": ["x_mean_square"], "monte_carlo": {"paths": 2, "step": 0.05}}  # fmt: skip
     asked.pop("zipped")
@@ -225,18 +225,29 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"system": "nowhere.toml"}, "system: there is no file 'nowhere.toml'."),
     ({"system": 3}, "system: must be the place of a system's file in quotes, or a System, not 3."),
     (
-        {"system": sp.System(sp.Spring(1.0), sp.Dashpot(1.0), magnet=sp.Force(lambda t, x, v: 0.0)),
-         "axes": {"parts.spring.stiffness": [1.0]}, "zipped": {}, "quantities": ["x_mean"]},
+        {
+            "system": sp.System(sp.Spring(1.0), sp.Dashpot(1.0), magnet=sp.Force(lambda t, x, v: 0.0)),
+            "axes": {"parts.spring.stiffness": [1.0]},
+            "zipped": {},
+            "quantities": ["x_mean"],
+        },
         "system: magnet has a function, which cannot be kept in a store.",
     ),
     (
-        {"system": sp.System(sp.Spring(1.0), sp.Dashpot(1.0), a=sp.Series(sp.Springpot(0.5, 1.0), sp.Spring(1.0)),
-                             a_spring=sp.Spring(1.0)),
-         "axes": {"parts.a.spring.stiffness": [1.0], "parts.a_spring.stiffness": [1.0]}, "zipped": {},
-         "quantities": ["x_mean"]},
+        {
+            "system": sp.System(
+                sp.Spring(1.0),
+                sp.Dashpot(1.0),
+                a=sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(1.0)),
+                a_spring=sp.Spring(1.0),
+            ),
+            "axes": {"parts.a.spring.stiffness": [1.0], "parts.a_spring.stiffness": [1.0]},
+            "zipped": {},
+            "quantities": ["x_mean"],
+        },
         "parts.a.spring.stiffness would be a_spring_stiffness in the results, as another number is: rename the part.",
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("changes", "says"), BAD, ids=[str(number) for number in range(len(BAD))])
@@ -364,5 +375,5 @@ def test_a_task_is_the_run_of_its_system() -> None:
 
 def test_the_example_of_a_system_names_theories_that_answer() -> None:
     linear = sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)
-    assert of_system(sp.System(*linear))["methods"] == '"envelope", "linearisation", "monte_carlo"'
+    assert of_system(sp.System(*linear))["methods"] == '"envelope", "linearization", "monte_carlo"'
     assert of_system(sp.System(*linear, sp.Barrier(-1.0)))["methods"] == '"envelope", "monte_carlo"'

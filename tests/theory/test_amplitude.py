@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate
 
 import springpot as sp
-from springpot.theory import NotCovered, averaging, averaging_amplitude, exact, linear
+from springpot.theory import NotCoveredError, averaging, averaging_amplitude, exact, linear
 from springpot.theory.result import MOMENTS
 
 WHITE = sp.WhiteNoise(2.0)
@@ -69,12 +69,12 @@ def test_a_springpot_on_a_spring_without_a_linear_part() -> None:
         (sp.Constant(0.1), "not constant"),
         (sp.PolynomialSpring((0.0, 0.1, 1.0)), "even powers"),
         (sp.PolynomialSpring((0.0, 0.0, -0.1, 0.0, 1.0)), "soften"),
-        (sp.ColouredNoise(1.0, 0.3), "not coloured_noise"),
+        (sp.ColoredNoise(1.0, 0.3), "not colored_noise"),
         (sp.PolynomialDashpot((0.0, 0.1)), "the nonlinear polynomial_dashpot"),
     ],
 )
 def test_what_it_does_not_cover(part, why: str) -> None:
-    with pytest.raises(NotCovered, match=why):
+    with pytest.raises(NotCoveredError, match=why):
         averaging_amplitude(sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.1), WHITE, part))
 
 

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from springpot.comparison import compare
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.evidence.comparison import compare
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import (
     Averaging,
-    NoStationaryState,
-    NotCovered,
+    NoStationaryStateError,
+    NotCoveredError,
     all_methods,
     averaging,
     closure,
@@ -115,9 +115,9 @@ def test_no_wall():
     assert (result.x_mean, result.impact_rate) == (0.0, 0.0)
     assert math.isnan(result.impact_speed_mean)
     assert result.to_dict()["impact_speed_mean_square"] is None
-    with pytest.raises(NotCovered, match="no wall"):
+    with pytest.raises(NotCoveredError, match="no wall"):
         result.impact_speed_density(1.0)
-    with pytest.raises(NotCovered, match="without a wall"):
+    with pytest.raises(NotCoveredError, match="without a wall"):
         averaging(oscillator(barrier=None), form="printed")
 
 
@@ -148,12 +148,12 @@ def test_mirrored_wall(form):
 @pytest.mark.parametrize("position", [0.5, -0.5])
 @pytest.mark.parametrize("form", ["corrected", "printed"])
 def test_wall_elsewhere_is_not_covered(position, form):
-    with pytest.raises(NotCovered, match="covers a wall at position 0 or no wall"):
+    with pytest.raises(NotCoveredError, match="covers a wall at position 0 or no wall"):
         averaging(oscillator(barrier=Barrier(position=position)), form=form)
 
 
 def test_printed_form_is_for_an_elastic_wall():
-    with pytest.raises(NotCovered, match=r"restitution 1\), not restitution 0.9"):
+    with pytest.raises(NotCoveredError, match=r"restitution 1\), not restitution 0.9"):
         averaging(oscillator(barrier=Barrier(restitution=0.9)), form="printed")
 
 
@@ -169,9 +169,9 @@ def test_no_stationary_state(alpha, coefficient, cause, form):
     assert result.decay_rate == 0.0
     np.testing.assert_allclose(result.mean_square([0.0, 4.0], initial=1.0), [1.0, 1.0 + 3.0 * 4.0 / 4.0])
     for name in MOMENTS:
-        with pytest.raises(NoStationaryState, match=cause):
+        with pytest.raises(NoStationaryStateError, match=cause):
             getattr(result, name)
-    with pytest.raises(NoStationaryState):
+    with pytest.raises(NoStationaryStateError):
         result.amplitude_density(1.0)
     assert float(result.amplitude_density(1.0, time=2.0)) > 0
     answer = result.to_dict()
@@ -181,7 +181,7 @@ def test_no_stationary_state(alpha, coefficient, cause, form):
 
 
 def test_decay_too_small_for_floating_point():
-    with pytest.raises(NoStationaryState, match="floating point"):
+    with pytest.raises(NoStationaryStateError, match="floating point"):
         _ = averaging(oscillator(5e-324)).x_mean
 
 
@@ -299,7 +299,7 @@ def test_infinite_time():
     mu = result.amplitude_mean_square
     np.testing.assert_allclose(result.mean_square([math.inf, 1e300, 0.0], initial=3.0), [mu, mu, 3.0], rtol=1e-14)
     assert float(result.x_density(0.5, time=math.inf)) == pytest.approx(float(result.x_density(0.5)))
-    with pytest.raises(NoStationaryState, match="grows"):
+    with pytest.raises(NoStationaryStateError, match="grows"):
         averaging(oscillator(0.0)).mean_square(math.inf)
 
 
@@ -433,9 +433,9 @@ def test_shifted_form_warns_and_refuses():
     assert "gaps to Monte Carlo" in shifted().warnings[0]
     assert "unchecked" in shifted(0.5, 5.0).warnings[0]
     assert "without a wall" in shifted(barrier=None).warnings[0]
-    with pytest.raises(NotCovered, match="position 0 or no wall"):
+    with pytest.raises(NotCoveredError, match="position 0 or no wall"):
         shifted(barrier=Barrier(0.5))
-    with pytest.raises(NoStationaryState, match="order 0 is a spring"):
+    with pytest.raises(NoStationaryStateError, match="order 0 is a spring"):
         _ = shifted(0.0).x_mean
     assert shifted(0.0).frequency ** 2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)
 

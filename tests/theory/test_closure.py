@@ -9,15 +9,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import rgamma
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.closure import memory, steps
 from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
 from springpot.theory.methods.closure.memory import make_grid
-from springpot.theory.methods.closure.method import Closure, NoConvergence, closure
+from springpot.theory.methods.closure.method import Closure, NoConvergenceError, closure
 from springpot.theory.methods.closure.quadrature import half_normal_rule, oscillating_weights, panel_rule
 from springpot.theory.methods.closure.steps import solve_with_wall
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import thinned, validation
 
 
@@ -73,9 +73,7 @@ def test_element_against_direct_quadrature(alpha):
     grid = make_grid(alpha, 1.0, damping / 2)
     spectrum = 1.0 / (2 * math.pi * ((1 - grid.w**2) ** 2 + (damping * grid.w) ** 2))
     y2, v2 = grid.moments(spectrum)
-    element = memory._element(
-        grid, grid.to_drop @ spectrum / y2, grid.to_envelope @ spectrum / y2, math.sqrt(v2 / y2)
-    )
+    element = memory._element(grid, grid.to_drop @ spectrum / y2, grid.to_envelope @ spectrum / y2, math.sqrt(v2 / y2))
     edges = np.concatenate([[0.0], np.geomspace(1e-6, 0.5, 12), np.arange(1.0, 120.0) / 2 + 0.5])
     for target in (0.05, 0.6, 1.0, 2.5):
         at = int(np.argmin(np.abs(grid.w - target)))
@@ -305,7 +303,8 @@ def test_densities_have_mass_one_and_the_moments(asked):
 @pytest.mark.parametrize(
     ("alpha", "c", "r", "b"),
     [
-        (0.1, 0.03, 0.7, 0.8), (0.5, 1.0, 1.0, 0.0),
+        (0.1, 0.03, 0.7, 0.8),
+        (0.5, 1.0, 1.0, 0.0),
         *(validation(*case) for case in itertools.product([0.1, 0.5, 1.0], [0.03, 1.0], [1.0, 0.7], [0.0, 0.8])),
     ],
 )
@@ -412,7 +411,7 @@ def test_dimensionless_law_and_mirror():
     (oscillator(b=0.1, q=0.0), "within 1 sqrt"),
 ])  # fmt: skip
 def test_not_covered(asked, sentence):
-    with pytest.raises(NotCovered, match=sentence):
+    with pytest.raises(NotCoveredError, match=sentence):
         closure(asked)
 
 
@@ -424,7 +423,7 @@ def test_no_stationary_state(asked, cause):
     result = closure(asked)
     assert cause in result.stationary
     for ask in (lambda: result.x_mean, lambda: result.x_density(0.0), lambda: result.correlation(0.0)):
-        with pytest.raises(NoStationaryState, match=cause):
+        with pytest.raises(NoStationaryStateError, match=cause):
             ask()
 
 
@@ -442,12 +441,12 @@ def test_losses_alone_need_no_springpot():
 
 
 def test_no_convergence_is_an_arithmetic_error(monkeypatch):
-    assert issubclass(NoConvergence, ArithmeticError)
+    assert issubclass(NoConvergenceError, ArithmeticError)
     monkeypatch.setattr(steps, "_STEPS", 1)
-    with pytest.raises(NoConvergence, match=r"after 1 steps .* still change by"):
+    with pytest.raises(NoConvergenceError, match=r"after 1 steps .* still change by"):
         closure(oscillator())
     monkeypatch.setattr(steps, "_SWEEPS", 1)
-    with pytest.raises(NoConvergence, match=r"after 1 sweeps the correlation still changes by"):
+    with pytest.raises(NoConvergenceError, match=r"after 1 sweeps the correlation still changes by"):
         closure(oscillator())
 
 
@@ -466,5 +465,5 @@ def test_report():
 def test_bad_input():
     with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
         closure(1.0)
-    with pytest.raises(NotCovered, match="no wall to strike"):
+    with pytest.raises(NotCoveredError, match="no wall to strike"):
         closure(free()).impact_speed_density(1.0)

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from springpot.faults import per_cent
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.machine.faults import per_cent
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, closure, envelope, exact, fokker_planck
 from springpot.theory.methods.closure.quadrature import panel_rule
-from springpot.theory.result import NotCovered
+from springpot.theory.result import NotCoveredError
 from tests.sizes import validation
 
 
@@ -63,7 +63,7 @@ def densities(result):
             continue
         density = getattr(result, name)
         if name == "impact_speed_density" and result.oscillator.barrier is None:
-            with pytest.raises(NotCovered):
+            with pytest.raises(NotCoveredError):
                 density(1.0)
             continue
         yield name, density

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.exact import Exact, exact
 from springpot.theory.numerics.contours import dashpot_mean_squares, mean_squares, relaxation
-from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import validation
 
 
@@ -273,20 +273,20 @@ def test_mirrored_wall():
 def test_nothing_dissipates(alpha, c, cause, wall):
     result = exact(oscillator(alpha, c, omega=2.0, q=3.0, barrier=wall))
     for name in MOMENTS:
-        with pytest.raises(NoStationaryState, match=cause):
+        with pytest.raises(NoStationaryStateError, match=cause):
             getattr(result, name)
     for density in (result.x_density, result.correlation, result.amplitude_density):
-        with pytest.raises(NoStationaryState):
+        with pytest.raises(NoStationaryStateError):
             density(1.0)
     if wall is not None and wall.position:
-        with pytest.raises(NotCovered, match="wall at 0"):
+        with pytest.raises(NotCoveredError, match="wall at 0"):
             result.x_mean_square_at(1.0)
         return
     t = np.array([0.5, 4.0, 100.0])
     stiffness = 4.0 + c
     energy = result.v_mean_square_at(t) / 2 + stiffness * result.x_mean_square_at(t) / 2
     np.testing.assert_allclose(energy, 3.0 * t / 2, rtol=1e-12)
-    with pytest.raises(NoStationaryState):
+    with pytest.raises(NoStationaryStateError):
         result.x_mean_square_at(math.inf)
 
 
@@ -315,7 +315,7 @@ def test_no_noise_is_rest():
     ],
 )
 def test_not_covered(asked):
-    with pytest.raises(NotCovered, match="covers any order without a wall, order 1 with an elastic wall"):
+    with pytest.raises(NotCoveredError, match="covers any order without a wall, order 1 with an elastic wall"):
         exact(asked)
 
 
@@ -337,13 +337,13 @@ def test_refusals():
         result.x_mean_square_at(-1.0)
     with pytest.raises(ValueError, match="not NaN"):
         result.correlation(math.nan)
-    with pytest.raises(NotCovered, match="no wall to strike"):
+    with pytest.raises(NotCoveredError, match="no wall to strike"):
         result.impact_speed_density(1.0)
     walled = exact(oscillator(barrier=Barrier(0.2)))
     for ask in (walled.correlation, walled.x_mean_square_at):
-        with pytest.raises(NotCovered, match="wall at 0"):
+        with pytest.raises(NotCoveredError, match="wall at 0"):
             ask(1.0)
-    with pytest.raises(NotCovered, match="without a wall only"):
+    with pytest.raises(NotCoveredError, match="without a wall only"):
         walled.spectrum(1.0)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.exact import exact
@@ -16,7 +16,7 @@ from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, 
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm
 from springpot.theory.problem import Problem, canonical
-from springpot.theory.result import MOMENTS, NoStationaryState, NotCovered
+from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import validation
 
 
@@ -31,7 +31,10 @@ def problem_of(asked: Oscillator) -> Problem:
 @pytest.mark.parametrize(
     ("c", "position"),
     [
-        (0.05, 0.0), (0.5, -1.0), (2.0, 0.5), (10.0, 0.0),
+        (0.05, 0.0),
+        (0.5, -1.0),
+        (2.0, 0.5),
+        (10.0, 0.0),
         *(validation(c, b) for c, b in itertools.product((0.05, 10.0), (-1.0, 0.5))),
         *(validation(c, b) for c, b in itertools.product((0.5, 2.0), (-1.0, 0.0, 0.5)) if b != (-1.0, 0.5)[c > 1.0]),
     ],
@@ -168,7 +171,7 @@ def test_no_noise_and_no_dissipation():
     assert (rest.x_mean, rest.impact_rate) == (0.7, 0.0)
     with pytest.raises(ValueError, match="no density"):
         rest.impact_speed_density(1.0)
-    with pytest.raises(NoStationaryState, match="energy grows"):
+    with pytest.raises(NoStationaryStateError, match="energy grows"):
         _ = fokker_planck(oscillator(0.0, 1.0)).x_mean
 
 
@@ -185,7 +188,7 @@ def test_no_noise_and_no_dissipation():
     ],
 )
 def test_not_covered(asked, said):
-    with pytest.raises(NotCovered, match=f"^The Fokker-Planck solution covers order 1 with a wall .*{said}"):
+    with pytest.raises(NotCoveredError, match=f"^The Fokker-Planck solution covers order 1 with a wall .*{said}"):
         fokker_planck(asked)
 
 
@@ -307,5 +310,5 @@ def test_light_damping_with_a_wide_gap_or_a_preload(c, r, position):
 
 @pytest.mark.validation  # every day: other refusals
 def test_an_answer_without_digits_is_refused():
-    with pytest.raises(NotCovered, match="numerical solution is accurate; here two grids differ"):
+    with pytest.raises(NotCoveredError, match="numerical solution is accurate; here two grids differ"):
         fokker_planck(oscillator(0.02, 0.3, 19.0))

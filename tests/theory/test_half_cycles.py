@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.theory import NotCovered, best_guess, envelope, half_cycles, recommended, solve_all, trust
+from springpot.theory import NotCoveredError, best_guess, envelope, half_cycles, recommended, solve_all, trust
 from springpot.theory.cells import cell_of
 from tests.sizes import thinned
 
@@ -173,7 +173,7 @@ def test_where_no_cell_is_near_no_per_cent_is_stated() -> None:
     ],
 )  # fmt: skip
 def test_what_they_do_not_cover(parts: tuple[object, ...], sentence: str) -> None:
-    with pytest.raises(NotCovered, match=sentence):
+    with pytest.raises(NotCoveredError, match=sentence):
         half_cycles(sp.System(*parts, sp.WhiteNoise(1.0)))
 
 
@@ -242,7 +242,7 @@ def test_what_the_chain_does_not_resolve_is_refused() -> None:
         (between(1.0, 0.05, (1e-9, 2e-9), (1.0, 1.0)), "the damping is very light or the walls are very near"),
         (between(0.5, 0.3, (0.1, 0.15), (1.0, 1.0)), "here a wall is nearer"),
     ):
-        with pytest.raises(NotCovered, match=sentence):
+        with pytest.raises(NotCoveredError, match=sentence):
             half_cycles(system)
         answers, _ = solve_all(system)
         assert "half_cycles" not in answers

@@ -1,4 +1,4 @@
-"""Path integration of systems with coloured noise: exact laws, limits, Monte Carlo, and what it does not cover."""
+"""Path integration of systems with colored noise: exact laws, limits, Monte Carlo, and what it does not cover."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.theory import NoConvergence, NotCovered, linear, path_integration, solve_one, trust
+from springpot.theory import NoConvergenceError, NotCoveredError, linear, path_integration, solve_one, trust
 from springpot.theory.methods.systems.chain import Chain, Stop, grid_over, make_chain
 from tests.sizes import validation
 
@@ -16,9 +16,9 @@ SPRING, DASHPOT = sp.Spring(1.0), sp.Dashpot(0.3)
 HARD = sp.PolynomialSpring((0.0, 0.0, 1.0))
 
 
-def noise(tau: float) -> sp.ColouredNoise:
+def noise(tau: float) -> sp.ColoredNoise:
     """With the density of white noise of intensity 1 at the frequency 1."""
-    return sp.ColouredNoise((1.0 + tau**2) / (2.0 * tau), tau)
+    return sp.ColoredNoise((1.0 + tau**2) / (2.0 * tau), tau)
 
 
 # --- the chain -----------------------------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ def test_linear_systems_without_walls(damper, tau: float, error: float) -> None:
 
 def test_very_slow_noise_presses_the_mass_on_the_wall_or_lifts_it() -> None:
     """x follows max(y, 0), and rests on the lossy wall in between; the envelope would have nothing of this."""
-    slow = sp.System(SPRING, sp.Dashpot(1.5), sp.ColouredNoise(1.0, 60.0), sp.Barrier(0.0, 0.6))
+    slow = sp.System(SPRING, sp.Dashpot(1.5), sp.ColoredNoise(1.0, 60.0), sp.Barrier(0.0, 0.6))
     found = path_integration(slow)
     assert found.x_mean_square == pytest.approx(0.5, rel=0.04)
     assert found.x_mean == pytest.approx(1.0 / math.sqrt(2.0 * math.pi), rel=0.08)  # eleven y for a kink at 0
@@ -91,9 +91,9 @@ MEASURED = [  # parts, then <x>, <x^2>, <v^2> and the impact rate with standard 
      ((0.70697, 0.0012), (0.84627, 0.0026), (0.65229, 0.0019), (0.33838, 0.00095)), 0.012),
     ((HARD, DASHPOT, noise(3.0), sp.Barrier(0.0, 0.8)),
      ((0.36847, 0.0011), (0.28425, 0.0011), (0.24643, 0.0009)), 0.02),
-    validation((sp.Spring(-2.0), HARD, DASHPOT, sp.ColouredNoise(1.0, 2.0)),  # two wells
+    validation((sp.Spring(-2.0), HARD, DASHPOT, sp.ColoredNoise(1.0, 2.0)),  # two wells
                ((0.0, 0.0019), (1.2136, 0.0007), (0.8893, 0.0016)), 0.01),
-    validation((sp.Springpot(0.5, 0.3), sp.ColouredNoise(1.0, 2.0), sp.Barrier(-1.0), sp.Barrier(0.7, side="below")),
+    validation((sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 2.0), sp.Barrier(-1.0), sp.Barrier(0.7, side="below")),
                ((-0.1147, 0.0006), (0.2330, 0.0002), (0.6876, 0.0013), (0.3351, 0.0004)), 0.03),
     validation((sp.Springpot(0.2, 0.3), noise(3.0), sp.Barrier(0.0)),
                ((1.4086, 0.0021), (3.0550, 0.0084), (2.9335, 0.0093), (0.31454, 0.0003)), 0.02),
@@ -113,10 +113,10 @@ def test_a_mirror_image_and_other_units() -> None:
     """x -> -L x, t -> T t, and everything times a mass."""
     length, time, mass = 1e-3, 0.02, 0.2
     force = mass * length / time**2
-    plain = sp.System(SPRING, HARD, sp.Dashpot(0.5), sp.ColouredNoise(1.0, 1.0), sp.Barrier(-0.3, 0.8))
+    plain = sp.System(SPRING, HARD, sp.Dashpot(0.5), sp.ColoredNoise(1.0, 1.0), sp.Barrier(-0.3, 0.8))
     same = sp.System(
         sp.Mass(mass), sp.Spring(mass / time**2), sp.PolynomialSpring((0.0, 0.0, force / length**3)),
-        sp.Dashpot(0.5 * mass / time), sp.ColouredNoise(force**2, time), sp.Barrier(0.3 * length, 0.8, side="below"),
+        sp.Dashpot(0.5 * mass / time), sp.ColoredNoise(force**2, time), sp.Barrier(0.3 * length, 0.8, side="below"),
     )  # fmt: skip
     one, other = path_integration(plain), path_integration(same)
     assert other.x_mean == pytest.approx(-length * one.x_mean, rel=1e-5)
@@ -133,15 +133,15 @@ def test_a_mirror_image_and_other_units() -> None:
         ((sp.WhiteNoise(1.0),), "not white_noise"),
         ((noise(1.0), sp.WhiteNoise(1.0)), "not white_noise"),
         ((noise(1.0), noise(2.0)), "several"),
-        ((noise(1.0), sp.Circuit(0.1, 2.0, 0.5)), "not circuit"),
+        ((noise(1.0), sp.PiezoelectricCircuit(0.1, 2.0, 0.5)), "not circuit"),
         ((noise(1.0), sp.Contact(0.0, 5.0, dissipation=0.1)), "not the dissipation of contact"),
-        ((), "no coloured noise"),
+        ((), "no colored noise"),
         ((noise(1e-4),), "it is white"),
         ((noise(1.0), sp.Contact(0.0, 1e8)), "too stiff"),
     ],
 )
 def test_what_it_does_not_cover(parts, sentence: str) -> None:
-    with pytest.raises(NotCovered, match=sentence):
+    with pytest.raises(NotCoveredError, match=sentence):
         path_integration(sp.System(SPRING, DASHPOT, *parts))
 
 
@@ -167,7 +167,7 @@ def test_where_hops_are_too_short_there_is_no_rate() -> None:
 def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     """<v^2> is 3.5 % low here, which the warning has to cover."""
     walls = sp.Barrier(-0.6), sp.Barrier(0.9, side="below")
-    held = sp.System(SPRING, sp.Springpot(0.35, 0.5), sp.ColouredNoise(0.8, 0.4), *walls)
+    held = sp.System(SPRING, sp.Springpot(0.35, 0.5), sp.ColoredNoise(0.8, 0.4), *walls)
     found = path_integration(held)
     run = sp.run(held, paths=2000, duration=100.0, seed=6)
     gap = 100.0 * abs(found.v_mean_square / run.values["v_mean_square"] - 1.0)
@@ -180,6 +180,6 @@ def test_light_damping_is_refused_after_few_tries(monkeypatch: pytest.MonkeyPatc
     tries, stationary = [], Chain.stationary
     monkeypatch.setattr(Chain, "stationary", lambda *given: [tries.append(1), stationary(*given)][1])
     walls = sp.Barrier(-0.7), sp.Barrier(1.1, side="below")
-    with pytest.raises(NoConvergence, match="where damping is light"):
+    with pytest.raises(NoConvergenceError, match="where damping is light"):
         path_integration(sp.System(SPRING, sp.Springpot(0.5, 0.06), noise(1.9), *walls))
     assert len(tries) <= 4

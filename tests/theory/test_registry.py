@@ -57,7 +57,7 @@ def test_a_made_up_method_takes_one_file_and_one_line(tmp_path: Path) -> None:
     assert found["page"] == 1.0
     assert found["study"] == [1.0, 1.0]
     assert found["picture"] == ["sky", [0, [2.0, 1.0]]]
-    assert '"label": "made up", "colour": "sky", "dash": [4.0, 2.0]' in found["script"]
+    assert '"label": "made up", "color": "sky", "dash": [4.0, 2.0]' in found["script"]
 
 
 def test_the_list_loads_nothing_heavy() -> None:
@@ -75,13 +75,13 @@ def test_no_script_of_the_page_names_a_method() -> None:
         assert not re.findall(rf'["\'](?:{names})["\']', script.read_text()), script.name
 
 
-def test_every_method_has_a_row_in_the_readme_and_its_colour_in_both_looks() -> None:
-    from springpot.figures import COLOURS
+def test_every_method_has_a_row_in_the_readme_and_its_color_in_both_looks() -> None:
+    from springpot.figures import COLORS
 
     readme = (ROOT / "README.md").read_text()
     style = (SOURCE / "explorer" / "static" / "style.css").read_text()
     for method in registry.METHODS.values():
         assert f"`{method.function.rpartition('.')[2]}`" in readme
-        assert method.colour in COLOURS
-        assert style.count(f"--method-{method.colour}: ") == 3  # light, dark, and dark where the system says so
-    assert set(COLOURS) == set(re.findall(r"--method-(\w+): ", style))
+        assert method.color in COLORS
+        assert style.count(f"--method-{method.color}: ") == 3  # light, dark, and dark where the system says so
+    assert set(COLORS) == set(re.findall(r"--method-(\w+): ", style))

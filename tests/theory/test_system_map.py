@@ -9,11 +9,19 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.theory import NotCovered, averaging_amplitude, envelope, linearisation, recommended, solve_all, trust
+from springpot.evidence.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
+from springpot.theory import (
+    NotCoveredError,
+    averaging_amplitude,
+    envelope,
+    linearization,
+    recommended,
+    solve_all,
+    trust,
+)
 from springpot.theory.cells import Cell, cell_of, system_of
 from springpot.theory.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
 from springpot.theory.solve import trusted
-from springpot.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
 from tests.sizes import validation
 
 COLUMNS = read_map(SYSTEMS_FILE)
@@ -46,8 +54,8 @@ def test_a_cell_is_found_again_in_si_units(cell: Cell) -> None:
             parts.append(sp.Barrier(part.position * length, part.restitution, part.side))
         elif isinstance(part, sp.WhiteNoise):
             parts.append(sp.WhiteNoise(force**2 * time))
-        elif isinstance(part, sp.ColouredNoise):
-            parts.append(sp.ColouredNoise(part.variance * force**2, part.correlation_time * time))
+        elif isinstance(part, sp.ColoredNoise):
+            parts.append(sp.ColoredNoise(part.variance * force**2, part.correlation_time * time))
     assert cell_of(sp.System(*parts)) == pytest.approx(cell, rel=1e-9)
 
 
@@ -93,7 +101,7 @@ def test_the_errors_of_the_monte_carlo() -> None:
         assert np.mean(relative < 0.01) > 0.85
 
 
-METHODS = ("averaging_amplitude", "linearisation", "envelope", "half_cycles", "path_integration")
+METHODS = ("averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration")
 
 
 def best(i: int, names: tuple[str, ...]) -> float:
@@ -107,19 +115,19 @@ def best(i: int, names: tuple[str, ...]) -> float:
 
 
 @pytest.mark.parametrize(
-    ("coloured", "names", "share"),
+    ("colored", "names", "share"),
     [
         (False, ("x_mean_square", "v_mean_square", "impact_rate"), 0.94),
         (True, ("x_mean_square", "v_mean_square", "impact_rate"), 0.9),
         (True, ("x_mean_square", "v_mean_square"), 0.96),
     ],
 )
-def test_the_best_method_on_the_map(coloured: bool, names: tuple[str, ...], share: float) -> None:
+def test_the_best_method_on_the_map(colored: bool, names: tuple[str, ...], share: float) -> None:
     """Within 3 % of <x^2> and <v^2> and 5 % of the impact rate, of the simulated cells that can be judged."""
     simulated = [
         i
         for i, place in enumerate(PLACES)
-        if (place.colour > 0.0) == coloured and COLUMNS["x_mean_square_se"][i]
+        if (place.color > 0.0) == colored and COLUMNS["x_mean_square_se"][i]
         if place.apart == 0.0 and place.restitution > 0.5
     ]
     worst = np.array([best(i, names) for i in simulated])
@@ -130,7 +138,7 @@ def test_the_best_method_on_the_map(coloured: bool, names: tuple[str, ...], shar
 
 def test_unlike_walls_on_the_map() -> None:
     """Half cycles are better than the envelope, and the better by the map is what is recommended."""
-    here = (COLUMNS["apart"] > 0.0) & (COLUMNS["colour"] == 0.0) & (COLUMNS["restitution"] < 1.0) & (COLUMNS["c"] < 1.0)
+    here = (COLUMNS["apart"] > 0.0) & (COLUMNS["color"] == 0.0) & (COLUMNS["restitution"] < 1.0) & (COLUMNS["c"] < 1.0)
     for name, chain, envelope_ in (("impact_rate", 2.0, 5.0), ("rarest_impact_rate", 7.0, 15.0)):
         gaps = {method: np.abs(COLUMNS[f"{method}:{name}"][here]) for method in ("half_cycles", "envelope")}
         known = np.isfinite(gaps["half_cycles"]) & np.isfinite(gaps["envelope"])
@@ -139,20 +147,20 @@ def test_unlike_walls_on_the_map() -> None:
         assert np.median(gaps["envelope"][known]) > envelope_
 
 
-def test_with_coloured_noise_and_a_wall_path_integration_is_recommended() -> None:
-    held = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColouredNoise(1.0, 1.0), sp.Barrier(0.0, 0.8))
+def test_with_colored_noise_and_a_wall_path_integration_is_recommended() -> None:
+    held = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 1.0), sp.Barrier(0.0, 0.8))
     assert trust(held, "path_integration").worst < 1.0 < trust(held, "envelope").worst
     assert recommended(held, {"path_integration": None, "envelope": None}) == "path_integration"
 
 
 def test_a_method_is_recommended_from_the_map() -> None:
-    """Light damping and hardening: the envelope is within 1 %, linearisation 10 % off, and says so."""
+    """Light damping and hardening: the envelope is within 1 %, linearization 10 % off, and says so."""
     duffing = sp.System(*HARD, sp.Springpot(0.4, 0.15), WHITE)
     answers, _ = solve_all(duffing)
     assert trusted(duffing, answers) == ("envelope", "")
     assert trust(duffing, "envelope").gaps["x_mean_square"] < 1.0
-    assert trust(duffing, "linearisation").gaps["x_mean_square"] > 8.0
-    assert "gaps to Monte Carlo of up to: <x^2>" in linearisation(duffing).warnings[-1]
+    assert trust(duffing, "linearization").gaps["x_mean_square"] > 8.0
+    assert "gaps to Monte Carlo of up to: <x^2>" in linearization(duffing).warnings[-1]
     assert envelope(duffing).warnings == ()
     exact = sp.System(*HARD, sp.Dashpot(0.4), WHITE)
     assert recommended(exact, solve_all(exact)[0]) == "exact"
@@ -173,7 +181,7 @@ def test_beside_the_map_the_errors_are_unknown(far: sp.System) -> None:
 
 
 def test_a_part_that_the_map_has_not_is_named() -> None:
-    with pytest.raises(NotCovered, match="not van_der_pol"):
+    with pytest.raises(NotCoveredError, match="not van_der_pol"):
         cell_of(PUMP)
 
 
@@ -183,6 +191,6 @@ def test_the_map_of_systems_goes_on_where_it_was(tmp_path) -> None:
     path = make_map(cells=cells, path=tmp_path / "map.csv")
     with path.open(newline="") as file:
         first, second = csv.DictReader(file)
-    assert float(first["linearisation:x_mean_square"]) == pytest.approx(0.0, abs=0.01)
-    assert second["linearisation:x_mean_square"] == "inf"
+    assert float(first["linearization:x_mean_square"]) == pytest.approx(0.0, abs=0.01)
+    assert second["linearization:x_mean_square"] == "inf"
     assert first["envelope:impact_rate"] == "nan"

@@ -18,8 +18,8 @@ from cyclopts import CycloptsError
 
 from springpot.cli.commands import app, in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
-from springpot.faults import FileFault
-from springpot.terminal import say, warnings_as_sentences
+from springpot.cli.terminal import say, warnings_as_sentences
+from springpot.machine.faults import FileError
 
 __all__ = ["main"]
 
@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(usage(error))
         return 2
     except (TypeError, ValueError) as error:
-        say(one_sentence(error) if isinstance(error, FileFault) else in_flags(one_sentence(error)))
+        say(one_sentence(error) if isinstance(error, FileError) else in_flags(one_sentence(error)))
         return 2
     except KeyboardInterrupt:
         say("interrupted.")

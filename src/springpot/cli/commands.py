@@ -28,14 +28,14 @@ from springpot.cli.flags import (
     with_flags,
 )
 from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
-from springpot.faults import Stopped
-from springpot.interrupt import asked_to_stop, leave_at_once
-from springpot.oscillator import Oscillator
-from springpot.places import place_for
-from springpot.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.machine.faults import Stopped
+from springpot.machine.interrupt import asked_to_stop, leave_at_once
+from springpot.machine.places import place_for
+from springpot.problem.oscillator import Oscillator
 
 if TYPE_CHECKING:
-    from springpot.system import System
+    from springpot.problem.system import System
 
 __all__ = ["OUTPUT", "app", "in_flags", "simulate", "warn"]
 
@@ -67,13 +67,13 @@ def explain(file: SystemFile = None, /, *, flags: Flags = STANDARD, schema: Sche
     if schema:
         if file is not None or flags != STANDARD:
             raise ValueError("--schema prints the JSON schema of a file, and takes nothing else.")
-        from springpot.system_file import schema as schema_of_a_file
+        from springpot.problem.file import schema as schema_of_a_file
 
         print_json(schema_of_a_file())
         return 0
     problem = problem_of(file, flags)
     with leave_at_once():
-        from springpot.explanation import explain as in_words
+        from springpot.evidence.explanation import explain as in_words
 
     print(in_words(problem))
     return 0
@@ -87,10 +87,10 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     """
     problem = problem_of(file, flags)
     with leave_at_once():
-        from springpot.explanation import equation
-        from springpot.system import System
+        from springpot.evidence.explanation import equation
+        from springpot.problem.system import System
+        from springpot.problem.units import UNITS
         from springpot.theory import all_methods
-        from springpot.units import UNITS
 
     dicts = all_methods(problem)
     if json_:
@@ -133,9 +133,9 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
     """
     oscillator = oscillator_of(file, flags)
     with leave_at_once():
-        from springpot.atlases import atlas as look_up
+        from springpot.evidence.atlases import atlas as look_up
+        from springpot.problem.units import UNITS
         from springpot.theory.result import MOMENTS
-        from springpot.units import UNITS
 
     result = look_up(oscillator)
     if json_:
@@ -172,8 +172,8 @@ def compare(
     """
     problem = problem_of(file, flags)
     with leave_at_once():
-        from springpot.comparison import compare as set_side_by_side
-        from springpot.comparison import observe
+        from springpot.evidence.comparison import compare as set_side_by_side
+        from springpot.evidence.comparison import observe
 
     if plot is not None:
         check_picture(plot, "plot")
@@ -317,8 +317,8 @@ def simulate(
     given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.simulation import run
-        from springpot.simulation.saved import places
-        from springpot.simulation.settings import default_start
+        from springpot.simulation.plan.settings import default_start
+        from springpot.simulation.result.save import places
 
     written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
@@ -345,7 +345,7 @@ def _stated(problem: Oscillator | System) -> str:
     """The problem in one line: the numbers of an oscillator, the equation of a system."""
     if isinstance(problem, Oscillator):
         return f"oscillator: {plain(problem.to_dict())}"
-    from springpot.explanation import equation
+    from springpot.evidence.explanation import equation
 
     return "\n".join(["system:", *(f"  {line}" for line in equation(problem))])
 
@@ -403,7 +403,7 @@ def fit(
     with leave_at_once():
         from springpot.fitting import fit as find
         from springpot.fitting import read_data
-        from springpot.system_file import read_system, to_toml
+        from springpot.problem.file import read_system, to_toml
 
     models = [read_system(name) for name in model]
     measured = read_data(data)
@@ -437,10 +437,10 @@ app.command(
     "springpot.cli.designing:design",
     name="design",
     help="Design: choose the free numbers of a system so that limits hold and a cost is least.\n\n"
-    "Example: springpot design device.toml --minimise c --below impact_rate 0.2",
+    "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(
-    "springpot.studies.commands:app",
+    "springpot.cli.studying:app",
     name="study",
     help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",
 )
@@ -453,8 +453,8 @@ def doctor(*, json_: Json = False) -> int:
     Example: springpot doctor
     """
     with leave_at_once():
-        from springpot import simulation  # noqa: F401  (what takes long to load)
-        from springpot.doctor import diagnose
+        import springpot.simulation.monte_carlo  # noqa: F401  (what takes long to load)
+        from springpot.cli.doctor import diagnose
 
     findings = diagnose()
     if json_:
@@ -480,7 +480,7 @@ def reproduce(
     Example: springpot reproduce fig1 --out figures
     """
     with leave_at_once():
-        from springpot import simulation  # noqa: F401  (what takes long to load)
+        import springpot.simulation.monte_carlo  # noqa: F401  (what takes long to load)
         from springpot.paper import reproduce as make
 
     with Bar(f"reproducing {what}") as bar:
@@ -515,7 +515,7 @@ def validity(
     folder.mkdir(parents=True, exist_ok=True)
     sources = MAP_FILE, SYSTEMS_FILE
     if simulate_again:
-        from springpot.validity import CELLS, SYSTEM_CELLS, make_map
+        from springpot.evidence.validity import CELLS, SYSTEM_CELLS, make_map
 
         maps = ("oscillators", CELLS, MAP_FILE), ("systems", SYSTEM_CELLS, SYSTEMS_FILE)
         made = []

@@ -13,8 +13,8 @@ from cyclopts import Group, Parameter
 from springpot.cli.commands import OUTPUT, place_of, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
 from springpot.cli.tables import with_error
-from springpot.interrupt import leave_at_once
-from springpot.terminal import Bar, Json, Whole, check_picture, say
+from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
+from springpot.machine.interrupt import leave_at_once
 
 __all__ = ["design", "sensitivity"]
 
@@ -63,7 +63,7 @@ def design(
     ],
     /,
     *,
-    minimise: Annotated[
+    minimize: Annotated[
         str, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
     ],
     below: Annotated[
@@ -124,13 +124,13 @@ def design(
             limits[name] = ends[0], ends[1]
     with leave_at_once():
         from springpot.designing import design as find
-        from springpot.free_numbers import with_values
-        from springpot.system_file import read_system, to_toml
+        from springpot.problem.file import read_system, to_toml
+        from springpot.problem.free_numbers import with_values
 
     system = read_system(file)
     with _in_words_of_the_command(), Bar("designing", first="searching") as bar:
         found = find(
-            system, minimise, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
+            system, minimize, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
             method=method, max_time=max_time, threads=threads, progress=bar,
         )  # fmt: skip
     for sentence in found.warnings:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from cyclopts import Group, Parameter
 
-from springpot.device import DensityUnit, Excited, Sides
-from springpot.faults import listed
-from springpot.options import hints, words
-from springpot.oscillator import Oscillator
-from springpot.terminal import Whole
+from springpot.cli.terminal import Whole
+from springpot.machine.faults import listed
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.spectral_density import DensityUnit, Excited, Sides
+from springpot.simulation.plan.options import hints, words
 
 if TYPE_CHECKING:
-    from springpot.system import System
+    from springpot.problem.system import System
 
 __all__ = [
     "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "PageFile", "RunSettings",
@@ -212,7 +212,7 @@ def problem_of(file: str | None, flags: OscillatorFlags) -> Oscillator | System:
         return flags.oscillator()
     if flags != STANDARD:
         raise ValueError(f"FILE {file!r} states the problem: no flag of the oscillator can be given with it.")
-    from springpot.system_file import read_system
+    from springpot.problem.file import read_system
 
     return read_system(file)
 

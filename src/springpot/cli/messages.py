@@ -19,7 +19,7 @@ from cyclopts import (
 )
 
 from springpot.cli.commands import app, in_flags
-from springpot.faults import listed
+from springpot.machine.faults import listed
 
 __all__ = ["of_the_system", "one_sentence", "usage"]
 

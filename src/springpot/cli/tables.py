@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from springpot.faults import per_cent
-from springpot.terminal import print_table
+from springpot.cli.terminal import print_table
+from springpot.machine.faults import per_cent
 
 if TYPE_CHECKING:
-    from springpot.comparison import Gap
-    from springpot.system import System
+    from springpot.evidence.comparison import Gap
+    from springpot.problem.system import System
 
 __all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences", "with_error"]
 
@@ -63,7 +63,7 @@ def _power(number: float) -> int:
 
 def walls(system: System, answers: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     """A row for the impact rate and mean speed of each wall, where there are several."""
-    from springpot.parts import Barrier, Contact
+    from springpot.problem.parts import Barrier, Contact
 
     places = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
     rows = []
@@ -122,8 +122,8 @@ def _first_passages(answer: Mapping[str, Any]) -> list[str]:
 
 def _print_quantiles(answer: Mapping[str, Any]) -> None:
     """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
-    from springpot.simulation.distributions import SKETCHED
-    from springpot.simulation.observables import EXTREMES
+    from springpot.simulation.watch.distributions import SKETCHED
+    from springpot.simulation.watch.observables import EXTREMES
 
     units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
     units |= dict.fromkeys(_first_passages(answer), "s")

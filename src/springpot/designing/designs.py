@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import finite_number
 from springpot.designing.numbers import as_simulated, checked_model, units_of_free
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
@@ -17,14 +16,15 @@ from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simu
 from springpot.designing.search import Model
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.designing.watch import Watch
-from springpot.faults import listed, per_cent
-from springpot.free_numbers import free_numbers, with_values
-from springpot.oscillator import Oscillator
-from springpot.simulation.accuracy import controllable
-from springpot.simulation.cost import OutOfTime
-from springpot.simulation.settings import check_stationary, checked_seed
-from springpot.simulation.simulation import Progress
-from springpot.system import System
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import listed, per_cent
+from springpot.machine.progress import OutOfTimeError
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.error.reach import controllable
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.settings import check_stationary, checked_seed
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
@@ -36,7 +36,7 @@ AT_BOUND = 1e-4  # of the whole range
 
 def design(
     model: System | Oscillator,
-    minimise: Cost,
+    minimize: Cost,
     subject_to: Mapping[str, tuple[float | None, float | None]],
     *,
     seed: int = 1,
@@ -54,7 +54,7 @@ def design(
     ----------
     model : System or Oscillator
         With numbers marked by `springpot.free`, and a stationary state.
-    minimise : str or callable
+    minimize : str or callable
         The name of a quantity (``"v_mean_square"``) or of a free number, or a function of all of them by name.
     subject_to : dict
         For each limited quantity ``(low, high)``, None where there is no limit.
@@ -108,7 +108,7 @@ def design(
     >>> import springpot as sp
     >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     >>> device = sp.System(sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
-    >>> found = sp.design(device, minimise="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.05)
+    >>> found = sp.design(device, minimize="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.05)
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
     """
@@ -129,7 +129,7 @@ def design(
         watch.say()
         allowed = controllable(as_simulated(problem))
         check_names(limits, allowed)
-        cost = checked_cost(minimise, free, allowed)
+        cost = checked_cost(minimize, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
@@ -141,7 +141,7 @@ def design(
         plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
         measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
         found = rounds(plan, measure)
-    except OutOfTime:
+    except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
     watch.end()
     return _told(problem, plan, found, chosen)

@@ -7,8 +7,8 @@ import math
 from springpot.designing.results import Promise
 from springpot.designing.search import Found
 from springpot.designing.statement import Limit
-from springpot.faults import listed, per_cent
-from springpot.simulation.few_events import chance_below
+from springpot.machine.faults import listed, per_cent
+from springpot.simulation.estimate.few_events import chance_below
 
 __all__ = ["each_probability", "impossible", "promise_of", "tightened"]
 

@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from springpot.faults import meant, shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
-from springpot.system_quantities import units_of_system
+from springpot.machine.faults import meant, shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.quantities import units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
 from springpot.theory import Result, best_guess, solve_all, solve_one
 from springpot.theory.methods.systems.result import SystemResult, walls_of
 from springpot.theory.solve import methods_for, trusted
-from springpot.units import UNITS
 
 __all__ = ["MONTE_CARLO", "checked_names", "chosen_method", "theory_values", "unit_of"]
 

@@ -13,11 +13,11 @@ from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.designing.watch import Watch
-from springpot.faults import NotCovered
-from springpot.free_numbers import with_values
-from springpot.oscillator import Oscillator
-from springpot.simulation.settings import check_stationary, resolve
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.free_numbers import with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.plan.settings import check_stationary, resolve
 from springpot.theory import trust
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
 from springpot.theory.solve import methods_for
@@ -55,7 +55,7 @@ def quick_quantities(
         watch.step()
         try:
             return theory_values(with_values(problem, values), name)[0]
-        except (ValueError, TypeError, NotCovered):
+        except (ValueError, TypeError, NotCoveredError):
             return {}
 
     return name, by_theory
@@ -69,7 +69,7 @@ def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch:
 
     Examples
     --------
-    >>> from springpot.parts import Barrier, Springpot
+    >>> from springpot.problem.parts import Barrier, Springpot
     >>> watch = Watch(None, None, 1)
     >>> [leading([Oscillator(2.0, Springpot(0.5, 0.2), Barrier(-gap, 0.9))], (), watch) for gap in (0.1, 5.0)]
     ['envelope', 'monte_carlo']

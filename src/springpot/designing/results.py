@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
-from springpot.faults import few, listed, meant, name_results, per_cent
-from springpot.oscillator import Oscillator
-from springpot.plain import plain
-from springpot.system import System
+from springpot.machine.faults import few, listed, meant, name_results, per_cent
+from springpot.machine.plain import plain
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 if TYPE_CHECKING:
     import xarray
@@ -124,7 +124,7 @@ class Design:
         By Monte Carlo of all rounds, with errors: standard error, biases and, if these numbers were not
         simulated themselves but some that are close, what theory's ratio may change between them.
     cost, cost_error : float
-        What was minimised; the error is NaN for a function of quantities whose errors are not known.
+        What was minimized; the error is NaN for a function of quantities whose errors are not known.
     margin : float
         By how much the cost is above the least one at the limits themselves, relative to it, as corrected theory has
         it: the price of the distance to the limits.
@@ -168,7 +168,7 @@ class Design:
         >>> import springpot as sp
         >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
         >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
-        >>> sp.design(device, minimise="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
+        >>> sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
         'm2 s-2'
         """
         return {name: unit_of(self.model, name) for name in self.quantities} | dict(self._units)
@@ -200,7 +200,7 @@ class Design:
         >>> import springpot as sp
         >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
         >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
-        >>> found = sp.design(device, minimise="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1)
+        >>> found = sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1)
         >>> curve = found.curve("v_mean_square", [1.0, 1.5])
         >>> bool(curve.costs[0] > curve.costs[1])
         True
@@ -244,7 +244,7 @@ class Design:
         >>> import springpot as sp
         >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
         >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
-        >>> found = sp.design(device, minimise="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1)
+        >>> found = sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1)
         >>> found.report().splitlines()[0]
         'least c at which v_mean_square < 1.5'
         """

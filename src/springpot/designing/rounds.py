@@ -19,11 +19,11 @@ from springpot.designing.results import Round
 from springpot.designing.search import CLOSE, Found, Model, search
 from springpot.designing.statement import Limit, cost_of
 from springpot.designing.watch import Watch
-from springpot.free_numbers import with_values
-from springpot.oscillator import Oscillator
-from springpot.simulation.cost import OutOfTime
-from springpot.simulation.run import run
-from springpot.system import System
+from springpot.machine.progress import OutOfTimeError
+from springpot.problem.free_numbers import with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.monte_carlo import run
 
 __all__ = ["MOST_ROUNDS", "Plan", "Searched", "rounds", "simulated"]
 
@@ -253,7 +253,7 @@ def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Sea
                 there = {name: min(finer * known.rounds[-1][name].error, error) for name, error in errors.items()}
                 closer = known.least(near=least, errors=there)
                 found = closer if closer.excess <= CLOSE else found
-        except OutOfTime:
+        except OutOfTimeError:
             if not history:
                 raise
             over = ("max_time is over: this is the best design so far.",)
@@ -308,7 +308,7 @@ def simulated(
                 progress=lambda fraction: watch.round(number, fraction), **wanted,
             )  # fmt: skip
         except TimeoutError:
-            raise OutOfTime from None
+            raise OutOfTimeError from None
         theory = pilot.at(found.u)
         measured = {}
         for name, value in result.values.items():

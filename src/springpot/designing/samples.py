@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.oscillator import Oscillator
-from springpot.simulation.adapted import adapt
-from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.lanes import GROUP
-from springpot.simulation.settings import Settings
-from springpot.simulation.simulation import Progress, simulation_of
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.paths.simulation import Progress, simulation_of
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.start import Adapted
+from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["SampledRun", "sampled_run", "samples_of"]
 
@@ -73,7 +73,7 @@ def sampled_run(
 
     Examples
     --------
-    >>> from springpot.simulation.settings import resolve
+    >>> from springpot.simulation.plan.settings import resolve
     >>> problem = Oscillator()
     >>> found = sampled_run(problem, resolve(problem, paths=64, duration=20.0, seed=1, threads=1))
     >>> value, samples = found.samples["x_mean_square"]

@@ -38,7 +38,7 @@ class Found:
     excess : float
         The largest of the limits'; positive if no place was found where all hold.
     how : str
-        The optimiser, in a word.
+        The optimizer, in a word.
     """
 
     u: Floats
@@ -142,7 +142,7 @@ def search(
 
     Examples
     --------
-    >>> from springpot.arguments import Free
+    >>> from springpot.machine.arguments import Free
     >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
     >>> model = Model(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
     >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), 1)

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import finite_number
 from springpot.designing.numbers import Numbers, as_simulated, checked_model, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, checked_names, chosen_method, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.designing.stencils import Stencil, extrapolated, stencil
-from springpot.faults import NotCovered, few, meant
-from springpot.oscillator import Oscillator
-from springpot.simulation.completed_rate import are_crowded
-from springpot.simulation.settings import Settings, check_stationary, resolve
-from springpot.simulation.simulation import Progress
-from springpot.simulation.statistics import standard_error
-from springpot.system import System
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import NotCoveredError, few, meant
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.estimate.completed_rate import are_crowded
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.settings import Settings, check_stationary, resolve
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -133,7 +133,7 @@ def _by_theory(
         def logarithms(distance: float, name: str = name) -> Floats | None:
             try:
                 found, _ = theory_values(_moved(numbers, name, distance), method)
-            except (ValueError, TypeError, NotCovered):
+            except (ValueError, TypeError, NotCoveredError):
                 return None
             if not found:
                 return None

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from springpot.designing.quantities import MONTE_CARLO
-from springpot.faults import name_results
-from springpot.oscillator import Oscillator
-from springpot.plain import plain
-from springpot.simulation.settings import Settings
-from springpot.system import System
+from springpot.machine.faults import name_results
+from springpot.machine.plain import plain
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.plan.settings import Settings
 
 if TYPE_CHECKING:
     import xarray

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import LARGEST, Free, finite_number
-from springpot.faults import few, meant, shown
+from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.faults import few, meant, shown
 
 __all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
 
@@ -147,24 +147,24 @@ def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:
             raise ValueError(f"subject_to must limit results among {few(known)}, not {limit.name}{near}")
 
 
-def checked_cost(minimise: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
-    """What is minimised, if it is a function or a known name.
+def checked_cost(minimize: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
+    """What is minimized, if it is a function or a known name.
 
     Raises
     ------
     TypeError, ValueError
         If it is neither.
     """
-    if callable(minimise):
-        return minimise
-    if not isinstance(minimise, str):
+    if callable(minimize):
+        return minimize
+    if not isinstance(minimize, str):
         raise TypeError(
-            f"minimise must be the name of a quantity or of a free number, or a function, not {shown(minimise)}."
+            f"minimize must be the name of a quantity or of a free number, or a function, not {shown(minimize)}."
         )
     names = [*free, *known]
-    if minimise not in names:
-        raise ValueError(f"minimise must be among {few(names)}, not {minimise}{meant(minimise, names) or '.'}")
-    return minimise
+    if minimize not in names:
+        raise ValueError(f"minimize must be among {few(names)}, not {minimize}{meant(minimize, names) or '.'}")
+    return minimize
 
 
 def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
@@ -185,7 +185,7 @@ def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
     try:
         return float(cost(values))
     except Exception as fault:
-        raise ValueError(f"minimise failed: {fault!r}; it has the values {few(values)}.") from fault
+        raise ValueError(f"minimize failed: {fault!r}; it has the values {few(values)}.") from fault
 
 
 def name_of(cost: Cost) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from springpot.simulation.cost import Clock, Estimate, FractionDone
-from springpot.simulation.simulation import Progress
+from springpot.machine.progress import Clock, Estimate, FractionDone
+from springpot.simulation.paths.simulation import Progress
 
 __all__ = ["Watch"]
 
@@ -53,7 +53,7 @@ class Watch:
 
         Raises
         ------
-        OutOfTime
+        OutOfTimeError
             If the time is over.
         """
         self._tell(self._done + LITTLE * max(SEARCH - self._done, 0.0))

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.oscillator import Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator, Springpot
 from springpot.theory import (
     Averaging,
     Envelope,
     Exact,
-    NoConvergence,
-    NoStationaryState,
-    NotCovered,
+    NoConvergenceError,
+    NoStationaryStateError,
+    NotCoveredError,
     Result,
     best_guess,
     solve_all,
@@ -103,7 +103,7 @@ def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[fl
             continue
         try:
             curves[name] = plain(curve(place))
-        except (NotCovered, NoStationaryState, NoConvergence):
+        except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
             continue
     return curves
 
@@ -120,10 +120,10 @@ def growth(
         return curves
     for name, answer in answers.items():
         if isinstance(answer, Envelope | Exact):
-            with suppress(NotCovered, NoStationaryState, NoConvergence):
+            with suppress(NotCoveredError, NoStationaryStateError, NoConvergenceError):
                 curves[name] = plain(answer.amplitude_mean_square_at(times))
     for name in AVERAGING:
-        with suppress(NotCovered):
+        with suppress(NotCoveredError):
             growing = METHODS[name].solve(oscillator)
             assert isinstance(growing, Averaging)
             curves[name] = plain(growing.mean_square(times))
@@ -183,7 +183,7 @@ def _ends_first(count: int) -> list[int]:
 def _amplitude(method: Method, oscillator: Oscillator) -> float | None:
     try:
         return plain_number(method.solve(oscillator).amplitude_mean_square)
-    except (NotCovered, NoStationaryState, NoConvergence):
+    except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
         return None
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from springpot.explorer.protocol import Problem, SystemProblem
-from springpot.faults import listed
-from springpot.parts import Recorded
-from springpot.system import System
+from springpot.machine.faults import listed
+from springpot.problem.parts import RecordedExcitation
+from springpot.problem.system import System
 
 __all__ = ["as_command", "as_python", "command_of_system", "python_of_system"]
 
@@ -78,14 +78,14 @@ def python_of_system(system: System, file: str, asked: SystemProblem) -> str:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> python_of_system(System(Spring(2.0)), "device.toml", SystemProblem(kind="system")).splitlines()[3]
     '    spring=sp.Spring(stiffness=2.0),'
     """
     start = ', start="rest"' if asked.start == "rest" else ""
     if system.with_functions:
         made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
-    elif system.of(Recorded):
+    elif system.of(RecordedExcitation):
         made = f'system = sp.read_system("{file}")'
     else:
         parts = "\n".join(f"    {name}={_made(part)}," for name, part in system.named())

@@ -10,9 +10,9 @@ from contextlib import suppress
 from typing import Any, ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
-from springpot.oscillator import Oscillator
-from springpot.processors import threads_available
-from springpot.system import System
+from springpot.machine.processors import threads_available
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["MOST_SESSIONS", "Engine", "Turns"]
 
@@ -98,8 +98,8 @@ class Engine:
 
     def have_kernel(self, problem: Oscillator | System) -> None:
         """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
-        from springpot.simulation.settings import resolve
-        from springpot.simulation.simulation import simulation_of
+        from springpot.simulation.paths.simulation import simulation_of
+        from springpot.simulation.plan.settings import resolve
 
         short = resolve(problem, paths=1, start="rest", threads=1)
         simulation = simulation_of(problem, short).but(duration=short.step, window=(0.0, short.step))
@@ -135,8 +135,8 @@ def _load_theory() -> None:
 def _load_kernel() -> None:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import record
-    from springpot.simulation.settings import resolve
-    from springpot.simulation.simulation import simulation_of
+    from springpot.simulation.paths.simulation import simulation_of
+    from springpot.simulation.plan.settings import resolve
 
     settings = resolve(Oscillator(), paths=64, duration=1.0, step=0.01, start="rest", threads=1)
     gathering = Gathering(simulation_of(Oscillator(), settings))

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from springpot.arguments import Free
 from springpot.explorer.sliders import Size, Slider, numbers, sliders
 from springpot.explorer.views import sizes
-from springpot.free_numbers import free, free_numbers, with_values
-from springpot.plain import plain
-from springpot.system import System
-from springpot.system_numbers import ROOT, with_numbers
+from springpot.machine.arguments import Free
+from springpot.machine.plain import plain
+from springpot.problem.free_numbers import free, free_numbers, with_values
+from springpot.problem.numbers import ROOT, with_numbers
+from springpot.problem.system import System
 
 if TYPE_CHECKING:
     from springpot.fitting.likelihood import Table
@@ -41,8 +41,8 @@ def freed(system: System, names: Sequence[str], farther: float = FARTHER) -> Sys
 
     Examples
     --------
-    >>> from springpot.free_numbers import free_numbers
-    >>> from springpot.parts import Spring, Springpot, WhiteNoise
+    >>> from springpot.problem.free_numbers import free_numbers
+    >>> from springpot.problem.parts import Spring, Springpot, WhiteNoise
     >>> system = System(Spring(80.0), Springpot(0.4, 2.0), WhiteNoise(1.0))
     >>> free_numbers(freed(system, ["springpot-order", "springpot-coefficient"]))["springpot_order"].low
     0.001
@@ -94,11 +94,11 @@ def fitted(
     TypeError, ValueError, Stopped
         As `springpot.fit`.
     """
-    from springpot.fitting import Moduli, Statistics, fit
+    from springpot.fitting import MeasuredModuli, MeasuredStatistics, fit
 
     if not names:
         raise ValueError("free: tick the numbers that are to be found.")
-    farther = FARTHER_SIMULATED if isinstance(data, Statistics) else FARTHER
+    farther = FARTHER_SIMULATED if isinstance(data, MeasuredStatistics) else FARTHER
     found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
     table = found.table
     of_statistics = str(table.axis) == "statistic"  # of many units: no chart shows them together
@@ -112,7 +112,7 @@ def fitted(
                     "error": found.errors[_word(name)],
                     "interval": found.interval(_word(name)),
                     "bound": found.at_bounds.get(_word(name), ""),
-                    "adds": isinstance(data, Moduli) and _adds(name),
+                    "adds": isinstance(data, MeasuredModuli) and _adds(name),
                 }
                 for name in names
             ],

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.oscillator import Oscillator
-from springpot.simulation.cache import callback
-from springpot.simulation.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.forgetting import MOST_TRANSIENT, is_stationary
-from springpot.simulation.lanes import GROUP, LANES
-from springpot.simulation.observers import HEADER, ON_STEPS, Observer
-from springpot.simulation.run import doubts_of
-from springpot.simulation.settings import Settings, default_start
-from springpot.simulation.simulation import Simulation
-from springpot.simulation.system_scales import scales_of_problem, typical_frequency
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
+from springpot.simulation.monte_carlo import doubts_of
+from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.plan.settings import Settings, default_start
+from springpot.simulation.plan.system_scales import scales_of_problem, typical_frequency
+from springpot.simulation.plan.transient import MOST_TRANSIENT, is_stationary
+from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["BINS", "Gathering", "growth_times"]
 
@@ -90,8 +90,8 @@ class Gathering:
     Examples
     --------
     >>> from springpot import Oscillator
-    >>> from springpot.simulation.settings import resolve
-    >>> from springpot.simulation.simulation import simulation_of
+    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot.simulation.paths.simulation import simulation_of
     >>> settings = resolve(Oscillator(), paths=128, duration=10.0, step=0.02, start="rest")
     >>> gathering = Gathering(simulation_of(Oscillator(), settings))
     >>> while not gathering.complete:

@@ -10,8 +10,8 @@ from typing import Any
 
 from springpot.explorer.engine import Turns
 from springpot.explorer.protocol import FilePart
-from springpot.faults import Stopped
-from springpot.system import System
+from springpot.machine.faults import Stopped
+from springpot.problem.system import System
 
 __all__ = ["Measured", "sentence_of"]
 

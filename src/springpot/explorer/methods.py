@@ -12,7 +12,7 @@ LINE_WIDTH = 2.0  # px, of the page's curves
 
 
 def method_list(*, of_system: bool = False) -> str:
-    """A JavaScript module with the methods by name, the most exact first: label, colour, dash in px, ``over_order``.
+    """A JavaScript module with the methods by name, the most exact first: label, color, dash in px, ``over_order``.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def method_list(*, of_system: bool = False) -> str:
     listed = {
         method.name: {
             "label": method.label,
-            "colour": method.colour,
+            "color": method.color,
             "dash": [LINE_WIDTH * length for length in method.dash],
             "over_order": method.over_order,
         }

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
-from springpot.oscillator import Oscillator
-from springpot.parts import Barrier, Circuit, Contact
-from springpot.simulation.lanes import LANES
-from springpot.simulation.settings import Settings
-from springpot.simulation.simulation import Simulation
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.system import System
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.plan.settings import Settings
 
 __all__ = ["Motion", "Player", "blocks", "record"]
 
@@ -64,7 +64,7 @@ def blocks(settings: Settings) -> int:
 
     Examples
     --------
-    >>> from springpot.simulation.settings import resolve
+    >>> from springpot.simulation.plan.settings import resolve
     >>> blocks(resolve(Oscillator(), paths=100))
     2
     """
@@ -126,12 +126,12 @@ def voltages(problem: Oscillator | System, step: float, x: Floats) -> Floats:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
-    >>> system = System(Spring(1.0), Circuit(coupling=2.0, resistance=1e9, capacitance=1.0))
+    >>> from springpot.problem.parts import Spring
+    >>> system = System(Spring(1.0), PiezoelectricCircuit(coupling=2.0, resistance=1e9, capacitance=1.0))
     >>> voltages(system, 0.1, np.array([0.0, 1.0, 1.0])).round(6)
     array([[0., 2., 2.]])
     """
-    circuits = () if isinstance(problem, Oscillator) else problem.of(Circuit)
+    circuits = () if isinstance(problem, Oscillator) else problem.of(PiezoelectricCircuit)
     found = np.zeros((len(circuits), x.size))
     for row, circuit in zip(found, circuits, strict=True):
         decay = step / circuit.time

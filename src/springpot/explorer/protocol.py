@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 
 __all__ = [
     "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "Message", "NextPath", "Play", "Problem", "Step",

@@ -9,10 +9,10 @@ from pathlib import Path
 from springpot.explorer.copies import as_command, as_python, command_of_system, python_of_system
 from springpot.explorer.protocol import Problem, SystemProblem
 from springpot.explorer.sliders import changed
-from springpot.faults import NotCovered
-from springpot.options import StartKind
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.plan.options import StartKind
 
 __all__ = ["Opened", "Question", "question_of"]
 
@@ -41,7 +41,7 @@ class Opened:
 
         Examples
         --------
-        >>> from springpot.parts import Spring
+        >>> from springpot.problem.parts import Spring
         >>> Opened(System(Spring(1.0)), "device.toml").name_of(System(Spring(2.0)))
         'device-changed.toml'
         """
@@ -86,14 +86,14 @@ class Question:
     @property
     def start(self) -> StartKind:
         """The start of the page's run: from rest if there is no stationary state."""
-        from springpot.simulation.settings import default_start
+        from springpot.simulation.plan.settings import default_start
 
         return "rest" if self.wanted == "rest" else default_start(self.problem)[0]
 
     @property
     def frequency(self) -> float:
         """Radians per second of the motion, for the speed at which it is shown."""
-        from springpot.simulation.system_scales import typical_frequency
+        from springpot.simulation.plan.system_scales import typical_frequency
 
         return typical_frequency(self.problem)
 
@@ -132,5 +132,5 @@ def _as_simulated(system: System) -> Oscillator | System:
     """An oscillator, if the system is one, as `springpot.run` takes it."""
     try:
         return system.canonical()
-    except NotCovered:
+    except NotCoveredError:
         return system

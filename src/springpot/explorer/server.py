@@ -31,7 +31,7 @@ from springpot.explorer.protocol import LONGEST_MESSAGE, SystemProblem, parse
 from springpot.explorer.question import Opened
 from springpot.explorer.session import Session
 from springpot.explorer.views import opened_script
-from springpot.interrupt import sigterm_as_ctrl_c
+from springpot.machine.interrupt import sigterm_as_ctrl_c
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

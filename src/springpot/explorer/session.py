@@ -34,12 +34,12 @@ from springpot.explorer.protocol import (
     SystemProblem,
 )
 from springpot.explorer.question import Question, question_of
-from springpot.oscillator import Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator, Springpot
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
     from springpot.explorer.motion import Player
-    from springpot.system import System
+    from springpot.problem.system import System
 
 __all__ = ["Session"]
 
@@ -121,7 +121,7 @@ class Session:
         question = self._question
         if question is None or question.system is None:
             raise ValueError("file: no system is open.")
-        from springpot.system_file import to_toml
+        from springpot.problem.file import to_toml
 
         self._post("file", name=question.file, text=to_toml(question.system))
 
@@ -203,7 +203,7 @@ class Session:
 
     async def _theory_of_oscillator(self, question: Question) -> None:
         from springpot.explorer import answers, gathering
-        from springpot.simulation.settings import resolve
+        from springpot.simulation.plan.settings import resolve
 
         engine, think, oscillator = self._engine, self._theorists.take, question.oscillator
         solved = await think(answers.solve, oscillator)
@@ -231,7 +231,7 @@ class Session:
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer import gathering
-        from springpot.simulation.settings import resolve
+        from springpot.simulation.plan.settings import resolve
 
         settings = await engine.simulate(resolve, question.problem, paths=question.paths, start="rest", threads=1)
         times = gathering.growth_times(question.problem, settings)
@@ -241,9 +241,9 @@ class Session:
         engine, problem = self._engine, question.problem
         await engine.kernel_ready.wait()
         from springpot.explorer import gathering
-        from springpot.simulation.adapted import adapt
-        from springpot.simulation.settings import resolve
-        from springpot.simulation.simulation import simulation_of
+        from springpot.simulation.estimate.stationary_start import adapt
+        from springpot.simulation.paths.simulation import simulation_of
+        from springpot.simulation.plan.settings import resolve
 
         settings = await engine.simulate(
             resolve,
@@ -341,7 +341,7 @@ def stopping() -> Iterator[Callable[[float], None]]:
 
 
 def _view_of(system: System) -> dict[str, Any]:
-    from springpot.explanation import equation
+    from springpot.evidence.explanation import equation
     from springpot.explorer.views import sizes
 
     return {"equation": [*equation(system)], "sizes": sizes(system)}
@@ -350,7 +350,7 @@ def _view_of(system: System) -> dict[str, Any]:
 def _of_system(system: System, values: dict[str, Any]) -> dict[str, Any]:
     """The numbers of the parts with their words and units, and why impacts cannot be counted."""
     from springpot.explorer.views import labels
-    from springpot.simulation.system_results import uncountable
+    from springpot.simulation.estimate.system_samples import uncountable
 
     return {"labels": labels(system, [*values]), "undefined": uncountable(system)}
 

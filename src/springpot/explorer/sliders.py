@@ -11,18 +11,18 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from springpot.arguments import Free
-from springpot.parts import (
+from springpot.machine.arguments import Free
+from springpot.problem.numbers import ROOT, numbers_of, unit_of, with_numbers
+from springpot.problem.parts import (
     Barrier,
     Contact,
     Mass,
     PolynomialDashpot,
     PolynomialSpring,
-    Recorded,
+    RecordedExcitation,
     Spring,
 )
-from springpot.system import System, kind_of
-from springpot.system_numbers import ROOT, numbers_of, unit_of, with_numbers
+from springpot.problem.system import System, kind_of
 
 __all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
@@ -140,9 +140,9 @@ _KINDS = {
     "friction-force": _Kind("F", "force"),
     "springpot-order": _Kind("α", "order", "order"),
     "springpot-coefficient": _Kind("C", "coefficient"),
-    "series-springpot-order": _Kind("α", "springpot's order", "share"),
-    "series-springpot-coefficient": _Kind("C", "springpot"),
-    "series-spring-stiffness": _Kind("k", "spring"),
+    "fractional_maxwell-springpot-order": _Kind("α", "springpot's order", "share"),
+    "fractional_maxwell-springpot-coefficient": _Kind("C", "springpot"),
+    "fractional_maxwell-spring-stiffness": _Kind("k", "spring"),
     "maxwell-stiffness": _Kind("k", "stiffness"),
     "maxwell-coefficient": _Kind("c", "coefficient"),
     "barrier-position": _Kind("b", "position", "signed", kind="length"),
@@ -154,19 +154,19 @@ _KINDS = {
     "contact-stiffness": _Kind("k", "stiffness"),
     "contact-exponent": _Kind("p", "exponent", "exponent"),
     "contact-dissipation": _Kind("χ", "dissipation"),
-    "circuit-coupling": _Kind("θ", "coupling"),
-    "circuit-resistance": _Kind("R", "resistance"),
-    "circuit-capacitance": _Kind("Cp", "capacitance"),
+    "piezoelectric_circuit-coupling": _Kind("θ", "coupling"),
+    "piezoelectric_circuit-resistance": _Kind("R", "resistance"),
+    "piezoelectric_circuit-capacitance": _Kind("Cp", "capacitance"),
     "white_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
-    "coloured_noise-variance": _Kind("s²", "variance"),
-    "coloured_noise-correlation_time": _Kind("τ", "correlation time"),
-    "filtered_noise-frequency": _Kind("ω", "filter at", kind="frequency"),
-    "filtered_noise-damping": _Kind("ζ", "damping ratio", "share"),
-    "filtered_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
+    "colored_noise-variance": _Kind("s²", "variance"),
+    "colored_noise-correlation_time": _Kind("τ", "correlation time"),
+    "kanai_tajimi_noise-frequency": _Kind("ω", "filter at", kind="frequency"),
+    "kanai_tajimi_noise-damping": _Kind("ζ", "damping ratio", "share"),
+    "kanai_tajimi_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
     "constant-force": _Kind("F", "force", "signed"),
     "harmonic-amplitude": _Kind("F", "amplitude"),
     "harmonic-frequency": _Kind("ν", "frequency", kind="frequency"),
-    "recorded-scale": _Kind("×", "the record times"),
+    "recorded_excitation-scale": _Kind("×", "the record times"),
     "force-share": _Kind("×", "the function times", "signed"),
     "poisson_impulses-rate": _Kind("λ", "rate"),
     "poisson_impulses-mean_square": _Kind("y²", "mean square"),
@@ -187,7 +187,7 @@ def numbers(system: System) -> dict[str, float]:
     5.0
     """
     found = {name.removeprefix(ROOT).replace(".", "-"): value for name, value in numbers_of(system).items()}
-    found |= {f"{name}-{_SCALE}": 1.0 for name, part in system.named() if isinstance(part, Recorded)}
+    found |= {f"{name}-{_SCALE}": 1.0 for name, part in system.named() if isinstance(part, RecordedExcitation)}
     return {name: found[name] for part in system.names for name in found if name.startswith(f"{part}-")}
 
 
@@ -208,7 +208,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     for name in given:
         if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    scales = {f"{name}-{_SCALE}" for name, part in system.named() if isinstance(part, Recorded)}
+    scales = {f"{name}-{_SCALE}" for name, part in system.named() if isinstance(part, RecordedExcitation)}
     others = {name: value for name, value in given.items() if name not in scales}
     other = with_numbers(
         system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in others.items()}
@@ -219,7 +219,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
 
 def _scaled(part: Any, factor: float) -> Any:
     """A record with its values multiplied; any other part as it is."""
-    if not isinstance(part, Recorded) or factor == 1.0:
+    if not isinstance(part, RecordedExcitation) or factor == 1.0:
         return part
     return replace(part, values=tuple(factor * value for value in part.values))
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.answers import POINTS, Floats, densities_of, plain, plain_number
-from springpot.parts import Barrier, Contact
-from springpot.system import System
+from springpot.problem.parts import Barrier, Contact
+from springpot.problem.system import System
 from springpot.theory.reliability import best_guess
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import methods_for, solve_one, trusted
@@ -24,7 +24,7 @@ def names(system: System) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> names(System(Spring(1.0)))[-1]
     'exact'
     """
@@ -42,7 +42,7 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
 
     Examples
     --------
-    >>> from springpot.parts import Dashpot, Spring, WhiteNoise
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
     >>> device = System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0))
     >>> found = table(device, {"exact": solve(device, "exact")[0]}, {})
     >>> found["recommended"], round(found["methods"]["exact"]["moments"]["x_mean_square"], 3)

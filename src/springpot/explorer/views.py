@@ -9,11 +9,11 @@ from typing import Any
 
 from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
-from springpot.faults import listed
-from springpot.parts import Barrier, Circuit, Contact
-from springpot.system import System
-from springpot.system_quantities import units_of_system
-from springpot.units import UNITS
+from springpot.machine.faults import listed
+from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.quantities import units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
 
 __all__ = ["labels", "opened_script", "sizes"]
 
@@ -46,7 +46,7 @@ def opened_script(opened: Opened | None) -> str:
 
 def sizes(system: System) -> dict[str, float]:
     """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
-    from springpot.simulation.system_scales import system_scales
+    from springpot.simulation.plan.system_scales import system_scales
 
     law, potential = system_scales(system).law, system.potential
     spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
@@ -68,7 +68,7 @@ def _quantities(system: System) -> Iterator[tuple[str, str]]:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
         yield from ((f"{name}_impact_rate", f"rate, {name.replace('_', ' ')}") for name in walls)
-    if system.of(Circuit):
+    if system.of(PiezoelectricCircuit):
         yield "harvested_power", "harvested"
 
 
@@ -78,7 +78,7 @@ _LAST = {
     "contact_penetration": "deepest penetration, mean over the paths",
     "energy_residual": "energy balance: share of the power that is missing",
 }
-_FEEDS = ("noise", "impulses", "harmonic", "recorded")
+_FEEDS = ("noise", "impulses", "harmonic", "recorded_excitation")
 
 
 def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
@@ -86,7 +86,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring, WhiteNoise
+    >>> from springpot.problem.parts import Spring, WhiteNoise
     >>> labels(System(Spring(1.0), WhiteNoise(1.0)), ["x_mean", "input_power"])
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
@@ -102,7 +102,7 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
     described = {part["name"]: part for part in described_parts(system)}
     fed = [name for name, part in described.items() if any(word in part["kind"] for word in _FEEDS)]
-    linear = ("springpot", "dashpot", "series", "maxwell", "circuit", "polynomial_dashpot")
+    linear = ("springpot", "dashpot", "fractional_maxwell", "maxwell", "piezoelectric_circuit", "polynomial_dashpot")
     dampers = [part["title"] for part in described.values() if part["kind"] in linear]
     if dampers:
         together = f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.atlases.lookup import COEFFICIENTS, ORDERS, atlas
+from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
 from springpot.figures.style import panel
-from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     own = panel(axes, 5.6, 4.4)
     positive = bool(values.min() > 0.0)
     shown = np.log10(values) if positive else values
-    # extreme values in a corner must not use up the colours
+    # extreme values in a corner must not use up the colors
     low, high = np.quantile(shown, [0.04, 0.99])
     own.contourf(orders, strengths, shown, levels=np.linspace(low, high, 41), cmap="cividis", extend="both")
     levels = _round_levels(10.0**low, 10.0**high) if positive else np.linspace(low, high, LINES)
@@ -95,7 +95,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     )  # fmt: skip
     labels = own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.3g}", fontsize=8)
     outline: list[AbstractPathEffect] = [withStroke(linewidth=1.8, foreground="0.25")]
-    for drawn in (lines, *labels):  # readable on light and dark colours
+    for drawn in (lines, *labels):  # readable on light and dark colors
         drawn.set_path_effects(outline)
     own.set_yscale("log")
     own.set_xlabel(r"order of the derivative $\alpha$ (1)")

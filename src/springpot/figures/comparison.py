@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from springpot.figures.data import as_dataset
 from springpot.figures.stationary import density, spectrum
 from springpot.figures.style import new_grid
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory import Result
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     Parameters
     ----------
     observed : Run
-        With distributions and a spectrum; `springpot.comparison.observe` makes one.
+        With distributions and a spectrum; `springpot.evidence.comparison.observe` makes one.
     answers : dict
         Names of methods and their results; each is drawn where it has the quantity.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.style import COLOURS, bars, panel
+from springpot.figures.style import COLORS, bars, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,9 +66,9 @@ def convergence(
             raise ValueError(f"{name} must have as many errors as steps, not {sizes.shape} for {steps.shape}.")
         if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
             raise ValueError(f"steps and errors of {name} must be positive: take the absolute value of an error.")
-        colour, mark = _LOOKS[number % len(_LOOKS)]
-        axes.plot(steps, sizes, "-", color=COLOURS[colour], lw=1.0)
-        bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLOURS[colour], marker=mark,
+        color, mark = _LOOKS[number % len(_LOOKS)]
+        axes.plot(steps, sizes, "-", color=COLORS[color], lw=1.0)
+        bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLORS[color], marker=mark,
              size=4.5, label=name)  # fmt: skip
         corner = min(corner[0], float(steps.min())), min(corner[1], float(sizes.min()))
     for order in orders if errors else ():

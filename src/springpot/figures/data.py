@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory import Result
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.designing import Curve, Design, Sensitivity
-from springpot.figures.style import COLOURS, method_label, new_grid, panel
+from springpot.figures.style import COLORS, method_label, new_grid, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
     >>> import springpot as sp
     >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
-    >>> found = sp.design(device, minimise="c", subject_to={"x_mean_square": (None, 0.4)}, rtol=0.1)
+    >>> found = sp.design(device, minimize="c", subject_to={"x_mean_square": (None, 0.4)}, rtol=0.1)
     >>> design_curve(found.curve(limits=[0.2, 0.4, 0.8]), found).get_xlabel()
     'limit of x mean square (m$^{2}$)'
     """
@@ -50,7 +50,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
     order = np.argsort(curve.limits)
     limits, costs = curve.limits[order], curve.costs[order]
     drawn.plot(
-        limits, costs, "o-", color=COLOURS["blue"], linewidth=1.4, markersize=3.0, label="least cost, corrected theory"
+        limits, costs, "o-", color=COLORS["blue"], linewidth=1.4, markersize=3.0, label="least cost, corrected theory"
     )
     held = np.isfinite(costs)
     if not held.all():
@@ -66,7 +66,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
         drawn.errorbar(
             [found.quantities[curve.name]], [found.cost], xerr=[_CONFIDENCE * found.errors[curve.name]], fmt="s",
             yerr=[_CONFIDENCE * found.cost_error] if found.cost_error > 0.0 else None,
-            color=COLOURS["vermilion"], markersize=5.0, capsize=2.5, label="the design, Monte Carlo, 95 %",
+            color=COLORS["vermilion"], markersize=5.0, capsize=2.5, label="the design, Monte Carlo, 95 %",
         )  # fmt: skip
     if (limits > 0.0).all() and limits[-1] > 3.0 * limits[0]:
         drawn.set_xscale("log")
@@ -132,7 +132,7 @@ def draw_sensitivities(*found: Sensitivity) -> Figure:
 
 def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], place: int, count: int) -> None:
     """The bars of one result."""
-    colour, hatch = _LOOKS[place % len(_LOOKS)]
+    color, hatch = _LOOKS[place % len(_LOOKS)]
     by_chance = bool(found.gains)
     thick = 0.8 / count
     label = f"Monte Carlo, {found.settings.paths} paths, 95 %" if found.settings else method_label(found.method)
@@ -140,7 +140,7 @@ def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], pla
     errors = _CONFIDENCE * np.array([found.errors[quantity][name] for name in numbers])
     axes.barh(
         np.arange(len(numbers)) + (place - 0.5 * (count - 1)) * thick, values, 0.9 * thick,
-        xerr=np.nan_to_num(errors) if by_chance else None, color=COLOURS[colour], hatch=hatch, edgecolor="white",
+        xerr=np.nan_to_num(errors) if by_chance else None, color=COLORS[color], hatch=hatch, edgecolor="white",
         linewidth=0.0, error_kw={"elinewidth": 1.0, "capsize": 2.0, "ecolor": "black"}, label=label,
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Several designs on the same axes: each has its own colour and name in the legend."""
+"""Several designs on the same axes: each has its own color and name in the legend."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from springpot.figures.style import COLOURS, bars, method_curve, method_label
+from springpot.figures.style import COLORS, bars, method_curve, method_label
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["CYCLE", "Design", "from_zero", "next_design"]
 
-CYCLE = tuple(COLOURS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky", "black"))
-"""Colours of the first, second, ... design, safe for colour-blind readers."""
+CYCLE = tuple(COLORS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky", "black"))
+"""Colors of the first, second, ... design, safe for color-blind readers."""
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
 _TAG = "design "
@@ -32,7 +32,7 @@ class Design:
     number : int
         Number of earlier designs on these axes.
     color : str or None
-        Colour of the whole design; None for the default: Monte Carlo in grey, and the colours of the methods.
+        Color of the whole design; None for the default: Monte Carlo in grey, and the colors of the methods.
     label : str
         Name in the legend; may be empty.
     """
@@ -69,7 +69,7 @@ class Design:
 def next_design(axes: Axes, color: str | None = None, label: str | None = None) -> Design:
     """The next design on these axes.
 
-    The first one without a label has default colours.  Others have one colour for Monte Carlo and theory (by default
+    The first one without a label has default colors.  Others have one color for Monte Carlo and theory (by default
     the next one of CYCLE) and a label (by default a number).
 
     Parameters

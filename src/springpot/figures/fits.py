@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.figures.style import COLOURS, new_figure, panel
+from springpot.figures.style import COLORS, new_figure, panel
 from springpot.fitting.likelihood import Table
 from springpot.fitting.result import Fit, Profile
 
@@ -41,7 +41,7 @@ def draw_fit(fit: Fit) -> Figure:
     Examples
     --------
     >>> import springpot as sp
-    >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+    >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
     >>> figure = draw_fit(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['restitution', 'residual (sd)']
@@ -52,14 +52,12 @@ def draw_fit(fit: Fit) -> Figure:
     if "phase" in table.group:
         return _draw_response(table)
     figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
-    for (colour, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
+    for (color, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
         own = np.flatnonzero(table.group == group)[:_MOST]
         small = 3.5 if own.size < 200 else 1.5
-        above.plot(
-            table.at[own], table.data[own], mark, markersize=small, color=COLOURS[colour], label=f"{group}, data"
-        )
+        above.plot(table.at[own], table.data[own], mark, markersize=small, color=COLORS[color], label=f"{group}, data")
         above.plot(table.at[own], table.fitted[own], color="black", linewidth=1.2)
-        below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLOURS[colour])
+        below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLORS[color])
     above.plot([], [], color="black", linewidth=1.2, label="fit")
     if table.axis == "frequency_hz":
         above.set_xscale("log")
@@ -75,13 +73,13 @@ def draw_fit(fit: Fit) -> Figure:
 
 def _draw_response(table: Table) -> Figure:
     figure, panels = new_figure(5.6, 5.8, ratios=(2.2, 1.4, 1.2))
-    for (colour, mark), group, panel_, unit in zip(
+    for (color, mark), group, panel_, unit in zip(
         _LOOKS, ("magnitude", "phase"), panels, (1.0, 180.0 / np.pi), strict=False
     ):
         own = table.group == group
-        panel_.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLOURS[colour], label="data")
+        panel_.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLORS[color], label="data")
         panel_.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2, label="fit")
-        panels[2].plot(table.at[own], table.residual[own], mark, markersize=3.0, color=COLOURS[colour])
+        panels[2].plot(table.at[own], table.residual[own], mark, markersize=3.0, color=COLORS[color])
     panels[0].set_xscale("log")
     panels[0].set_yscale("log")
     for level in (-2.0, 0.0, 2.0):
@@ -98,12 +96,12 @@ def _draw_statistics(table: Table) -> Figure:
     error = np.zeros(table.at.size) if table.error is None else table.error
     size = np.abs(table.fitted)
     ratio = table.data / table.fitted
-    above.errorbar(table.at, ratio, error / size, fmt="o", markersize=4.0, color=COLOURS["blue"], capsize=2.5,
+    above.errorbar(table.at, ratio, error / size, fmt="o", markersize=4.0, color=COLORS["blue"], capsize=2.5,
                    linewidth=1.2, label="measured")  # fmt: skip
     above.axhline(1.0, color="black", linewidth=1.2, label="fit")
     reach = 1.3 * float(np.max(np.abs(ratio - 1.0) + error / size))
     above.set_ylim(1.0 - reach, 1.0 + reach)
-    below.plot(table.at, table.residual, "o", markersize=4.0, color=COLOURS["blue"])
+    below.plot(table.at, table.residual, "o", markersize=4.0, color=COLORS["blue"])
     for level in (-2.0, 0.0, 2.0):
         below.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
     below.set_ylim(-max(3.0, 1.2 * np.abs(table.residual).max()), max(3.0, 1.2 * np.abs(table.residual).max()))
@@ -132,15 +130,15 @@ def profile(own: Profile, axes: Axes | None = None) -> Axes:
     Examples
     --------
     >>> import springpot as sp
-    >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+    >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
     >>> found = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
     >>> profile(found.profile("r")).get_xlabel()
     'r'
     """
     drawn = panel(axes)
-    drawn.plot(own.values, own.rise, color=COLOURS["blue"], linewidth=1.4)
+    drawn.plot(own.values, own.rise, color=COLORS["blue"], linewidth=1.4)
     drawn.axhline(own.level, color="0.5", linewidth=0.9, linestyle="--")
-    drawn.axvspan(*own.limits, color=COLOURS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")
+    drawn.axvspan(*own.limits, color=COLORS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")
     drawn.set_ylim(0.0, min(3.0 * own.level, 1.05 * float(np.max(own.rise[np.isfinite(own.rise)]))))
     drawn.set_xlabel(own.name)
     drawn.set_ylabel("rise of the deviance")

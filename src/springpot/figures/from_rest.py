@@ -13,8 +13,8 @@ from springpot.figures.data import Data, FloatArray, Theory, as_dataset, oscilla
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
-from springpot.oscillator import Oscillator
-from springpot.theory import Averaging, NoStationaryState, NotCovered, Result
+from springpot.problem.oscillator import Oscillator
+from springpot.theory import Averaging, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +48,7 @@ def transient(
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def transient(
             continue
         try:
             curve = moment(times)
-        except (NotCovered, NoStationaryState):
+        except (NotCoveredError, NoStationaryStateError):
             continue
         design.curve(result.method, times, curve)
     axes.set_xlabel("time from rest $t$ (s)")
@@ -122,7 +122,7 @@ def survival(
     at : array_like, shape (n,), optional
         Times in s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------

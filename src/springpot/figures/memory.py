@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.figures.designs import from_zero
-from springpot.figures.style import COLOURS, panel
+from springpot.figures.style import COLORS, panel
 from springpot.memory import power_law_sum
 from springpot.memory.exponential_sum import mclean
 
@@ -91,17 +91,17 @@ def terms_against_tolerance(
     [8, 11]
     """
     axes = panel(axes, 6.0, 4.2)
-    for order, (colour, mark) in _ORDERS.items():
+    for order, (color, mark) in _ORDERS.items():
         ours = [power_law_sum(order, 1e-3, 1e3, float(eps)).rates.size for eps in tolerances]
         theirs = [mclean("power", order, 1e6, float(eps))[0].size for eps in tolerances]
         for terms, style, face, name in ((ours, "-", None, "fewest"), (theirs, "--", "none", "McLean")):
             axes.plot(
                 tolerances, terms, style, marker=mark, markersize=5.0, markerfacecolor=face,
-                color=COLOURS[colour], label=f"{name}, $\\alpha$ = {order:g}",
+                color=COLORS[color], label=f"{name}, $\\alpha$ = {order:g}",
             )  # fmt: skip
     asymptote = [even_spacing_terms(float(eps), 1e6) for eps in tolerances]
     label = r"$\ln(1/\varepsilon)\,\ln(T/\delta)/\pi^2$"
-    axes.plot(tolerances, asymptote, ":", color=COLOURS["black"], label=label)
+    axes.plot(tolerances, asymptote, ":", color=COLORS["black"], label=label)
     axes.set_xscale("log")
     axes.invert_xaxis()
     from_zero(axes)
@@ -151,9 +151,9 @@ def memory_terms(
     terms = sum_of_terms.weights * np.exp(-np.multiply.outer(lag, sum_of_terms.rates))
     for number, term in enumerate(terms.T):
         label = f"{terms.shape[1]} terms" if number == 0 else None
-        axes.plot(lag, term, "-", color=COLOURS["sky"], lw=0.8, label=label)
-    axes.plot(lag, lag**-order, "-", color=COLOURS["black"], lw=2.2, label=rf"$t^{{-{order:g}}}$")
-    axes.plot(lag, terms.sum(axis=1), "--", color=COLOURS["vermilion"], lw=1.4, label="their sum")
+        axes.plot(lag, term, "-", color=COLORS["sky"], lw=0.8, label=label)
+    axes.plot(lag, lag**-order, "-", color=COLORS["black"], lw=2.2, label=rf"$t^{{-{order:g}}}$")
+    axes.plot(lag, terms.sum(axis=1), "--", color=COLORS["vermilion"], lw=1.4, label="their sum")
     axes.axvspan(shortest, longest, color="0.95", zorder=0)
     low = longest**-order
     axes.set(xscale="log", yscale="log", xlim=(lag[0], lag[-1]), ylim=(low / 30.0, 2.0 * lag[0] ** -order))
@@ -201,12 +201,12 @@ def memory_error(
     """
     axes = panel(axes, 6.0, 4.0)
     lag = np.geomspace(shortest, longest, 4000)
-    for tolerance, colour in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
+    for tolerance, color in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
         sum_of_terms = power_law_sum(order, shortest, longest, tolerance)
         error = np.abs(np.exp(-np.multiply.outer(lag, sum_of_terms.rates)) @ sum_of_terms.weights * lag**order - 1.0)
         label = rf"$\varepsilon$ = {tolerance:g}: {sum_of_terms.rates.size} terms"
-        axes.plot(lag, error, "-", color=COLOURS[colour], lw=0.9, label=label)
-        axes.axhline(tolerance, color=COLOURS[colour], lw=0.6, linestyle=":")
+        axes.plot(lag, error, "-", color=COLORS[color], lw=0.9, label=label)
+        axes.axhline(tolerance, color=COLORS[color], lw=0.6, linestyle=":")
     heights = min(tolerances) * 1e-2, 3e4 * max(tolerances)
     axes.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
     axes.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")

@@ -9,7 +9,7 @@ import numpy as np
 
 from springpot.figures.data import Data, FloatArray, Wall, recorded, spacing_in_steps, walls_of
 from springpot.figures.designs import next_design
-from springpot.figures.style import COLOURS, panel
+from springpot.figures.style import COLORS, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,7 @@ def path(
     window : (float, float), optional
         Times in s between which to draw.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def path(
     design, before = next_design(axes, color, label), set(axes.get_children())
     value = piece.x if quantity == "x" else piece.v
     times, values = (piece.time, value) if quantity == "x" else _broken(piece, piece.time, value)
-    axes.plot(times, values, color=design.color or COLOURS["blue"], linewidth=1.0, label=design.label or None)
+    axes.plot(times, values, color=design.color or COLORS["blue"], linewidth=1.0, label=design.label or None)
     if quantity == "x":
         _draw_walls(axes.axhline, piece)
         axes.plot(piece.impact_time, piece.struck_at, **_MARK)
@@ -82,7 +82,7 @@ def path(
         at = piece.struck
         axes.plot(piece.impact_time, piece.v[at], **_MARK)
         axes.vlines(
-            piece.impact_time, piece.v[at], piece.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.6
+            piece.impact_time, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.6
         )
     design.tag(before)
     axes.set_xlabel("time $t$ (s)")
@@ -127,11 +127,11 @@ def phase_portrait(
     piece = _seen(data, member, window)
     axes = panel(axes, 4.6, 4.2)
     design, before = next_design(axes, color, label), set(axes.get_children())
-    line: dict[str, Any] = {"color": design.color or COLOURS["blue"], "label": design.label or None}
+    line: dict[str, Any] = {"color": design.color or COLORS["blue"], "label": design.label or None}
     axes.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
     _draw_walls(axes.axvline, piece)
     at, wall = piece.struck, piece.struck_at
-    axes.vlines(wall, piece.v[at], piece.v[at + 1], color=COLOURS["vermilion"], linewidth=0.6, alpha=0.4)
+    axes.vlines(wall, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.4)
     axes.plot(wall, piece.v[at], **_MARK)
     design.tag(before)
     axes.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
@@ -141,7 +141,7 @@ def phase_portrait(
 
 
 _MARK: dict[str, Any] = {
-    "linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLOURS["vermilion"], "label": "impact",
+    "linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS["vermilion"], "label": "impact",
     "clip_on": False, "zorder": 3,
 }  # fmt: skip
 

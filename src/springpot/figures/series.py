@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.figures.style import COLOURS, panel
+from springpot.figures.style import COLORS, panel
 from springpot.theory.fourier import partial_sum, truncation_bound, truncation_error
 
 if TYPE_CHECKING:
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["fourier_error", "fourier_series"]
 
 _LOOKS: tuple[dict[str, Any], ...] = tuple(
-    {"color": COLOURS[colour], "linestyle": style, "linewidth": 1.5}
-    for colour, style in zip(("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)
+    {"color": COLORS[color], "linestyle": style, "linewidth": 1.5}
+    for color, style in zip(("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)
 )
 _PHASE = np.linspace(-math.pi, math.pi, 2001)
 
@@ -49,7 +49,7 @@ def fourier_series(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8,
     3
     """
     axes = panel(axes, 7.0, 3.6)
-    axes.plot(_PHASE, np.abs(np.cos(_PHASE)), color=COLOURS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
+    axes.plot(_PHASE, np.abs(np.cos(_PHASE)), color=COLORS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
     for number, count in enumerate(terms):
         axes.plot(_PHASE, partial_sum(_PHASE, count), label=f"$n = {count}$", **_LOOKS[number % len(_LOOKS)])
     axes.set_ylabel(r"$|\cos\varphi|$ and its series (1)")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
 from springpot.figures.designs import Design, from_zero, next_design
 from springpot.figures.style import panel
-from springpot.theory import NoStationaryState, NotCovered, Result
+from springpot.theory import NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def density(
     at : array_like, shape (n,), optional
         Where to draw theory, in m or m/s; the range of the histogram if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def spectrum(
     at : array_like, shape (n,), optional
         Frequencies in rad/s at which to draw theory; those of the run if left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def correlation(
     since : float
         Time in s before which recorded paths are not yet stationary, and left out.
     label, color : str, optional
-        Name of this design in the legend, and its colour; by default the next ones of the axes.
+        Name of this design in the legend, and its color; by default the next ones of the axes.
 
     Returns
     -------
@@ -240,6 +240,6 @@ def _curve(design: Design, result: Result, curve: Callable[[FloatArray], FloatAr
         return
     try:
         values = curve(place)
-    except (NotCovered, NoStationaryState):
+    except (NotCoveredError, NoStationaryStateError):
         return
     design.curve(result.method, place, values)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.figures.style import COLOURS, METHOD_LINES, bars, method_label, new_grid
+from springpot.figures.style import COLORS, METHOD_LINES, bars, method_label, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: s
             values = dataset[name].sel(theory=method).values
             if np.isnan(values).all():
                 continue
-            axes.plot(where, values, color=COLOURS[color], linestyle=line, label=method_label(str(method)))
+            axes.plot(where, values, color=COLORS[color], linestyle=line, label=method_label(str(method)))
     _scale(axes, "x", where)
     axes.set_xlabel(_named(next(iter(parts.values()))[along]))
     axes.set_ylabel(_named(next(iter(parts.values()))[name]))

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.files import write
+from springpot.machine.files import write
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "METHOD_LINES", "bars", "method_curve", "method_label", "new_figure", "new_grid", "panel", "save"]
+__all__ = ["COLORS", "METHOD_LINES", "bars", "method_curve", "method_label", "new_figure", "new_grid", "panel", "save"]
 
-# Okabe and Ito's palette: safe for colour-blind readers, and distinct in grey
-COLOURS = {
+# Okabe and Ito's palette: safe for color-blind readers, and distinct in grey
+COLORS = {
     "black": "#000000",
     "blue": "#0072B2",
     "orange": "#E69F00",
@@ -31,9 +31,9 @@ COLOURS = {
 
 _EVERY = {**SYSTEM_METHODS, **METHODS}
 METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
-    name: (method.colour, (0, method.dash) if method.dash else "-") for name, method in _EVERY.items()
+    name: (method.color, (0, method.dash) if method.dash else "-") for name, method in _EVERY.items()
 }
-"""Colour and line of each method of the theory; the lines are distinct without colour too."""
+"""Color and line of each method of the theory; the lines are distinct without color too."""
 
 _CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 
@@ -70,9 +70,9 @@ def method_curve(
     >>> own.lines[0].get_label()
     'closure'
     """
-    colour, line = METHOD_LINES.get(method, ("black", "-"))
+    own, line = METHOD_LINES.get(method, ("black", "-"))
     axes.plot(
-        place, values, linestyle=line, linewidth=1.4, color=color or COLOURS[colour],
+        place, values, linestyle=line, linewidth=1.4, color=color or COLORS[own],
         label=label or method_label(method),
     )  # fmt: skip
 

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, oscillator_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
-from springpot.oscillator import Oscillator
-from springpot.theory import NoConvergence, NoStationaryState, NotCovered, Result
+from springpot.problem.oscillator import Oscillator
+from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,7 +77,7 @@ def against(
     runs : sequence of Run or xarray.Dataset
         Each is one point, at the parameter of its own oscillator.
     color : str, optional
-        Colour of everything that is drawn; by default the next one of the axes.
+        Color of everything that is drawn; by default the next one of the axes.
     label : str, optional
         Of the points; "Monte Carlo, 95 %" if left out, with a number from the second call on.
 
@@ -153,6 +153,6 @@ def _curve(method: Method, oscillators: Iterable[Oscillator], quantity: str) -> 
             result = method(oscillator)
             name = result.method
             numbers.append(float(getattr(result, quantity)))
-        except (NotCovered, NoStationaryState, NoConvergence):
+        except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
             numbers.append(math.nan)
     return numbers, name

@@ -29,7 +29,7 @@ NAMES = {
     "impact_speed_mean_square": "mean square impact speed",
     "rarest_impact_rate": "impact rate of the wall struck least",
 }
-LARGEST = 12.0  # per cent at which the colours end
+LARGEST = 12.0  # per cent at which the colors end
 
 CASES: Mapping[str, Mapping[str, float]] = {
     "no wall\n$\\kappa$ = 0.1": {"walls": 0, "hardening": 0.1},
@@ -39,12 +39,12 @@ CASES: Mapping[str, Mapping[str, float]] = {
     "one wall\n$\\kappa$ = 1, $r$ = 0.8": {"walls": 1, "restitution": 0.8, "hardening": 1.0},
     "two walls, near\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 0.5, "restitution": 0.8},
     "unlike walls\n$\\kappa$ = 0, $r$ = 0.8": {"walls": 2, "position": 1.0, "apart": 1.0, "restitution": 0.8},
-    "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "colour": 1.0, "hardening": 1.0},
-    "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "colour": 1.0, "hardening": 1.0},
+    "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "color": 1.0, "hardening": 1.0},
+    "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "color": 1.0, "hardening": 1.0},
 }
 """Columns of `draw_system_gaps`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
 
-_USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "colour": 0.0, "hardening": 0.0}
+_USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "color": 0.0, "hardening": 0.0}
 
 Cells = Mapping[str, np.ndarray[Any, Any]]
 
@@ -181,7 +181,7 @@ def system_gaps(
     position: float = 0.0,
     apart: float = 0.0,
     restitution: float = 1.0,
-    colour: float = 0.0,
+    color: float = 0.0,
     hardening: float = 1.0,
     path: Path = SYSTEMS_FILE,
 ) -> Axes:
@@ -189,12 +189,12 @@ def system_gaps(
 
     Parameters
     ----------
-    method : {"averaging_amplitude", "linearisation", "envelope", "half_cycles", "path_integration"}
+    method : {"averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"}
     moment : str
         Any of `springpot.theory.reliability.SYSTEMS_GOOD`.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
-    walls, position, apart, restitution, colour, hardening
+    walls, position, apart, restitution, color, hardening
         The other numbers of `springpot.theory.cells.Cell`.
     path : Path
         The map; the one that comes with the package if left out.
@@ -212,7 +212,7 @@ def system_gaps(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.system_gaps("linearisation", "v_mean_square", hardening=1.0)
+    >>> axes = sp.figures.system_gaps("linearization", "v_mean_square", hardening=1.0)
     >>> len(axes.texts) >= 12
     True
     """
@@ -220,7 +220,7 @@ def system_gaps(
         known = f"method must be one of {', '.join(SYSTEM_MAPPED)} and moment one of {', '.join(SYSTEMS_GOOD)}"
         raise ValueError(f"{known}, not {method!r}, {moment!r}.")
     case = {
-        "walls": walls, "position": position, "apart": apart, "restitution": restitution, "colour": colour,
+        "walls": walls, "position": position, "apart": apart, "restitution": restitution, "color": color,
         "hardening": hardening,
     }  # fmt: skip
     here = _cells_of(case, path)

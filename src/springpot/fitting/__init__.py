@@ -1,14 +1,24 @@
 """From data to numbers: moduli, spectra, frequency responses, records, impacts and statistics."""
 
 from springpot.fitting.fitted import fit
-from springpot.fitting.frequency_response import FrequencyResponse
-from springpot.fitting.motion_data import Record, Spectrum
-from springpot.fitting.part_data import Impacts, Moduli
+from springpot.fitting.frequency_response import MeasuredFrequencyResponse
+from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading import read_data
 from springpot.fitting.result import Check, Choice, Fit, Profile
-from springpot.fitting.statistics import Statistics
+from springpot.fitting.statistics import MeasuredStatistics
 
 __all__ = [
-    "Check", "Choice", "Fit", "FrequencyResponse", "Impacts", "Moduli", "Profile", "Record", "Spectrum", "Statistics",
-    "fit", "read_data",
+    "Check",
+    "Choice",
+    "Fit",
+    "MeasuredFrequencyResponse",
+    "MeasuredImpacts",
+    "MeasuredModuli",
+    "MeasuredRecord",
+    "MeasuredSpectrum",
+    "MeasuredStatistics",
+    "Profile",
+    "fit",
+    "read_data",
 ]  # fmt: skip

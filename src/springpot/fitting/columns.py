@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import LARGEST
-from springpot.faults import shown
+from springpot.machine.arguments import LARGEST
+from springpot.machine.faults import shown
 
 __all__ = ["FloatArray", "PointFault", "column", "enough", "frequencies", "positive", "rows"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.faults import Stopped
 from springpot.fitting.likelihood import FloatArray, Likelihood
+from springpot.machine.faults import Stopped
 
 __all__ = [
     "STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "known_together", "profile_along",

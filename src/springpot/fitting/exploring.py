@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface, places, surface_through
-from springpot.faults import NotCovered, Stopped, listed
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
 from springpot.fitting.moments import Case, Moments, groups_of, moments_of
-from springpot.simulation.cost import Estimate, FractionDone
-from springpot.simulation.simulation import Progress
+from springpot.machine.faults import NotCoveredError, Stopped, listed
+from springpot.machine.progress import Estimate, FractionDone
+from springpot.simulation.paths.simulation import Progress
 
 __all__ = ["MOST_PATHS", "MOST_SHARE", "Explorer", "Region", "Telling", "misfit_of"]
 
@@ -120,7 +120,7 @@ class Explorer:
                 self.telling.last(n / len(u), steps, self.seconds_per_step)
             try:
                 moments = self.at(place, known, paths, rough=rough)
-            except (ValueError, NotCovered) as error:  # a part refuses its number
+            except (ValueError, NotCoveredError) as error:  # a part refuses its number
                 if n == 0:
                     raise
                 fault = error
@@ -160,7 +160,7 @@ class Explorer:
         """Whether runs at a place differ from others; if the model cannot be there, they do."""
         try:
             there = self.few(u)
-        except (ValueError, NotCovered):
+        except (ValueError, NotCoveredError):
             return True
         pairs = zip(base, there, strict=True)
         return not all(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
@@ -189,7 +189,7 @@ class Explorer:
         named = self.own.named(self.own.outer(u))
         try:
             return float(sum(case.steps_at(named) for case in self.cases))
-        except (ValueError, NotCovered):
+        except (ValueError, NotCoveredError):
             return math.inf
 
     def misfit(self, u: FloatArray) -> float:
@@ -197,7 +197,7 @@ class Explorer:
         try:
             self.restart(u)
             values = np.concatenate([own.values for own in self.at(u, None, self.rough // 2)])
-        except (ValueError, NotCovered):
+        except (ValueError, NotCoveredError):
             return math.inf
         found = misfit_of(values, self.data, self.errors)
         return found if math.isfinite(found) else math.inf

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.faults import Stopped, listed, shown
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
-from springpot.fitting.frequency_response import FrequencyResponse
+from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import LeastSquares, Likelihood
-from springpot.fitting.motion_data import Record, Spectrum
-from springpot.fitting.part_data import Impacts, Moduli
+from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
-from springpot.fitting.statistics import Statistics
-from springpot.free_numbers import free_numbers, with_values
-from springpot.oscillator import Oscillator
-from springpot.system import KINDS, System, kind_of
+from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.faults import Stopped, listed, shown
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import KINDS, System, kind_of
 
 if TYPE_CHECKING:
-    from springpot.simulation.simulation import Progress
+    from springpot.simulation.paths.simulation import Progress
 
 __all__ = ["fit"]
 
@@ -46,10 +46,10 @@ def fit(
     ----------
     model : System, Oscillator, part or function, or a list of them
         With numbers marked by `springpot.free`.  Of a list the model with the smallest Bayesian information criterion
-        is returned, with a table of all.  For `Impacts` it can be a function r(v, ...) of the speeds before impact,
-        whose other arguments have free numbers as their defaults.  Of `Statistics` there may be several sets, of one
-        device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers of the same
-        name are one number.
+        is returned, with a table of all.  For `MeasuredImpacts` it can be a function r(v, ...) of the speeds before
+        impact, whose other arguments have free numbers as their defaults.  Of `MeasuredStatistics` there may be several
+        sets, of one device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers
+        of the same name are one number.
     data : Moduli, Spectrum, FrequencyResponse, Record, Impacts or Statistics
         Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
         A frequency response needs a linear system without walls; its noise has no influence.
@@ -59,9 +59,9 @@ def fit(
         Of the places between the bounds from which the search is repeated; those of simulations are made from it and
         from each model.
     paths : int, optional
-        Of each run in the last round of a fit to `Statistics`: a power of two from 1024.  If left out, so many that the
-        simulation adds no more than a tenth to the error of each number, and 65536 at most; where it adds more, a
-        warning says how much.
+        Of each run in the last round of a fit to `MeasuredStatistics`: a power of two from 1024.  If left out, so many
+        that the simulation adds no more than a tenth to the error of each number, and 65536 at most; where it adds
+        more, a warning says how much.
     threads : int, optional
         Of simulations.
     progress : callable, optional
@@ -79,16 +79,16 @@ def fit(
     ------
     TypeError, ValueError
         If the data are of another kind, nothing is free, or a free number has no influence on the data.
-    NotCovered
+    NotCoveredError
         If the model has a part that such data cannot be computed for; the sentence names it.
-    springpot.faults.Stopped
+    springpot.machine.faults.Stopped
         If it was stopped before there were any numbers.
 
     Notes
     -----
-    Estimates are of maximum likelihood, of `Statistics` of simulated moments.  Errors come from the information of the
-    data; where the scatter of the data is not known, it is estimated from the residuals.  Errors of a fit to
-    `Statistics` include those of the simulation.
+    Estimates are of maximum likelihood, of `MeasuredStatistics` of simulated moments.  Errors come from the information
+    of the data; where the scatter of the data is not known, it is estimated from the residuals.  Errors of a fit to
+    `MeasuredStatistics` include those of the simulation.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def fit(
     >>> f = np.geomspace(0.1, 100.0, 16)
     >>> modulus = 3.0 + 2.0 * (2j * np.pi * f) ** 0.4
     >>> noise = 1.0 + 0.02 * np.random.default_rng(1).standard_normal((2, f.size))
-    >>> data = sp.Moduli(f, modulus.real * noise[0], modulus.imag * noise[1])
+    >>> data = sp.MeasuredModuli(f, modulus.real * noise[0], modulus.imag * noise[1])
     >>> silicone = sp.System(
     ...     sp.Spring(sp.free("k", 1.0, (0.01, 100.0))),
     ...     sp.Springpot(sp.free("order", 0.5, (0.01, 0.99)), sp.free("C", 1.0, (0.01, 100.0))),
@@ -113,9 +113,17 @@ def fit(
     work = _Work(seed, _checked_paths(paths), threads, progress, stop)
     if data is None:
         return _fit(*_pairs(model), work)
-    if not isinstance(data, Moduli | Spectrum | FrequencyResponse | Record | Impacts | Statistics):
+    if not isinstance(
+        data,
+        MeasuredModuli
+        | MeasuredSpectrum
+        | MeasuredFrequencyResponse
+        | MeasuredRecord
+        | MeasuredImpacts
+        | MeasuredStatistics,
+    ):
         raise TypeError(f"data must be {_KINDS}, not {shown(data)}.")
-    if paths is not None and not isinstance(data, Statistics):
+    if paths is not None and not isinstance(data, MeasuredStatistics):
         raise ValueError("paths must not be given: only data of Statistics are simulated.")
     if isinstance(model, Sequence):
         return _best_of(model, data, work)
@@ -141,12 +149,12 @@ def _checked_paths(paths: object) -> int | None:
     return paths
 
 
-def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[Statistics, ...]]:
+def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[MeasuredStatistics, ...]]:
     """Models and their statistics."""
     if not isinstance(model, Sequence) or not model:
         raise TypeError(f"data must be given: {_KINDS}.")
     for pair in model:
-        if not isinstance(pair, tuple | list) or len(pair) != 2 or not isinstance(pair[1], Statistics):
+        if not isinstance(pair, tuple | list) or len(pair) != 2 or not isinstance(pair[1], MeasuredStatistics):
             raise TypeError(f"model must be pairs (model, Statistics) where data is left out, not {shown(pair)}.")
     return tuple(pair[0] for pair in model), tuple(pair[1] for pair in model)
 
@@ -245,16 +253,16 @@ def free_numbers_of(model: Any) -> dict[str, Any]:
 
 
 def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
-    if isinstance(data, Statistics | tuple):
+    if isinstance(data, MeasuredStatistics | tuple):
         from springpot.fitting.settling import settled
 
-        cases = [(model, data)] if isinstance(data, Statistics) else [*zip(model, data, strict=True)]
+        cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
             if not isinstance(each, System | Oscillator):
                 raise TypeError(f"model must be a System or an Oscillator for data of Statistics, not {shown(each)}.")
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         return settled(cases, work.seed, work.paths, work.threads, work.progress, work.stop)
-    if isinstance(data, Impacts):
+    if isinstance(data, MeasuredImpacts):
         from springpot.fitting.impacts import ImpactLikelihood, law_of
 
         return ImpactLikelihood(law_of(model), data)
@@ -262,15 +270,15 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
         model = System(model)
     if not isinstance(model, System | Oscillator):
         raise TypeError(f"model must be a System, an Oscillator or a part, not {shown(model)}.")
-    if isinstance(data, Moduli):
+    if isinstance(data, MeasuredModuli):
         from springpot.fitting.moduli import ModuliLikelihood
 
         return ModuliLikelihood(model, data)
-    if isinstance(data, FrequencyResponse):
+    if isinstance(data, MeasuredFrequencyResponse):
         from springpot.fitting.transfer import ResponseLikelihood
 
         return ResponseLikelihood(model, data)
-    if isinstance(data, Spectrum):
+    if isinstance(data, MeasuredSpectrum):
         from springpot.fitting.spectra import SpectrumLikelihood
 
         return SpectrumLikelihood(model, data, work.seed, work.stop)

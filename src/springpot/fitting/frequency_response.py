@@ -7,19 +7,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import per_cent, shown
 from springpot.fitting.columns import FloatArray, PointFault, column, frequencies
 from springpot.fitting.motion_data import Of, check_of
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import per_cent, shown
+from springpot.problem.parts.checks import put
 
-__all__ = ["FrequencyResponse"]
+__all__ = ["MeasuredFrequencyResponse"]
 
 _MOST_ERROR = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponse:
+class MeasuredFrequencyResponse:
     """The complex response to a force on the mass or to an acceleration of the ground, against frequency.
 
     Parameters
@@ -56,7 +56,8 @@ class FrequencyResponse:
 
     Examples
     --------
-    >>> found = FrequencyResponse([1.0, 2.0, 4.0], [1 + 0j, -2j, -0.3 - 0.1j], averages=50, coherence=[0.9, 0.98, 0.8])
+    >>> measured = [1 + 0j, -2j, -0.3 - 0.1j]
+    >>> found = MeasuredFrequencyResponse([1.0, 2.0, 4.0], measured, averages=50, coherence=[0.9, 0.98, 0.8])
     >>> found.size, found.errors.round(4).tolist()
     (6, [0.0333, 0.0143, 0.05])
     """

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from springpot.arguments import Free
-from springpot.faults import listed, shown
 from springpot.fitting.likelihood import (
     Coordinates,
     FloatArray,
@@ -19,12 +17,14 @@ from springpot.fitting.likelihood import (
     gamma_slope,
     slopes,
 )
-from springpot.fitting.part_data import Impacts
-from springpot.free_numbers import free_numbers, with_values
-from springpot.oscillator import Oscillator
-from springpot.parts import Barrier
-from springpot.parts.walls import restitution_at
-from springpot.system import System
+from springpot.fitting.part_data import MeasuredImpacts
+from springpot.machine.arguments import Free
+from springpot.machine.faults import listed, shown
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier
+from springpot.problem.parts.walls import restitution_at
+from springpot.problem.system import System
 
 __all__ = ["ImpactLikelihood", "Law", "law_of"]
 
@@ -78,7 +78,7 @@ def law_of(model: object) -> Law:
 
     Examples
     --------
-    >>> from springpot.free_numbers import free
+    >>> from springpot.problem.free_numbers import free
     >>> [*law_of(Barrier(0.0, free("r", 0.7, (0.1, 1.0)))).free]
     ['r']
     """
@@ -122,7 +122,7 @@ class ImpactLikelihood(LeastSquares):
     Parameters
     ----------
     law : Law
-    data : Impacts
+    data : MeasuredImpacts
 
     Notes
     -----
@@ -131,7 +131,7 @@ class ImpactLikelihood(LeastSquares):
     ratios scatter about r(v) in proportion to it.
     """
 
-    def __init__(self, law: Law, data: Impacts) -> None:
+    def __init__(self, law: Law, data: MeasuredImpacts) -> None:
         self.law, self.data = law, data
         self.coordinates = Coordinates(tuple(law.free.values()))
         self.size = data.size

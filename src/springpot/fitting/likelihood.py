@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import Stopped
+from springpot.machine.arguments import Free
+from springpot.machine.faults import Stopped
 
 __all__ = ["Coordinates", "LeastSquares", "Likelihood", "Table", "gamma_residuals", "gamma_slope", "moved", "slopes"]
 

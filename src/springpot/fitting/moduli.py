@@ -8,30 +8,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import NotCovered, listed
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, gamma_residuals, gamma_slope
-from springpot.fitting.part_data import Moduli
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.parts import (
-    Circuit,
+from springpot.fitting.part_data import MeasuredModuli
+from springpot.machine.arguments import Free
+from springpot.machine.faults import NotCoveredError, listed
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import (
     Dashpot,
+    FractionalMaxwell,
     Maxwell,
+    PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
-    Series,
     Spring,
     Springpot,
 )
-from springpot.system import System
+from springpot.problem.system import System
 
 __all__ = ["ModuliLikelihood", "complex_modulus"]
 
 ComplexArray = NDArray[np.complex128]
 Slopes = list[tuple[float, Any]]
 
-_LINEAR = (Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Series, Maxwell, Circuit)
+_LINEAR = (
+    Spring,
+    PolynomialSpring,
+    Dashpot,
+    PolynomialDashpot,
+    Springpot,
+    FractionalMaxwell,
+    Maxwell,
+    PiezoelectricCircuit,
+)
 
 
 def complex_modulus(model: System | Oscillator, frequency_hz: FloatArray) -> tuple[ComplexArray, Slopes]:
@@ -50,7 +59,7 @@ def complex_modulus(model: System | Oscillator, frequency_hz: FloatArray) -> tup
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If a spring or a damper is not linear.
 
     Examples
@@ -76,7 +85,7 @@ def _contributions(model: System | Oscillator, p: ComplexArray) -> Iterator[tupl
         return
     for name, part in model.named():
         if isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear:
-            raise NotCovered(f"the modulus of a linear system is needed, but {name} is not linear.")
+            raise NotCoveredError(f"the modulus of a linear system is needed, but {name} is not linear.")
         if isinstance(part, _LINEAR):
             yield _of_part(part, p)
 
@@ -95,12 +104,12 @@ def _of_part(part: Any, p: ComplexArray) -> tuple[Any, Slopes]:
         case Springpot(order=order, coefficient=c):
             unit = p**order
             return c * unit, [(order, c * unit * np.log(p)), (c, unit)]
-        case Series(springpot=pot, spring=spring):
+        case FractionalMaxwell(springpot=pot, spring=spring):
             soft, own = _of_part(pot, p)
             return _in_series(soft, own, spring.stiffness)
         case Maxwell(stiffness=k, coefficient=c):
             return _in_series(c * p, [(c, p)], k)
-        case Circuit(coupling=theta, resistance=r, capacitance=cp):
+        case PiezoelectricCircuit(coupling=theta, resistance=r, capacitance=cp):
             rate = 1.0 / part.time
             found = theta**2 / cp * p / (p + rate)
             turn = found * rate / (p + rate)  # -rate d/d rate
@@ -120,7 +129,7 @@ class ModuliLikelihood(LeastSquares):
     ----------
     model : System or Oscillator
         With free numbers.
-    data : Moduli
+    data : MeasuredModuli
 
     Raises
     ------
@@ -133,7 +142,7 @@ class ModuliLikelihood(LeastSquares):
     functions, generalized linear models, and the Gauss-Newton method", Biometrika 61, 1974).
     """
 
-    def __init__(self, model: System | Oscillator, data: Moduli) -> None:
+    def __init__(self, model: System | Oscillator, data: MeasuredModuli) -> None:
         self.model, self.data = model, data
         self.coordinates = Coordinates(tuple(free_numbers(model).values()))
         self.size = data.size

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from springpot.designing.numbers import as_simulated
 from springpot.designing.samples import SampledRun, sampled_run
-from springpot.faults import listed, meant
-from springpot.fitting.statistics import QUANTILE, Statistics
-from springpot.free_numbers import with_values
-from springpot.oscillator import Oscillator
-from springpot.parts import Barrier
-from springpot.simulation.adapted import adapt
-from springpot.simulation.adapted_start import Adapted
-from springpot.simulation.distributions import Distribution
-from springpot.simulation.observers import BATCHES
-from springpot.simulation.settings import Settings, check_stationary, resolve
-from springpot.simulation.simulation import Progress
-from springpot.simulation.slow_impacts import impact_step_biases
-from springpot.simulation.statistics import controlled
-from springpot.simulation.system_warnings import step_biases_of_system
-from springpot.system import System
+from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
+from springpot.machine.faults import listed, meant
+from springpot.problem.free_numbers import with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier
+from springpot.problem.system import System
+from springpot.simulation.estimate.slow_impacts import impact_step_biases
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.kernel.watching import BATCHES
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.settings import Settings, check_stationary, resolve
+from springpot.simulation.plan.start import Adapted
+from springpot.simulation.result.system_warnings import step_biases_of_system
+from springpot.simulation.watch.distributions import Distribution
 
 __all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
 
@@ -45,7 +45,7 @@ class Case:
     ----------
     model : System or Oscillator
         With free numbers.
-    data : Statistics
+    data : MeasuredStatistics
     settings, rough : Settings
         Of its runs, and of those that only lead there, at a coarser step: all have the same step, duration and random
         numbers.
@@ -54,7 +54,7 @@ class Case:
     """
 
     model: System | Oscillator
-    data: Statistics
+    data: MeasuredStatistics
     settings: Settings
     rough: Settings
     start: Adapted | None = None
@@ -98,7 +98,7 @@ class Moments:
 
 def case_of(
     model: System | Oscillator,
-    data: Statistics,
+    data: MeasuredStatistics,
     named: Mapping[str, float],
     seed: int,
     threads: int | None,

@@ -8,12 +8,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import listed, shown
 from springpot.fitting.columns import FloatArray, PointFault, column, frequencies, positive, rows
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import listed, shown
+from springpot.problem.parts.checks import put
 
-__all__ = ["Of", "Record", "Spectrum", "check_of", "window_samples"]
+__all__ = ["MeasuredRecord", "MeasuredSpectrum", "Of", "check_of", "window_samples"]
 
 Of = Literal["x", "v", "a"]
 
@@ -24,7 +24,7 @@ _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class MeasuredSpectrum:
     """The spectral density of a response, an average of several periodograms.
 
     Parameters
@@ -56,7 +56,7 @@ class Spectrum:
 
     Examples
     --------
-    >>> Spectrum([1.0, 2.0, 3.0], [0.5, 0.9, 0.2], averages=20).size
+    >>> MeasuredSpectrum([1.0, 2.0, 3.0], [0.5, 0.9, 0.2], averages=20).size
     3
     """
 
@@ -123,7 +123,7 @@ class Spectrum:
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class MeasuredRecord:
     """A sampled motion: one path, or several of the same device.
 
     Parameters
@@ -146,7 +146,7 @@ class Record:
     --------
     >>> import numpy as np
     >>> time = 0.1 * np.arange(64)
-    >>> round(Record(time, np.sin(time), noise=0.01).step, 9)
+    >>> round(MeasuredRecord(time, np.sin(time), noise=0.01).step, 9)
     0.1
     """
 
@@ -190,7 +190,7 @@ class Record:
         """Number of samples of all paths."""
         return int(self.values.size)
 
-    def spectrum(self, segment: int | None = None, window: Literal["boxcar", "hann"] = "hann") -> Spectrum:
+    def spectrum(self, segment: int | None = None, window: Literal["boxcar", "hann"] = "hann") -> MeasuredSpectrum:
         """Its spectral density: Welch's average of periodograms that overlap by half.
 
         Parameters
@@ -201,7 +201,7 @@ class Record:
 
         Returns
         -------
-        Spectrum
+        MeasuredSpectrum
             With the sampling rate and the window, so that a fit has aliasing and leakage in its model.  Its
             ``averages`` are fewer than the periodograms, because those overlap.  The frequencies 0 and half of the
             sampling rate are left out.
@@ -219,7 +219,7 @@ class Record:
         --------
         >>> import numpy as np
         >>> rng = np.random.default_rng(1)
-        >>> found = Record(0.1 * np.arange(4096), rng.standard_normal(4096)).spectrum(segment=256)
+        >>> found = MeasuredRecord(0.1 * np.arange(4096), rng.standard_normal(4096)).spectrum(segment=256)
         >>> found.size, round(found.averages, 1)
         (127, 29.4)
         """
@@ -236,7 +236,7 @@ class Record:
             self.values, 1.0 / self.step, shape, length, length - hop, detrend=False, scaling="density"
         )
         kept = slice(1, -1 if length % 2 == 0 else None)
-        return Spectrum(
+        return MeasuredSpectrum(
             frequency[kept], density.mean(axis=0)[kept], self.paths * _independent(shape, hop, samples), self.of,
             None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length,
         )  # fmt: skip

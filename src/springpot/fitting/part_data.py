@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.arguments import LARGEST, finite_number
 from springpot.fitting.columns import FloatArray, PointFault, column, enough, frequencies, positive
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.problem.parts.checks import put
 
-__all__ = ["Impacts", "Moduli"]
+__all__ = ["MeasuredImpacts", "MeasuredModuli"]
 
 
 @dataclass(frozen=True, eq=False)
-class Moduli:
+class MeasuredModuli:
     """Storage and loss modulus against frequency, from a rheometer, a DMA or a test of stiffness.
 
     Parameters
@@ -38,7 +38,7 @@ class Moduli:
 
     Examples
     --------
-    >>> Moduli([0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0], loss=[0.3, 0.6, 1.2]).size
+    >>> MeasuredModuli([0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0], loss=[0.3, 0.6, 1.2]).size
     6
     """
 
@@ -72,7 +72,7 @@ class Moduli:
 
 
 @dataclass(frozen=True, eq=False)
-class Impacts:
+class MeasuredImpacts:
     """Speeds before and after each impact on one wall.
 
     Parameters
@@ -90,7 +90,7 @@ class Impacts:
 
     Examples
     --------
-    >>> Impacts([1.0, 0.8, 0.5], [0.7, 0.57, 0.34]).size
+    >>> MeasuredImpacts([1.0, 0.8, 0.5], [0.7, 0.57, 0.34]).size
     3
     """
 
@@ -107,7 +107,7 @@ class Impacts:
             put(self, error=error)
 
     @classmethod
-    def from_times(cls, times: ArrayLike, gravity: float = 9.80665) -> Impacts:
+    def from_times(cls, times: ArrayLike, gravity: float = 9.80665) -> MeasuredImpacts:
         """A ball that bounces on a floor, from the times of its impacts.
 
         Parameters
@@ -119,7 +119,7 @@ class Impacts:
 
         Returns
         -------
-        Impacts
+        MeasuredImpacts
             One for each impact between two flights.
 
         Raises
@@ -133,7 +133,7 @@ class Impacts:
 
         Examples
         --------
-        >>> found = Impacts.from_times([0.0, 1.0, 1.7, 2.19, 2.533])
+        >>> found = MeasuredImpacts.from_times([0.0, 1.0, 1.7, 2.19, 2.533])
         >>> (found.after / found.before).round(3).tolist()
         [0.7, 0.7, 0.7]
         """

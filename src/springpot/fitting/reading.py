@@ -13,20 +13,27 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from springpot.device import STANDARD_GRAVITY
-from springpot.faults import FileFault, listed, meant, shown
-from springpot.files import open_text
 from springpot.fitting.columns import FloatArray, PointFault, column
-from springpot.fitting.frequency_response import FrequencyResponse
-from springpot.fitting.motion_data import Record, Spectrum
-from springpot.fitting.part_data import Impacts, Moduli
+from springpot.fitting.frequency_response import MeasuredFrequencyResponse
+from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.rows import numbers_of, rows_of
-from springpot.fitting.statistics import Statistics
+from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.files import open_text
+from springpot.problem.spectral_density import STANDARD_GRAVITY
 
 __all__ = ["UNITS", "Data", "data_of", "read_data"]
 
-Data = Moduli | Spectrum | FrequencyResponse | Record | Impacts | Statistics
+Data = (
+    MeasuredModuli
+    | MeasuredSpectrum
+    | MeasuredFrequencyResponse
+    | MeasuredRecord
+    | MeasuredImpacts
+    | MeasuredStatistics
+)
 """Every kind of measured data."""
 
 UNITS: dict[str, dict[str, float]] = {
@@ -142,7 +149,7 @@ def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Da
     ------
     ValueError
         As `read_data`.
-    springpot.faults.Stopped
+    springpot.machine.faults.Stopped
         If reading was stopped.
 
     Examples
@@ -162,7 +169,7 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
         found = statistics_in(rows, title)
         if settings:
             name = next(iter(settings))
-            raise FileFault(f"{title} is not right: {name} is a setting of {_SETTINGS[name]}, not of statistics.")
+            raise FileError(f"{title} is not right: {name} is a setting of {_SETTINGS[name]}, not of statistics.")
         return found
     known = [_head(head, line, title) for head in heads]
     values, lines = numbers_of(rows, heads, title)
@@ -173,9 +180,9 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
         return _made(columns, settings)
     except PointFault as fault:
         header = _header_of(columns, fault.name)
-        raise FileFault(f"{title}, line {lines[fault.place]}: {header} {fault.what}") from None
+        raise FileError(f"{title}, line {lines[fault.place]}: {header} {fault.what}") from None
     except (TypeError, ValueError) as fault:
-        raise FileFault(f"{title} is not right: {fault}") from None
+        raise FileError(f"{title} is not right: {fault}") from None
 
 
 def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> None:
@@ -186,10 +193,10 @@ def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> No
     name = match[1]
     if name not in _SETTINGS:
         if near := meant(name, _SETTINGS):
-            raise FileFault(f"{title}, line {number}: {shown(name)} is not a setting{near}")
+            raise FileError(f"{title}, line {number}: {shown(name)} is not a setting{near}")
         return
     if name in settings:
-        raise FileFault(f"{title}, line {number}: {name} must be given only once.")
+        raise FileError(f"{title}, line {number}: {name} must be given only once.")
     settings[name] = match[2].strip()
 
 
@@ -199,14 +206,14 @@ def _head(text: str, line: int, title: str) -> tuple[str, str]:
     name = match[1].lower() if match else text.lower()
     if name not in UNITS:
         known = listed([*UNITS], "or")
-        raise FileFault(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
+        raise FileError(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
                         f"{meant(name, UNITS) or '.'}")  # fmt: skip
     if match is None:
         unit = next(iter(UNITS[name]))
-        raise FileFault(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
+        raise FileError(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
     if (unit := match[2].strip()) not in UNITS[name]:
         units = listed([*UNITS[name]], "or")
-        raise FileFault(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(unit)}.")
+        raise FileError(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(unit)}.")
     return name, unit
 
 
@@ -227,7 +234,7 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
         _only(names, {"before", "after"}, "impacts")
         if "after" not in own:
             raise ValueError("it must have a column after_m/s beside that of the speeds before.")
-        return Impacts(own["before"].values, own["after"].values, **_given(settings, "impacts", {"error"}))
+        return MeasuredImpacts(own["before"].values, own["after"].values, **_given(settings, "impacts", {"error"}))
     if "density" in own:
         _only(names, {"frequency", "density"}, "a spectrum")
         return _spectrum(own["frequency"], own["density"], settings)
@@ -241,19 +248,19 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     areal = {"Pa" in own[name].unit for name in moduli}
     if len(areal) > 1:
         raise ValueError("storage and loss must both be moduli in Pa, or both stiffnesses in N/m.")
-    return Moduli(own["frequency"].values, **moduli, **_given(settings, "moduli", {"relative_error"}))
+    return MeasuredModuli(own["frequency"].values, **moduli, **_given(settings, "moduli", {"relative_error"}))
 
 
-def _record(time: _Column, others: list[_Column], settings: dict[str, Any]) -> Record:
+def _record(time: _Column, others: list[_Column], settings: dict[str, Any]) -> MeasuredRecord:
     kinds = {column.name for column in others}
     if len(kinds) != 1 or not kinds <= {"x", "v", "a"}:
         have = listed([*dict.fromkeys(column.header for column in others)]) if others else "nothing"
         raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
     of: Any = kinds.pop()
-    return Record(time.values, np.array([column.values for column in others]), of, **settings)
+    return MeasuredRecord(time.values, np.array([column.values for column in others]), of, **settings)
 
 
-def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str]) -> Spectrum:
+def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str]) -> MeasuredSpectrum:
     known = {"averages", "sampling_rate_hz", "window", "segment", "noise"}
     given = _given(settings, "a spectrum", known)
     if "averages" not in given:
@@ -261,10 +268,10 @@ def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str])
     if "sampling_rate_hz" in given:
         given["sampling_rate"] = given.pop("sampling_rate_hz")
     of: Any = {"m2/Hz": "x", "mm2/Hz": "x", "m2/s2/Hz": "v", "mm2/s2/Hz": "v"}.get(density.unit, "a")
-    return Spectrum(frequency.values, density.values, of=of, **given)
+    return MeasuredSpectrum(frequency.values, density.values, of=of, **given)
 
 
-def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> FrequencyResponse:
+def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredFrequencyResponse:
     kind = "a frequency response"
     _only([*own], {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"}, kind)
     given = _given(settings, kind, {"averages", "relative_error"})
@@ -280,7 +287,7 @@ def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Freque
     if "coherence" in own:
         given["coherence"] = own["coherence"].values
     of, on = _RESPONSES[first.unit]
-    return FrequencyResponse(own["frequency"].values, response, of=of, on=on, **given)  # type: ignore[arg-type]
+    return MeasuredFrequencyResponse(own["frequency"].values, response, of=of, on=on, **given)  # type: ignore[arg-type]
 
 
 def _given(settings: Mapping[str, str], kind: str, known: set[str]) -> dict[str, Any]:

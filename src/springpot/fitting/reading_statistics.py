@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable
 from itertools import islice
 
-from springpot.faults import FileFault, listed, meant, shown
 from springpot.fitting.columns import PointFault
 from springpot.fitting.rows import Row
-from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, Statistics
+from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
+from springpot.machine.faults import FileError, listed, meant, shown
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 
@@ -60,12 +60,12 @@ def unit_of(name: str, unit: str) -> float:
     return units[unit]
 
 
-def statistics_in(rows: Iterable[Row], title: str) -> Statistics:
+def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:
     """Statistics from the rows below the header.
 
     Raises
     ------
-    FileFault
+    FileError
         One sentence with the line.
 
     Examples
@@ -79,23 +79,23 @@ def statistics_in(rows: Iterable[Row], title: str) -> Statistics:
         lines.append(line)
         where = f"{title}, line {line}"
         if len(row) != len(HEADER):
-            raise FileFault(f"{where}: a quantity, its value and its error are needed, not {len(row)} cells.")
+            raise FileError(f"{where}: a quantity, its value and its error are needed, not {len(row)} cells.")
         match = _QUANTITY.fullmatch(row[0].strip())
         if match is None:
-            raise FileFault(f"{where}: {shown(row[0].strip())} must be a quantity with its unit, as x_rms (mm).")
+            raise FileError(f"{where}: {shown(row[0].strip())} must be a quantity with its unit, as x_rms (mm).")
         try:
             factor = unit_of(match[1], match[2].strip())
         except ValueError as fault:
-            raise FileFault(f"{where}: {fault}") from None
+            raise FileError(f"{where}: {fault}") from None
         if match[1] in found:
-            raise FileFault(f"{where}: {match[1]} must be given only once.")
+            raise FileError(f"{where}: {match[1]} must be given only once.")
         found[match[1]] = _number(row[1], "value", where) * factor, _number(row[2], "error", where) * factor
     try:
-        return Statistics.of(found)
+        return MeasuredStatistics.of(found)
     except PointFault as fault:
-        raise FileFault(f"{title}, line {lines[fault.place]}: {fault}") from None
+        raise FileError(f"{title}, line {lines[fault.place]}: {fault}") from None
     except ValueError as fault:
-        raise FileFault(f"{title} is not right: {fault}") from None
+        raise FileError(f"{title} is not right: {fault}") from None
 
 
 def _number(cell: str, name: str, where: str) -> float:
@@ -104,4 +104,4 @@ def _number(cell: str, name: str, where: str) -> float:
     except ValueError:
         text = cell.strip()
         what = f"must be a number, not {shown(text)}" if text else "is missing"
-        raise FileFault(f"{where}: the {name} {what}.") from None
+        raise FileError(f"{where}: the {name} {what}.") from None

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import Stopped
 from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
-from springpot.fitting.motion_data import Record
+from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.response import response
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
 from springpot.fitting.state_space import state_space
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.machine.faults import Stopped
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["RecordLikelihood", "rounding_of"]
 
@@ -41,7 +41,7 @@ class RecordLikelihood(Likelihood):
     ----------
     model : System or Oscillator
         Linear, without walls, under Gaussian noise, with free numbers.
-    data : Record
+    data : MeasuredRecord
     seed : int
         Of the search in the spectrum of the record, from which the search in the record starts.
     stop : callable, optional
@@ -51,7 +51,7 @@ class RecordLikelihood(Likelihood):
     smooth_start = True
 
     def __init__(
-        self, model: System | Oscillator, data: Record, seed: int = 1, stop: Callable[[], bool] | None = None
+        self, model: System | Oscillator, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None
     ) -> None:
         self.model, self.data, self.stop = model, data, stop
         self.size = data.size
@@ -253,7 +253,7 @@ def rounding_of(values: FloatArray) -> float:
     return 0.0
 
 
-def _check_length(model: System | Oscillator, data: Record) -> None:
+def _check_length(model: System | Oscillator, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
     frequency = model.natural_frequency / (2.0 * np.pi)
     rate, duration = 1.0 / data.step, float(data.time[-1] - data.time[0])

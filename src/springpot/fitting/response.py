@@ -8,12 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from springpot.faults import NotCovered
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of, window_samples
-from springpot.oscillator import Oscillator
-from springpot.parts import Constant, FilteredNoise, Harmonic, ParametricNoise, PoissonImpulses, Recorded, WhiteNoise
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.parts import (
+    Constant,
+    Harmonic,
+    KanaiTajimiNoise,
+    ParametricNoise,
+    PoissonImpulses,
+    RecordedExcitation,
+    WhiteNoise,
+)
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = ["Density", "correlations_of_bins", "folded", "response", "windowed"]
@@ -42,29 +50,31 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If a part is not linear, or the excitation is not a stationary noise.
 
     Examples
     --------
-    >>> from springpot.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Spring
     >>> found = response(System(Spring(4.0), Dashpot(0.5), WhiteNoise(1.0)), "x")
     >>> found(np.array([1.0 / np.pi])).round(6).tolist()  # 2 q / (c w)^2 at resonance
     [2.0]
     """
-    system = System.of_oscillator(model) if isinstance(model, Oscillator) else model
+    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
-        if isinstance(part, Harmonic | ParametricNoise | Recorded):
-            raise NotCovered(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
+        if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
+            raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
     own = companion_of(system)
     on = {part.on for part in system.parts if hasattr(part, "on") and not isinstance(part, Constant)}
     if of == "a" and len(on) > 1:
-        raise NotCovered("an acceleration with forces on the mass and of the ground together is not covered.")
+        raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [name for name, part in system.named() if isinstance(part, WhiteNoise | PoissonImpulses)]
     if of == "a" and sampled and rough and "mass" in on:
-        raise NotCovered(f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples.")
+        raise NotCoveredError(
+            f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples."
+        )
     if not own.noises and not own.temperature:
-        raise NotCovered("a system without noise has no spectrum: add a WhiteNoise or another noise.")
+        raise NotCoveredError("a system without noise has no spectrum: add a WhiteNoise or another noise.")
 
     def density(frequency: FloatArray) -> FloatArray:
         w = 2.0 * np.pi * np.asarray(frequency, float)
@@ -72,7 +82,7 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
         stiffness = own.stiffness + loss
         force: Any = np.zeros(w.shape)
         for noise in own.noises:
-            force = force + (_filtered(noise, w) if isinstance(noise, FilteredNoise) else noise.density(w))  # type: ignore[arg-type]
+            force = force + (_filtered(noise, w) if isinstance(noise, KanaiTajimiNoise) else noise.density(w))  # type: ignore[arg-type]
         if own.temperature > 0.0:
             force = force + own.temperature / np.pi * loss.imag / w
         found = 4.0 * np.pi * force / np.abs(stiffness - w * w) ** 2
@@ -85,7 +95,7 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
     return density
 
 
-def _filtered(noise: FilteredNoise, w: FloatArray) -> FloatArray:
+def _filtered(noise: KanaiTajimiNoise, w: FloatArray) -> FloatArray:
     square, damped = (w / noise.frequency) ** 2, (2.0 * noise.damping * w / noise.frequency) ** 2
     return np.asarray(noise.intensity / (2.0 * np.pi) * (1.0 + damped) / ((1.0 - square) ** 2 + damped))
 
@@ -127,7 +137,7 @@ def folded(density: Density, rate: float) -> Density:
         before, last, after = density(begin * np.array([1.0 / 1.01, 1.0, 1.01]))
         power = float(np.log(before / after) / (2.0 * np.log(1.01)))
         if not power > 1.001:
-            raise NotCovered("the response has no finite variance, so it has no samples.")
+            raise NotCoveredError("the response has no finite variance, so it has no samples.")
         beyond = begin * np.exp(far)
         rest = float(0.5 * _DECADES * weights @ (density(beyond) * beyond))
         slope = -power * last / begin  # the first derivative there, and the third

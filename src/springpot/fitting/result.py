@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import finite_number
-from springpot.faults import listed, meant, name_results, shown
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import listed, meant, name_results, shown
 
 if TYPE_CHECKING:
     import xarray
@@ -172,7 +172,7 @@ class Fit:
         >>> rubber = sp.Springpot(sp.free("order", 0.4, (0.01, 0.99)), sp.free("C", 1.0, (0.1, 10.0)))
         >>> f = np.geomspace(0.1, 10.0, 12)
         >>> p = 2j * np.pi * f
-        >>> fit = sp.fit(rubber, sp.Moduli(f, (2.0 * p**0.3).real, (2.0 * p**0.3).imag, relative_error=0.02))
+        >>> fit = sp.fit(rubber, sp.MeasuredModuli(f, (2.0 * p**0.3).real, (2.0 * p**0.3).imag, relative_error=0.02))
         >>> round(fit.correlation("order", "C"), 2)
         -0.78
         """
@@ -202,7 +202,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
         >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
         >>> [round(end, 3) for end in fit.interval("r")]
         [0.687, 0.716]
@@ -247,7 +247,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
         >>> fit = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
         >>> [round(end, 3) for end in fit.profile("r").limits]
         [0.687, 0.716]
@@ -291,7 +291,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79], error=0.02)
         >>> sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).check().passed
         True
         """
@@ -330,7 +330,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
         >>> print(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).report())
         fit of 1 number to 4 impacts
         r               0.701042 +- 0.0045     95 % interval 0.686769 to 0.71561
@@ -345,7 +345,7 @@ class Fit:
         count = len(self.values)
         lines = [
             f"fit of {count} number{'s' if count != 1 else ''} to {likelihood.size} "
-            f"{kind.get(type(self.data).__name__.lower(), 'data')}"
+            f"{kind.get(type(self.data).__name__.lower().removeprefix('measured'), 'data')}"
         ]
         wide = max(len(name) for name in (*self.values, *self.extras)) + 2
         for name, value in self.values.items():
@@ -367,7 +367,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
         >>> round(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).to_dict()["values"]["r"], 3)
         0.701
         """
@@ -399,7 +399,7 @@ class Fit:
         Examples
         --------
         >>> import springpot as sp
-        >>> impacts = sp.Impacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
+        >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
         >>> dict(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).to_xarray().sizes)
         {'parameter': 1, 'parameter_2': 1, 'point': 4}
         """

@@ -11,8 +11,8 @@ from typing import TextIO
 
 import numpy as np
 
-from springpot.faults import FileFault, Stopped, shown
 from springpot.fitting.columns import FloatArray
+from springpot.machine.faults import FileError, Stopped, shown
 
 __all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "numbers_of", "rows_of"]
 
@@ -42,7 +42,7 @@ def rows_of(
 
     Raises
     ------
-    FileFault
+    FileError
         If it is no table, or exceeds a limit.
     Stopped
         If reading was stopped.
@@ -61,7 +61,7 @@ def rows_of(
             if stop is not None and stop():
                 raise Stopped("reading was stopped.")
             if len(line) > LONGEST_LINE:
-                raise FileFault(f"{title}, line {at}: a line must have at most {LONGEST_LINE:,} characters.")
+                raise FileError(f"{title}, line {at}: a line must have at most {LONGEST_LINE:,} characters.")
             if line.lstrip().startswith("#"):
                 note(line, at)
             elif line.strip():
@@ -70,18 +70,18 @@ def rows_of(
     whole = lines()
     first = next(whole, None)
     if first is None:
-        raise FileFault(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
+        raise FileError(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
     separator = next((mark for mark in "\t;" if mark in first), ",")
     if (columns := first.count(separator) + 1) > MOST_COLUMNS:
-        raise FileFault(f"{title} must have at most {MOST_COLUMNS:,} columns, not {columns:,}.")
+        raise FileError(f"{title} must have at most {MOST_COLUMNS:,} columns, not {columns:,}.")
     reader = csv.reader(chain([first], whole), delimiter=separator, strict=True)
     try:
         for count, row in enumerate(reader, start=1):
             if reader.line_num != count:
-                raise FileFault(f"{title} must have one row in each line: a cell goes over the end of one.")
+                raise FileError(f"{title} must have one row in each line: a cell goes over the end of one.")
             yield at, row
     except csv.Error:
-        raise FileFault(f"{title}, line {at}: a quotation mark has no partner, or stands within a cell.") from None
+        raise FileError(f"{title}, line {at}: a quotation mark has no partner, or stands within a cell.") from None
 
 
 def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:
@@ -89,7 +89,7 @@ def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[F
 
     Raises
     ------
-    FileFault
+    FileError
         If a row has other than one number for each column, or there are more than `MOST_NUMBERS`.
 
     Examples
@@ -100,14 +100,14 @@ def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[F
     numbers, lines = array("d"), array("I")
     for line, row in rows:
         if len(row) != len(heads):
-            raise FileFault(f"{title}, line {line}: {len(heads)} numbers are needed, not {len(row)}.")
+            raise FileError(f"{title}, line {line}: {len(heads)} numbers are needed, not {len(row)}.")
         try:
             numbers.extend(map(float, row))
         except ValueError:
-            raise FileFault(f"{title}, line {line}: {_first_fault(row, heads)}") from None
+            raise FileError(f"{title}, line {line}: {_first_fault(row, heads)}") from None
         lines.append(line)
         if len(numbers) > MOST_NUMBERS:
-            raise FileFault(f"{title} must have at most {MOST_NUMBERS:,} numbers: line {line} has more.")
+            raise FileError(f"{title} must have at most {MOST_NUMBERS:,} numbers: line {line} has more.")
     return np.asarray(numbers).reshape(-1, len(heads)), lines
 
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from springpot.designing.numbers import as_simulated
 from springpot.designing.quantities import chosen_method, theory_values
-from springpot.faults import NotCovered
 from springpot.fitting.exploring import Explorer, misfit_of
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.moments import Case
-from springpot.free_numbers import with_values
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.free_numbers import with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["screened"]
 
@@ -82,7 +82,7 @@ def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapp
 def _by_theory(problem: System | Oscillator, method: str) -> dict[str, float]:
     try:
         return theory_values(problem, method)[0] if method else {}
-    except (ValueError, TypeError, NotCovered):
+    except (ValueError, TypeError, NotCoveredError):
         return {}
 
 

@@ -13,18 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface
-from springpot.faults import NotCovered, Stopped, listed
 from springpot.fitting.exploring import MOST_PATHS, MOST_SHARE, Explorer, Region, Telling
 from springpot.fitting.likelihood import Coordinates, FloatArray, moved
 from springpot.fitting.moments import case_of
 from springpot.fitting.screening import screened
 from springpot.fitting.simulated import Measured, MomentsLikelihood
-from springpot.fitting.statistics import Statistics
-from springpot.free_numbers import free_numbers, with_values
-from springpot.options import own_seed
-from springpot.oscillator import Oscillator
-from springpot.simulation.simulation import Progress
-from springpot.system import System
+from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.faults import NotCoveredError, Stopped, listed
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.options import own_seed
 
 __all__ = ["settled"]
 
@@ -42,7 +42,7 @@ _STARTS = 2
 
 
 def settled(
-    cases: Sequence[tuple[System | Oscillator, Statistics]],
+    cases: Sequence[tuple[System | Oscillator, MeasuredStatistics]],
     seed: int = 1,
     paths: int | None = None,
     threads: int | None = None,
@@ -53,7 +53,7 @@ def settled(
 
     Parameters
     ----------
-    cases : sequence of (model, Statistics)
+    cases : sequence of (model, MeasuredStatistics)
         With free numbers; those of one name are one number.
     seed : int
         Of all runs.
@@ -153,7 +153,7 @@ class _Search:
                 try:
                     explorer.restart(u)
                     found.append(self._rounds(u))
-                except (ValueError, NotCovered):
+                except (ValueError, NotCoveredError):
                     continue
         finally:  # also if it is stopped
             self.best = min([*found, self.best or first], key=lambda each: each.chi_square)

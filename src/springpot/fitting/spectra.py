@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from springpot.arguments import Free
 from springpot.fitting.estimate import search
 from springpot.fitting.likelihood import (
     Coordinates,
@@ -19,11 +18,12 @@ from springpot.fitting.likelihood import (
     moved,
     slopes,
 )
-from springpot.fitting.motion_data import Spectrum
+from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 
 __all__ = ["NOISE", "SpectrumLikelihood"]
 
@@ -52,7 +52,7 @@ class SpectrumLikelihood(LeastSquares):
     ----------
     model : System or Oscillator
         Linear, without walls, with free numbers.
-    data : Spectrum
+    data : MeasuredSpectrum
     seed : int
         Of the search without leakage, from which that with leakage starts.
     stop : callable, optional
@@ -64,7 +64,7 @@ class SpectrumLikelihood(LeastSquares):
     """
 
     def __init__(
-        self, model: System | Oscillator, data: Spectrum, seed: int = 1, stop: Callable[[], bool] | None = None
+        self, model: System | Oscillator, data: MeasuredSpectrum, seed: int = 1, stop: Callable[[], bool] | None = None
     ) -> None:
         self.model, self.data, self.stop = model, data, stop
         free = (*free_numbers(model).values(),)

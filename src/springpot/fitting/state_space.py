@@ -13,23 +13,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springpot.faults import NotCovered
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
-from springpot.oscillator import Oscillator
-from springpot.parts import (
-    ColouredNoise,
-    FilteredNoise,
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.parts import (
+    ColoredNoise,
+    FractionalMaxwell,
     Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
     PoissonImpulses,
-    Recorded,
-    Series,
+    RecordedExcitation,
     Springpot,
     WhiteNoise,
 )
-from springpot.system import System
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import Companion, companion_of
 
 __all__ = ["Sampled", "StateSpace", "state_space"]
@@ -101,7 +101,7 @@ def state_space(model: System | Oscillator, of: Of, step: float, duration: float
     Parameters
     ----------
     model : System or Oscillator
-        Linear, without walls, under white, coloured, filtered or thermal noise.
+        Linear, without walls, under white, colored, filtered or thermal noise.
     of : {"x", "v", "a"}
     step, duration : float
         In s: they set the range of the rates.
@@ -112,27 +112,29 @@ def state_space(model: System | Oscillator, of: Of, step: float, duration: float
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If a part is not linear, or the excitation is not a Gaussian stationary noise.
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> own = state_space(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "x", 0.1, 100.0)
     >>> own.rates.shape
     (32, 32)
     """
-    system = System.of_oscillator(model) if isinstance(model, Oscillator) else model
+    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
-        if isinstance(part, Harmonic | ParametricNoise | Recorded | PoissonImpulses):
-            raise NotCovered(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
+        if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
+            raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
     own = companion_of(system)
     grounds = {part.on for part in system.parts if hasattr(part, "on")}
     if not own.noises and not own.temperature:
-        raise NotCovered("a system without noise does not move: add a WhiteNoise or another noise.")
+        raise NotCoveredError("a system without noise does not move: add a WhiteNoise or another noise.")
     if of == "a" and (grounds != {"ground"} or own.temperature > 0.0):
-        raise NotCovered("an acceleration is covered for noise of the ground only: with a force on the mass it has no "
-                         "finite variance, or is not that of the state.")  # fmt: skip
+        raise NotCoveredError(
+            "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
+            "finite variance, or is not that of the state."
+        )
     return _assembled(own, of, _SLOWEST / duration, _FASTEST * math.pi / step)
 
 
@@ -147,14 +149,14 @@ def _assembled(own: Companion, of: Of, slowest: float, fastest: float) -> StateS
                 damping += c
             case Maxwell(stiffness=k, coefficient=c):
                 modes.append((k, k / c))
-            case Series(springpot=pot, spring=spring) if pot.order == 1.0:
+            case FractionalMaxwell(springpot=pot, spring=spring) if pot.order == 1.0:
                 modes.append((spring.stiffness, spring.stiffness / pot.coefficient))
             case _:
                 modes += _memory(element, slowest, fastest)
     if not stiffness > 0.0:
-        raise NotCovered("a fit of a record needs a positive stiffness of the linear springs.")
+        raise NotCoveredError("a fit of a record needs a positive stiffness of the linear springs.")
     modes = [(weight, rate) for weight, rate in modes if weight > 0.0]
-    extra = sum(1 if isinstance(n, ColouredNoise) else 2 for n in own.noises if not isinstance(n, WhiteNoise))
+    extra = sum(1 if isinstance(n, ColoredNoise) else 2 for n in own.noises if not isinstance(n, WhiteNoise))
     size, root = 2 + len(modes) + extra, math.sqrt(stiffness)
     rates, noise = np.zeros((size, size)), np.zeros((size, size))
     rates[0, 1], rates[1, 0], rates[1, 1] = root, -root, -damping  # root x, v: the energy is half of their squares
@@ -167,10 +169,10 @@ def _assembled(own: Companion, of: Of, slowest: float, fastest: float) -> StateS
         match part:
             case WhiteNoise(intensity=q):
                 noise[1, 1] += q
-            case ColouredNoise(variance=s2, correlation_time=tau):
+            case ColoredNoise(variance=s2, correlation_time=tau):
                 rates[at, at], rates[1, at], noise[at, at] = -1.0 / tau, 1.0, 2.0 * s2 / tau
                 at += 1
-            case FilteredNoise(frequency=w, damping=z, intensity=q):  # w u and u'
+            case KanaiTajimiNoise(frequency=w, damping=z, intensity=q):  # w u and u'
                 rates[at, at + 1], rates[at + 1, at], rates[at + 1, at + 1] = w, -w, -2.0 * z * w
                 rates[1, at], rates[1, at + 1], noise[at + 1, at + 1] = w, 2.0 * z * w, q
                 at += 2
@@ -184,7 +186,7 @@ def _assembled(own: Companion, of: Of, slowest: float, fastest: float) -> StateS
     return StateSpace(rates, noise, row, mean)
 
 
-def _memory(element: Springpot | Series, slowest: float, fastest: float) -> list[tuple[float, float]]:
+def _memory(element: Springpot | FractionalMaxwell, slowest: float, fastest: float) -> list[tuple[float, float]]:
     """Weights and rates of modes whose sum is the modulus of an element."""
 
     def weight(rate: FloatArray) -> FloatArray:

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.faults import shown
 from springpot.fitting.columns import FloatArray, PointFault
-from springpot.parts.checks import put
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import put
 
-__all__ = ["MOST_STATISTICS", "QUANTILE", "Statistics"]
+__all__ = ["MOST_STATISTICS", "QUANTILE", "MeasuredStatistics"]
 
 MOST_STATISTICS = 1000
 
@@ -37,7 +37,7 @@ class _StatisticFault(PointFault):
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Statistics:
+class MeasuredStatistics:
     """Stationary numbers of a motion that were measured, such as a mean square or an impact rate.
 
     Parameters
@@ -67,7 +67,8 @@ class Statistics:
 
     Examples
     --------
-    >>> found = Statistics(x_rms=(2.4e-3, 3e-5), impact_rate=(1.7, 0.03), impact_speed_quantile={0.9: (0.41, 0.01)})
+    >>> speed = {0.9: (0.41, 0.01)}
+    >>> found = MeasuredStatistics(x_rms=(2.4e-3, 3e-5), impact_rate=(1.7, 0.03), impact_speed_quantile=speed)
     >>> found.names
     ('x_rms', 'impact_rate', 'impact_speed_quantile_0.9')
     """
@@ -81,7 +82,7 @@ class Statistics:
         self._fill({name: pair for given in measured.items() for name, pair in _named(*given)}, correlation)
 
     @classmethod
-    def of(cls, pairs: Mapping[str, Any], correlation: Any = None) -> Statistics:
+    def of(cls, pairs: Mapping[str, Any], correlation: Any = None) -> MeasuredStatistics:
         """From whole names, those of quantiles included.
 
         Parameters
@@ -92,7 +93,7 @@ class Statistics:
 
         Examples
         --------
-        >>> Statistics.of({"x_quantile_0.9": (2e-3, 1e-5)}).names
+        >>> MeasuredStatistics.of({"x_quantile_0.9": (2e-3, 1e-5)}).names
         ('x_quantile_0.9',)
         """
         made = cls.__new__(cls)

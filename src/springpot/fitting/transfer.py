@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.arguments import Free
-from springpot.faults import listed
-from springpot.fitting.frequency_response import FrequencyResponse
+from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import complex_modulus
-from springpot.free_numbers import free_numbers, restarted
-from springpot.oscillator import Oscillator
-from springpot.parts import Mass
-from springpot.system import System
+from springpot.machine.arguments import Free
+from springpot.machine.faults import listed
+from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.parts import Mass
+from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = ["ResponseLikelihood", "response_of"]
@@ -38,18 +38,18 @@ def response_of(
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If there is a wall, or something nonlinear.
 
     Examples
     --------
-    >>> from springpot.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Spring
     >>> device = System(Mass(2.0), Spring(8.0), Dashpot(0.4))
     >>> found, _ = response_of(device, np.array([1.0 / np.pi]), "x", "mass")
     >>> bool(abs(found[0] + 1.25j) < 1e-12)
     True
     """
-    companion_of(System.of_oscillator(model) if isinstance(model, Oscillator) else model)
+    companion_of(as_system(model) if isinstance(model, Oscillator) else model)
     mass: float = 1.0
     if isinstance(model, System):
         mass = next((part.value for part in model.of(Mass)), 1.0)
@@ -76,7 +76,7 @@ class ResponseLikelihood(LeastSquares):
     ----------
     model : System or Oscillator
         Linear, without walls, with free numbers.
-    data : FrequencyResponse
+    data : MeasuredFrequencyResponse
 
     Raises
     ------
@@ -90,7 +90,7 @@ class ResponseLikelihood(LeastSquares):
     analytic (but for values beyond |z| = 1): the estimates are not biased by it.
     """
 
-    def __init__(self, model: System | Oscillator, data: FrequencyResponse) -> None:
+    def __init__(self, model: System | Oscillator, data: MeasuredFrequencyResponse) -> None:
         self.model, self.data = model, data
         self.coordinates = Coordinates(tuple(free_numbers(model).values()))
         self.size = data.size

@@ -2,8 +2,9 @@
 
 The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder; it may be deleted at any time.  A
 file is written under another name and then renamed, so that it is never read half-written.  It is used only if no other
-user can have written it (:mod:`springpot.trusted`) and its digest and arguments are right; the caller also compares the
-sum with the kernel (:mod:`springpot.memory.exponential_sum`).  If a file cannot be used, the sum is computed again.
+user can have written it (:mod:`springpot.machine.trusted`) and its digest and arguments are right; the caller also
+compares the sum with the kernel (:mod:`springpot.memory.exponential_sum`).  If a file cannot be used, the sum is
+computed again.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from pathlib import Path
 import numpy as np
 from platformdirs import user_cache_dir
 
-from springpot.files import write
+from springpot.machine.files import write
+from springpot.machine.trusted import make_folder, read, reason_against, say_unused
 from springpot.memory.weights import Floats
-from springpot.trusted import make_folder, read, reason_against, say_unused
 
 __all__ = ["folder", "load", "save"]
 

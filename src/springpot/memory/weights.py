@@ -1,6 +1,6 @@
 """The memory weights of a fractional derivative, which multiply displacement increments.
 
-On a grid of step h both discretisations used here have the form
+On a grid of step h both discretizations used here have the form
 
     D^alpha x(t_n) = h^(-alpha) * sum_{j >= 0} c_j (x_{n-j} - x_{n-j-1}),
 

@@ -63,7 +63,7 @@ def reproduce(
         raise ValueError(f"what must be 'fig1', 'fig2', 'errata' or 'all', not {what!r}.")
     if what == "fig1" and threads is not None:
         raise ValueError("threads has no effect on fig1, the Fourier series: nothing is simulated.")
-    from springpot.simulation.settings import checked_threads
+    from springpot.simulation.plan.settings import checked_threads
 
     threads = checked_threads(threads)
     parts = tuple(_SHARES) if what == "all" else (what,)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.integrate import quad
 
-from springpot.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import averaging
 from springpot.theory.fourier import coefficients, cosine_integral, sine_integral

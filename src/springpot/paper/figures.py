@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.figures import COLOURS, bars, fourier_error, fourier_series, new_figure, save
-from springpot.oscillator import Oscillator, Springpot, WhiteNoise
+from springpot.figures import COLORS, bars, fourier_error, fourier_series, new_figure, save
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
+from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import Averaging, averaging
 
@@ -114,11 +114,11 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
     figure, (curves, from_rest, from_adapted) = new_figure(7.5, 8.5, ratios=(3.0, 1.3, 1.3))
     fine = np.linspace(0.04, 1.0, 193)
     intensities = sorted({row.q for row in rows})
-    colours = [COLOURS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
+    colors = [COLORS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     for number, q in enumerate(intensities):
-        colour = colours[number % len(colours)]
+        color = colors[number % len(colors)]
         formula = [_at_unit(float(alpha), q).amplitude_mean_square for alpha in fine]
-        curves.plot(fine, formula, color=colour, linewidth=1.2, label=f"Eq. 20, $q = {q:g}$ m² s⁻³")
+        curves.plot(fine, formula, color=color, linewidth=1.2, label=f"Eq. 20, $q = {q:g}$ m² s⁻³")
         group = [row for row in rows if row.q == q]
         alpha, printed, *simulated = np.array(
             [(r.alpha, r.mu_printed, r.mu_mc, r.mu_mc_se, r.mu_adapted, r.mu_adapted_se) for r in group]
@@ -129,7 +129,7 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
             (from_rest, *simulated[:2], _REST),
             (from_adapted, *simulated[2:], _ADAPTED),
         ):
-            look = {"color": colour, "marker": marker, "size": size, "hollow": (marker, size) != _REST}
+            look = {"color": color, "marker": marker, "size": size, "hollow": (marker, size) != _REST}
             bars(curves, alpha, mu, error, **look)
             bars(ratios, beside, mu / printed, error / printed, **look)
     for (marker, size), label in (
@@ -137,7 +137,7 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
         (_ADAPTED, "Monte Carlo, adapted start, after the transient"),
     ):
         fill: Literal["full", "none"] = "full" if (marker, size) == _REST else "none"
-        curves.plot([], [], color=COLOURS["black"], linestyle="none", marker=marker, markersize=size, fillstyle=fill,
+        curves.plot([], [], color=COLORS["black"], linestyle="none", marker=marker, markersize=size, fillstyle=fill,
                     label=label)  # fmt: skip
     definition = r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $C = \Omega = 1$"
     curves.legend(
@@ -148,7 +148,7 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
     curves.text(0.008, 0.03, "α = 0: no stationary state", rotation=90, va="bottom", color="0.35", size="small",
                 transform=curves.get_xaxis_transform())  # fmt: skip
     for ratios, start in ((from_rest, "from rest"), (from_adapted, "adapted start")):
-        ratios.axhline(1.0, color=COLOURS["black"], linewidth=1.2)
+        ratios.axhline(1.0, color=COLORS["black"], linewidth=1.2)
         ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}  [–]")
         ratios.text(0.5, 0.06, "bars: 95 %", ha="center", size="small", transform=ratios.transAxes)
     reached = [1.0 - montecarlo.shortfall(Oscillator(1.0, Springpot(float(alpha), 1.0)), duration) for alpha in fine]
@@ -213,11 +213,11 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
     printed = np.array([averaging(_tuned(float(omega)), form="printed").amplitude_mean_square for omega in fine])
     at_points = np.array([averaging(_tuned(float(omega))).amplitude_mean_square for omega in _OMEGAS])
     for axes, scale, point_scale in ((curves, 1.0, 1.0), (ratios, corrected, at_points)):
-        axes.plot(fine, printed / scale, color=COLOURS["vermilion"], linestyle="--", label="Eq. 20 as printed")
-        axes.plot(fine, corrected / scale, color=COLOURS["blue"], label="Eq. 20 corrected")
+        axes.plot(fine, printed / scale, color=COLORS["vermilion"], linestyle="--", label="Eq. 20 as printed")
+        axes.plot(fine, corrected / scale, color=COLORS["blue"], label="Eq. 20 corrected")
         mu, error = simulated.T / point_scale
         label = "Monte Carlo (95 % bars\nare smaller than the markers)"
-        bars(axes, _OMEGAS, mu, error, color=COLOURS["black"], size=_REST[1], label=label)
+        bars(axes, _OMEGAS, mu, error, color=COLORS["black"], size=_REST[1], label=label)
     curves.set_xscale("log")
     curves.set_yscale("log")
     curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")

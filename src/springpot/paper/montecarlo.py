@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
-from springpot.oscillator import Oscillator, Springpot, WhiteNoise
+from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import averaging
 
@@ -178,7 +178,7 @@ def points(
 
     Notes
     -----
-    Errors are those of `springpot.simulation.run`.
+    Errors are those of `springpot.simulation.monte_carlo`.
     """
     seeds = iter(range(1000 * seed, 1000 * seed + 2 * len(alphas) * len(intensities)))
     for q in intensities:
@@ -343,7 +343,7 @@ def gaps(
 
     Notes
     -----
-    Errors are those of `springpot.simulation.run`.
+    Errors are those of `springpot.simulation.monte_carlo`.
     """
     for number, (alpha, coefficient) in enumerate(cases):
         oscillator = Oscillator(1.0, Springpot(alpha, coefficient))

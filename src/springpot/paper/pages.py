@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from springpot.faults import per_cent
-from springpot.oscillator import Oscillator, Springpot
+from springpot.machine.faults import per_cent
 from springpot.paper.errata import ERRATA, Erratum
 from springpot.paper.montecarlo import Collapse, Estimate, Gap, Point, collapse, pooled, shortfall
+from springpot.problem.oscillator import Oscillator, Springpot
 from springpot.theory import averaging
 
 __all__ = ["errata_page", "fig2_page"]

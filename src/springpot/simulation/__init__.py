@@ -1,21 +1,45 @@
-"""Monte Carlo of oscillators and systems with memory and walls.
+"""Monte Carlo of systems with memory and walls, in rooms, in the order in which data passes.
 
-A run goes through the modules in this order: ``run`` takes the arguments; ``settings`` checks and completes them, with
-the rates and times of ``scales``; ``adapted`` finds x(0) of a stationary start; ``simulation`` makes the `Simulation`,
-for which ``compose`` turns the problem into the kernel's ``parts``; the ``kernel`` advances blocks of paths;
-``compose`` converts their sums to the user's units; ``statistics`` computes estimates; ``results`` and ``warnings``
-are returned.  With ``rtol``, ``accuracy`` repeats this in rounds, with ``levels``, ``budget`` and ``decision``.
+``run`` takes the arguments; ``plan/`` checks and completes them, with the rates and times of the motion; ``lowering/``
+turns the plan into the arguments of the compiled ``kernel/``; ``paths/`` advances blocks of paths, which ``watch/``
+observes; ``estimate/`` turns their sums into values and errors, with the stationary start; ``result/`` holds the run
+and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.
+
+The names below are loaded at first use, so that commands start fast.
 """
 
-from springpot.simulation.budget import CONTROLLED, Budget
-from springpot.simulation.distributions import Distribution
-from springpot.simulation.loaded import load_run
-from springpot.simulation.passage_times import PassageTimes
-from springpot.simulation.results import Run
-from springpot.simulation.run import run, simulate
-from springpot.simulation.spectral import Spectrum
-from springpot.units import UNITS
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from springpot.problem.units import UNITS
+    from springpot.simulation.error.budget import CONTROLLED, Budget
+    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.result.load import load_run
+    from springpot.simulation.result.results import Run
+    from springpot.simulation.watch.distributions import Distribution
+    from springpot.simulation.watch.passage_times import PassageTimes
+    from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
     "CONTROLLED", "UNITS", "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",
 ]  # fmt: skip
+_PLACES = {
+    "problem.units": ("UNITS",),
+    "simulation.error.budget": ("CONTROLLED", "Budget"),
+    "simulation.result.load": ("load_run",),
+    "simulation.result.results": ("Run",),
+    "simulation.monte_carlo": ("run", "simulate"),
+    "simulation.watch.distributions": ("Distribution",),
+    "simulation.watch.passage_times": ("PassageTimes",),
+    "simulation.watch.spectrum": ("Spectrum",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _PLACES.items():
+        if name in names:
+            return getattr(importlib.import_module(f"springpot.{module}"), name)
+    raise AttributeError(f"module 'springpot.simulation' has no attribute {name!r}")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from springpot.faults import shown
+from springpot.machine.faults import shown
 from springpot.simulation.extended_to import extended_to
 from springpot.simulation.more_paths import with_paths
-from springpot.simulation.results import Run
-from springpot.simulation.simulation import Progress
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.result.results import Run
 
 __all__ = ["extend"]
 

@@ -8,20 +8,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.arguments import finite_number
-from springpot.faults import per_cent
-from springpot.simulation.accuracy import checked_quantities
-from springpot.simulation.budget import Budget, combine
-from springpot.simulation.completed_rate import are_crowded
-from springpot.simulation.cost import Estimate, FractionDone
-from springpot.simulation.decision import NORMAL, Known, bias_range
-from springpot.simulation.lanes import LANES
-from springpot.simulation.levels import Level, Levels, levels_of
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import per_cent
+from springpot.machine.progress import Estimate, FractionDone
+from springpot.simulation.error.budget import Budget, combine
+from springpot.simulation.error.decision import NORMAL, Known, bias_range
+from springpot.simulation.error.levels import Level, Levels, levels_of
+from springpot.simulation.error.reach import checked_quantities
+from springpot.simulation.estimate.completed_rate import are_crowded
+from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.more_paths import with_paths
-from springpot.simulation.results import Run
-from springpot.simulation.settings import MOST_PATHS, check_stationary
-from springpot.simulation.simulation import Progress
-from springpot.simulation.statistics import standard_error
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.settings import MOST_PATHS, check_stationary
+from springpot.simulation.result.results import Run
 
 __all__ = ["extended_to"]
 

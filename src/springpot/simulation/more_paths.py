@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from springpot.simulation.lanes import LANES
-from springpot.simulation.results import Run
-from springpot.simulation.run import diagnostics_of, doubts_of
-from springpot.simulation.settings import MOST_PATHS, checked_threads, whole_number
-from springpot.simulation.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.monte_carlo import diagnostics_of, doubts_of
+from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
+from springpot.simulation.result.results import Run
 
 __all__ = ["with_paths"]
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
 
-from springpot.arguments import finite_number
-from springpot.faults import shown
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import shown
 
 __all__ = ["MOST_VALUES", "Axis", "flattened", "some_points", "spread"]
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from springpot.parts import Barrier, Circuit, Contact
-from springpot.system import System
-from springpot.system_quantities import possible_results, units_of_system
+from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.quantities import possible_results, units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
 from springpot.theory.result import MOMENTS
-from springpot.units import UNITS
 
 __all__ = [
     "ENDINGS",
@@ -112,4 +112,4 @@ def _of_a_run(system: System | None) -> tuple[str, ...]:
 
 def _more_of_theory(system: System) -> tuple[str, ...]:
     rates = (f"{wall}_{what}" for wall in walls_of(system) for what in ("impact_rate", "impact_speed_mean"))
-    return (*rates, *(["harvested_power"] if system.of(Circuit) else []))
+    return (*rates, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))

@@ -21,18 +21,18 @@ from pydantic import (
     model_validator,
 )
 
-from springpot.faults import FileFault, listed, meant, shown
-from springpot.oscillator import Oscillator
+from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.toml import read_toml
+from springpot.problem.file import read_system
+from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
-from springpot.system import System
-from springpot.system_file import read_system
-from springpot.system_numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
-from springpot.toml import read_toml
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 
@@ -115,7 +115,7 @@ class Study(Strict):
                 raise ValueError(f"zipped axis {title} needs at least one column, and columns of equal length")
         if sum(len(values) for _, values in self.columns.values()) > MOST_VALUES:
             raise ValueError(f"the axes have more than {MOST_VALUES:,} values together: make them shorter")
-        for title, part in zip(self._titles(), self._columns_of_axes(), strict=True):
+        for title, part in self._grid.items():
             rows = [*zip(*part.values(), strict=True)]
             if len(set(rows)) < len(rows):
                 again = _twice(rows)
@@ -149,18 +149,19 @@ class Study(Strict):
             raise ValueError("monte_carlo.path_times is for oscillators: give rtol, or settings such as paths")
 
     @property
+    def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:
+        """The columns of each axis of the grid, by parameter."""
+        return {self.label(name): {name: axis} for name, axis in self.axes.items()} | self.zipped
+
+    @property
     def shape(self) -> dict[str, int]:
         """Length of each axis of the grid, by name."""
-        columns = self._columns_of_axes()
-        return {name: len(next(iter(part.values()))) for name, part in zip(self._titles(), columns, strict=True)}
+        return {title: len(next(iter(columns.values()))) for title, columns in self._grid.items()}
 
     @property
     def columns(self) -> dict[str, tuple[str, tuple[float, ...]]]:
         """Axis and values of each parameter that varies."""
-        columns_by_parameter = {name: (self.label(name), axis) for name, axis in self.axes.items()}
-        for title, columns in self.zipped.items():
-            columns_by_parameter |= {name: (title, axis) for name, axis in columns.items()}
-        return columns_by_parameter
+        return {name: (title, axis) for title, columns in self._grid.items() for name, axis in columns.items()}
 
     @cached_property
     def unvaried(self) -> dict[str, Any]:
@@ -192,7 +193,7 @@ class Study(Strict):
         Of a system those that vary.
         """
         fixed = self._constants()
-        axes = [*self._columns_of_axes()]
+        axes = self._grid.values()
         for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
             point = dict(fixed)
             for columns, values in zip(axes, chosen, strict=True):
@@ -202,22 +203,13 @@ class Study(Strict):
     def point(self, index: int) -> Point:
         """The point with this index in `points`."""
         point = self._constants()
-        for values in reversed([*self._columns_of_axes()]):
+        for values in reversed(self._grid.values()):
             index, place = divmod(index, len(next(iter(values.values()))))
             point.update((name, column[place]) for name, column in values.items())
         return point
 
     def _constants(self) -> Point:
         return self.fixed.model_dump() if self.system is None else {}
-
-    def _titles(self) -> list[str]:
-        return [*map(self.label, self.axes), *self.zipped]
-
-    def _columns_of_axes(self) -> Iterator[dict[str, tuple[float, ...]]]:
-        """The columns of each axis of the grid, by parameter."""
-        for name, axis in self.axes.items():
-            yield {name: axis}
-        yield from self.zipped.values()
 
     def where(self, point: Mapping[str, Any]) -> str:
         """A point in words: the parameters that vary."""
@@ -314,9 +306,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         _check_keys(content, system)
         return Study.model_validate(content)
     except ValidationError as error:
-        raise FileFault(f"{title} is not right: {sentence(error)}") from None
-    except FileFault as fault:
-        raise FileFault(f"{title} is not right: {fault}") from None
+        raise FileError(f"{title} is not right: {sentence(error)}") from None
+    except FileError as fault:
+        raise FileError(f"{title} is not right: {fault}") from None
 
 
 def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System | None:
@@ -329,13 +321,13 @@ def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System |
         try:
             return read_system(place)
         except FileNotFoundError:
-            raise FileFault(f"{title} is not right: system: there is no file {str(place)!r}.") from None
+            raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     if isinstance(given, Mapping):
         return read_system(given)
     if isinstance(given, System):
         return given
     must = "must be the place of a system's file in quotes, or a System"
-    raise FileFault(f"{title} is not right: system: {must}, not {shown(given)}.")
+    raise FileError(f"{title} is not right: system: {must}, not {shown(given)}.")
 
 
 def _in_one_form(content: dict[str, Any], system: System | None) -> dict[str, Any]:
@@ -370,7 +362,7 @@ def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
         if isinstance(table, Mapping):
             for key in table:
                 if key not in known:
-                    raise FileFault(_about_parts(key, place) or unknown_key(key, place, known))
+                    raise FileError(_about_parts(key, place) or unknown_key(key, place, known))
     if system is None:
         return
     for place, table in axes:
@@ -378,7 +370,7 @@ def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
             try:
                 check_number(system, str(key))
             except ValueError as fault:
-                raise FileFault(f"{place}: {fault}") from None
+                raise FileError(f"{place}: {fault}") from None
 
 
 def _about_parts(key: object, place: str) -> str:

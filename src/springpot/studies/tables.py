@@ -15,8 +15,8 @@ from pydantic import (
     model_validator,
 )
 
-from springpot.options import hints
-from springpot.system import System
+from springpot.problem.system import System
+from springpot.simulation.plan.options import hints
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
 
@@ -100,8 +100,8 @@ class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: one of ``rtol``, ``path_times`` or the settings of a run.
 
     ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (runs scaled to each point,
-    see `springpot.simulation.scaled`) gives every point about the same standard error.  All others are the arguments of
-    `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    see `springpot.simulation.error.scaled`) gives every point about the same standard error.  All others are the
+    arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)

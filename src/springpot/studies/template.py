@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from springpot.parts import Barrier, Contact, Mass
+from springpot.problem.numbers import numbers_of, unit_of, with_numbers
+from springpot.problem.parts import Barrier, Contact, Mass
+from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
 from springpot.studies.tables import ALL_METHODS
-from springpot.system import System
-from springpot.system_numbers import numbers_of, unit_of, with_numbers
 from springpot.theory.registry import METHODS
 from springpot.theory.solve import solve_one
 
 __all__ = ["TEMPLATE", "TEMPLATE_OF_SYSTEM", "of_system"]
 
-_TRIED = "envelope", "linearisation"  # quick, and for most systems; in the file where they have an answer
+_TRIED = "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\
 # A study: a grid of oscillators, each computed by every method below.  It takes ten seconds.
@@ -83,7 +83,7 @@ def of_system(device: System) -> dict[str, str]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring, WhiteNoise
+    >>> from springpot.problem.parts import Spring, WhiteNoise
     >>> words = of_system(System(Spring(80.0), Barrier(-0.02), WhiteNoise(0.02)))
     >>> print(words["axes"])
     parts.spring.stiffness = [64.0, 80.0]  # s-2

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from springpot.faults import listed, meant, shown
+from springpot.machine.faults import listed, meant, shown
 
 __all__ = ["sentence", "unknown_key"]
 

@@ -29,10 +29,10 @@ def main(address: str, folder: str, threads: str) -> None:
 
     import distributed
 
-    from springpot.trusted import UnusedCache
+    from springpot.machine.trusted import CacheWarning
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    warnings.simplefilter("ignore", UnusedCache)  # the first process warns
+    warnings.simplefilter("ignore", CacheWarning)  # the first process warns
 
     async def work() -> None:
         worker = distributed.Worker(

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from springpot.one_thread import ONE_THREAD
+from springpot.machine.one_thread import ONE_THREAD
 
 __all__ = ["Workers", "without_ctrl_c"]
 

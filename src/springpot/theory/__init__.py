@@ -18,19 +18,47 @@ if TYPE_CHECKING:
     from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
-    from springpot.theory.methods.systems.linearisation import Linearisation, linearisation
+    from springpot.theory.methods.systems.linearization import Linearization, linearization
     from springpot.theory.methods.systems.path_integration import path_integration
     from springpot.theory.reliability import Trust, best_guess, recommended, trust, why_none_is_recommended
-    from springpot.theory.result import Moments, NoConvergence, NoStationaryState, NotCovered, Result
+    from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
     from springpot.theory.solve import all_methods, solve_all, solve_one
 
 __all__ = [
-    "AmplitudeAveraging", "Averaging", "Closure", "Envelope", "Exact", "ExactLaw", "FokkerPlanck", "HalfCycles",
-    "LinearResponse", "Linearisation", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result",
-    "Trust", "all_methods", "averaging", "averaging_amplitude", "best_guess", "closure", "envelope", "exact",
-    "fokker_planck", "half_cycles", "linear", "linearisation", "path_integration", "recommended", "solve_all",
-    "solve_one", "trust", "why_none_is_recommended",
-]  # fmt: skip
+    "AmplitudeAveraging",
+    "Averaging",
+    "Closure",
+    "Envelope",
+    "Exact",
+    "ExactLaw",
+    "FokkerPlanck",
+    "HalfCycles",
+    "LinearResponse",
+    "Linearization",
+    "Moments",
+    "NoConvergenceError",
+    "NoStationaryStateError",
+    "NotCoveredError",
+    "Result",
+    "Trust",
+    "all_methods",
+    "averaging",
+    "averaging_amplitude",
+    "best_guess",
+    "closure",
+    "envelope",
+    "exact",
+    "fokker_planck",
+    "half_cycles",
+    "linear",
+    "linearization",
+    "path_integration",
+    "recommended",
+    "solve_all",
+    "solve_one",
+    "trust",
+    "why_none_is_recommended",
+]
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
     "methods.closure.method": ("Closure", "closure"),
@@ -41,10 +69,10 @@ _PLACES = {
     "methods.systems.energy": ("ExactLaw",),
     "methods.systems.half_cycles": ("HalfCycles", "half_cycles"),
     "methods.systems.linear": ("LinearResponse", "linear"),
-    "methods.systems.linearisation": ("Linearisation", "linearisation"),
+    "methods.systems.linearization": ("Linearization", "linearization"),
     "methods.systems.path_integration": ("path_integration",),
     "reliability": ("Trust", "best_guess", "recommended", "trust", "why_none_is_recommended"),
-    "result": ("Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result"),
+    "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
     "solve": ("all_methods", "solve_all", "solve_one"),
 }
 

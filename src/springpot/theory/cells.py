@@ -1,7 +1,7 @@
 """The dimensionless numbers of the systems on the validity map: a hardening spring, one springpot, walls and noise.
 
 The unit of time is 1 / Omega and that of length sqrt(q / Omega^3), where Omega^2 is the linear stiffness over the mass
-and q the intensity of the force per unit mass.  Of coloured noise q is 2 pi times the spectral density at Omega.
+and q the intensity of the force per unit mass.  Of colored noise q is 2 pi times the spectral density at Omega.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import (
     Barrier,
-    ColouredNoise,
+    ColoredNoise,
     Dashpot,
     Mass,
     PolynomialDashpot,
@@ -21,8 +21,8 @@ from springpot.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.parts.walls import slow_restitution
-from springpot.system import System
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.system import System
 
 __all__ = ["Cell", "cell_of", "system_of"]
 
@@ -43,7 +43,7 @@ class Cell(NamedTuple):
     restitution : float
         1 without walls.  Of two walls the mean, weighed by exp(-(distance / root mean square)^2 / 2), which is how
         often they are reached without each other; of one wall that is much nearer it is nearly that one's.
-    colour : float
+    color : float
         Correlation time times Omega; 0 for white noise.
     hardening : float
         kappa q / Omega^5, for a spring force kappa x^3 per unit mass.
@@ -55,7 +55,7 @@ class Cell(NamedTuple):
     position: float
     apart: float
     restitution: float
-    colour: float
+    color: float
     hardening: float
     order: float
     c: float
@@ -84,8 +84,8 @@ def system_of(cell: Cell) -> System:
         spread = _free_spread(cell.order, cell.c)
         near, far = cell.position * spread, (cell.position + cell.apart) * spread
         parts += [Barrier(-near, cell.restitution), Barrier(far, cell.restitution, side="below")]
-    if cell.colour > 0.0:
-        parts.append(ColouredNoise((1.0 + cell.colour**2) / (2.0 * cell.colour), cell.colour))
+    if cell.color > 0.0:
+        parts.append(ColoredNoise((1.0 + cell.color**2) / (2.0 * cell.color), cell.color))
     else:
         parts.append(WhiteNoise(1.0))
     return System(*parts)
@@ -93,7 +93,7 @@ def system_of(cell: Cell) -> System:
 
 _REACH = (
     "The validity map of systems has a linear spring with a cubic one that hardens, one springpot or dashpot, a wall "
-    "or two, one on each side of the equilibrium, and white or coloured noise"
+    "or two, one on each side of the equilibrium, and white or colored noise"
 )
 
 
@@ -102,23 +102,23 @@ def cell_of(system: System) -> Cell:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If it has other parts; the sentence names the part.
     """
     unit = system.per_unit_mass
     kinds = Mass | Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier
     for name, part in unit.named():
         bent = isinstance(part, PolynomialDashpot) and not part.is_linear
-        if bent or not isinstance(part, kinds | WhiteNoise | ColouredNoise):
-            raise NotCovered(f"{_REACH}, not {name}.")
+        if bent or not isinstance(part, kinds | WhiteNoise | ColoredNoise):
+            raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
-            raise NotCovered(f"{_REACH}, not the restitution of {name}.")
+            raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
     if not coefficients[1] > 0.0 or any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
-        raise NotCovered(f"{_REACH}; here the springs are others.")
+        raise NotCoveredError(f"{_REACH}; here the springs are others.")
     omega, kappa = math.sqrt(coefficients[1]), coefficients[3]
     order, coefficient = _dissipator(unit)
-    intensity, colour = _noise(unit, omega)
+    intensity, color = _noise(unit, omega)
     walls, c = unit.of(Barrier), coefficient * omega ** (order - 2.0)
     length = math.sqrt(intensity / omega**3)
     position, apart, restitution = 0.0, 0.0, 1.0
@@ -129,7 +129,7 @@ def cell_of(system: System) -> Cell:
         gaps = [(w.position if w.side == "below" else -w.position) / (length * _free_spread(order, c)) for w in walls]
         position, apart = min(gaps), abs(gaps[1] - gaps[0])
         if position < 0.0:
-            raise NotCovered(f"{_REACH}; here the two walls are not on both sides of it.")
+            raise NotCoveredError(f"{_REACH}; here the two walls are not on both sides of it.")
         reached = [math.exp(0.5 * (position**2 - gap**2)) for gap in gaps]
         lost = math.fsum(often * slow_restitution(wall) for often, wall in zip(reached, walls, strict=True))
         restitution = lost / math.fsum(reached)
@@ -139,7 +139,7 @@ def cell_of(system: System) -> Cell:
         position=position,
         apart=apart,
         restitution=restitution,
-        colour=colour * omega,
+        color=color * omega,
         hardening=kappa * intensity / omega**5,
         order=order,
         c=c,
@@ -152,18 +152,18 @@ def _dissipator(unit: System) -> tuple[float, float]:
     if unit.damping > 0.0:
         found.append((1.0, unit.damping))
     if len({order for order, _ in found}) != 1:
-        raise NotCovered(f"{_REACH}; here there is {'no' if not found else 'more than one'} springpot or dashpot.")
+        raise NotCoveredError(f"{_REACH}; here there is {'no' if not found else 'more than one'} springpot or dashpot.")
     return found[0][0], sum(coefficient for _, coefficient in found)
 
 
 def _noise(unit: System, omega: float) -> tuple[float, float]:
     """Intensity at Omega and correlation time of the one noise."""
     white = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    coloured = unit.of(ColouredNoise)
-    if len(coloured) > 1 or (coloured and white > 0.0):
-        raise NotCovered(f"{_REACH}; here there are several noises.")
-    if coloured:
-        return 2.0 * math.pi * coloured[0].density(omega), coloured[0].correlation_time
+    colored = unit.of(ColoredNoise)
+    if len(colored) > 1 or (colored and white > 0.0):
+        raise NotCoveredError(f"{_REACH}; here there are several noises.")
+    if colored:
+        return 2.0 * math.pi * colored[0].density(omega), colored[0].correlation_time
     if not white > 0.0:
-        raise NotCovered(f"{_REACH}; here there is no noise.")
+        raise NotCoveredError(f"{_REACH}; here there is no noise.")
     return white, 0.0

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.problem import Units
-from springpot.theory.result import NotCovered, Result
+from springpot.theory.result import NotCoveredError, Result
 
 __all__ = ["Densities", "DensitiesOfAmplitude", "Law"]
 
@@ -66,9 +66,9 @@ class Densities(Result):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state and no time is given.
-        NotCovered
+        NotCoveredError
             If the method does not cover the density at a time.
         TypeError
             If an argument is not a number, or ``time`` is more than one.
@@ -119,7 +119,7 @@ class Densities(Result):
 
         Raises
         ------
-        NotCovered
+        NotCoveredError
             If the oscillator has no wall, or slow impacts are infinitely many.
 
         Examples
@@ -130,13 +130,15 @@ class Densities(Result):
         """
         u = real_array(speed, "speed")
         if self.oscillator.barrier is None:
-            raise NotCovered("There is no impact speed: this oscillator has no wall to strike.")
+            raise NotCoveredError("There is no impact speed: this oscillator has no wall to strike.")
         return self._impact_speed(u, time)
 
     def _at(self, time: float | None) -> Law:
         """The law at a time from rest, or in the stationary state."""
         if time is not None:
-            raise NotCovered(f"This density of {self.method} is known in the stationary state only, not at a time.")
+            raise NotCoveredError(
+                f"This density of {self.method} is known in the stationary state only, not at a time."
+            )
         _ = self.moments  # raises where there is no stationary state
         if self._law is None:
             raise ValueError("there is no density: without noise the mass is at rest.")

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.arguments import finite_number
+from springpot.machine.arguments import finite_number
 
 __all__ = [
     "coefficients",

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.faults import shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.result import Moments
 
 __all__ = ["Problem", "Units", "at_rest", "canonical", "checked", "endless"]
@@ -84,7 +84,7 @@ class Units:
 
         Examples
         --------
-        >>> from springpot.oscillator import Barrier
+        >>> from springpot.problem.oscillator import Barrier
         >>> _, units = canonical(Oscillator(natural_frequency=2.0, barrier=Barrier(side="below")))
         >>> units.moments(Moments(2.0, 1.0, 1.0, 1.0, 0.5, 1.0, 2.0)).impact_rate
         1.0
@@ -106,7 +106,7 @@ def checked(oscillator: Oscillator | System) -> Oscillator:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If it is a system with other parts.
     TypeError
         If it is something else.
@@ -160,7 +160,7 @@ def endless(oscillator: Oscillator) -> str | None:
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> endless(Oscillator(springpot=Springpot(0.5, 0.0)))
     'There is no stationary state: nothing dissipates energy (C is 0), so the energy grows as q t / 2.'
     """
@@ -177,7 +177,7 @@ def at_rest(oscillator: Oscillator) -> Moments:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, WhiteNoise
+    >>> from springpot.problem.oscillator import Barrier, WhiteNoise
     >>> at_rest(Oscillator(barrier=Barrier(0.5), excitation=WhiteNoise(0.0))).x_mean
     0.5
     """

@@ -27,8 +27,8 @@ class Method:
     function : str
         Module below ``springpot.theory.methods`` and function in it, with a dot between them: it takes an oscillator
         and returns a `springpot.theory.Result`.
-    colour : str
-        Key of `springpot.figures.COLOURS`; the page has a lighter and a darker shade of each.
+    color : str
+        Key of `springpot.figures.COLORS`; the page has a lighter and a darker shade of each.
     dash : tuple of float
         Lengths of strokes and gaps, in line widths; empty for a full line.
     options : dict
@@ -47,7 +47,7 @@ class Method:
     name: str
     label: str
     function: str
-    colour: str
+    color: str
     dash: tuple[float, ...] = ()
     options: Mapping[str, str] = field(default_factory=dict)
     exact: bool = False
@@ -60,7 +60,7 @@ class Method:
 
         Examples
         --------
-        >>> from springpot.oscillator import Oscillator
+        >>> from springpot.problem.oscillator import Oscillator
         >>> round(METHODS["envelope"].solve(Oscillator()).x_mean, 2)
         0.78
         """
@@ -89,7 +89,7 @@ MAPPED: tuple[str, ...] = tuple(method.name for method in _LISTED if method.mapp
 _FOR_SYSTEMS = (
     Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "purple",
            (1.0, 1.5), mapped=True),
-    Method("linearisation", "linearisation", "systems.linearisation.linearisation", "blue", (3.5, 2.0), mapped=True,
+    Method("linearization", "linearization", "systems.linearization.linearization", "blue", (3.5, 2.0), mapped=True,
            seconds=0.1),
     Method("envelope", "envelope", "envelope.method.envelope", "vermilion", mapped=True, seconds=0.3),
     Method("half_cycles", "half cycles", "systems.half_cycles.half_cycles", "orange",

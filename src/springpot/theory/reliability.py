@@ -1,9 +1,10 @@
 """Reliability of a method for a problem: its gaps to Monte Carlo at the nearest cells of a validity map.
 
-There are two maps, written by :mod:`springpot.validity`: ``validity.csv`` of oscillators, over order, c, restitution
-and wall position, and ``validity_systems.csv`` of systems, over the numbers of `springpot.theory.cells.Cell`.  Both
-have stationary Monte Carlo and the gap of every method to it.  Between cells the gap is taken halfway from what is
-interpolated to the largest of the neighbours: those alone are mostly three times too large.
+There are two maps, written by :mod:`springpot.evidence.validity`: ``validity.csv`` of oscillators, over order, c,
+restitution and wall position, and ``validity_systems.csv`` of systems, over the numbers of
+`springpot.theory.cells.Cell`. Both have stationary Monte Carlo and the gap of every method to it.  Between cells the
+gap is taken halfway from what is interpolated to the largest of the neighbours: those alone are mostly three times too
+large.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.faults import NotCovered, listed, shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError, listed, shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.cells import cell_of
 from springpot.theory.problem import checked
 from springpot.theory.registry import MAPPED, METHODS, SYSTEM_MAPPED, SYSTEM_METHODS
@@ -111,13 +112,13 @@ _OSCILLATORS = _Map(
 _SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
-        ("walls", 0.0), ("colour", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
+        ("walls", 0.0), ("color", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
         ("hardening", 0.1), ("order", 0.1), ("c", 0.1),
     ),
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
     judged=SYSTEMS_JUDGED,
-    guesses=("path_integration", "half_cycles", "envelope", "linearisation", "averaging_amplitude"),
+    guesses=("path_integration", "half_cycles", "envelope", "linearization", "averaging_amplitude"),
 )  # fmt: skip
 
 
@@ -235,7 +236,7 @@ def _place(problem: Oscillator | System) -> tuple[_Map, dict[str, float] | None]
 def _place_of_system(system: System) -> dict[str, float] | None:
     try:
         cell = cell_of(system)
-    except NotCovered:
+    except NotCoveredError:
         return None
     lightest = float(read_map(SYSTEMS_FILE)["c"].min())  # below it the envelope is better than on the map
     return {name: float(value) for name, value in cell._replace(c=max(cell.c, lightest))._asdict().items()}
@@ -244,7 +245,7 @@ def _place_of_system(system: System) -> dict[str, float] | None:
 def _canonical(system: System) -> Oscillator | None:
     try:
         return system.canonical()
-    except NotCovered:
+    except NotCoveredError:
         return None
 
 
@@ -270,13 +271,13 @@ def exists(name: str, here: Mapping[str, float]) -> bool:
 
     Examples
     --------
-    >>> exists("impact_rate", {"walls": 2.0, "restitution": 0.8, "colour": 1.0})
+    >>> exists("impact_rate", {"walls": 2.0, "restitution": 0.8, "color": 1.0})
     False
     """
     walls = here.get("walls", 1.0)
     if name == "x_mean":
         return walls == 1.0
-    countable = here["restitution"] == 1.0 or here.get("colour", 0.0) == 0.0
+    countable = here["restitution"] == 1.0 or here.get("color", 0.0) == 0.0
     if name == "rarest_impact_rate":  # of two walls, where Monte Carlo sees the other one struck
         return walls == 2.0 and countable and here["position"] + here["apart"] <= _FARTHEST
     return not name.startswith("impact") or (walls > 0.0 and countable)
@@ -372,7 +373,7 @@ def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
 
     Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
     the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the half
-    cycles, or the envelope, or statistical linearisation, or averaging of the amplitude.
+    cycles, or the envelope, or statistical linearization, or averaging of the amplitude.
 
     Parameters
     ----------

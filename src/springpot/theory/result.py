@@ -6,13 +6,22 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from springpot.faults import NotCovered
-from springpot.oscillator import Oscillator
-from springpot.parts.checks import put
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts.checks import put
+from springpot.problem.system import System
 from springpot.theory.walls import about_walls
 
-__all__ = ["MOMENTS", "ROUNDED", "Moments", "NoConvergence", "NoStationaryState", "NotCovered", "Result", "no_answer"]
+__all__ = [
+    "MOMENTS",
+    "ROUNDED",
+    "Moments",
+    "NoConvergenceError",
+    "NoStationaryStateError",
+    "NotCoveredError",
+    "Result",
+    "no_answer",
+]
 
 ROUNDED = 1.0 + 1e-9
 """Factor on limits of what is covered, so that rounding errors do not exceed them."""
@@ -29,11 +38,11 @@ MOMENTS = (
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
 
 
-class NoStationaryState(ValueError):
+class NoStationaryStateError(ValueError):
     """The oscillator has no stationary state."""
 
 
-class NoConvergence(ArithmeticError):
+class NoConvergenceError(ArithmeticError):
     """An iteration did not reach its tolerance; there is no result."""
 
 
@@ -88,7 +97,7 @@ class Result:
     Notes
     -----
     The moments are attributes of the result (``result.x_mean`` ...).  Without a stationary state they raise
-    `NoStationaryState`; they are never infinite.
+    `NoStationaryStateError`; they are never infinite.
     """
 
     method: str
@@ -108,11 +117,11 @@ class Result:
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         """
         if isinstance(self.stationary, str):
-            raise NoStationaryState(self.stationary)
+            raise NoStationaryStateError(self.stationary)
         return self.stationary
 
     @property

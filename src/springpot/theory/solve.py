@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, overload
 
-from springpot.faults import shown
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.faults import shown
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.problem import checked
 from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
 from springpot.theory.reliability import recommended, why_none_is_recommended
-from springpot.theory.result import NoConvergence, NotCovered, Result, no_answer
+from springpot.theory.result import NoConvergenceError, NotCoveredError, Result, no_answer
 
 __all__ = ["all_methods", "methods_for", "solve_all", "solve_one", "trusted"]
 
@@ -43,7 +43,7 @@ def solve_all(oscillator: Oscillator | System) -> tuple[Mapping[str, Result | Sy
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> answers, statements = solve_all(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), list(statements)
     ([1.0], [])
@@ -96,7 +96,7 @@ def solve_one(oscillator: Oscillator | System, method: str) -> tuple[Result | Sy
         raise ValueError(f"method must be one of {', '.join(methods)}, not {shown(method)}.")
     try:
         result = methods[method].solve(oscillator)
-    except (NotCovered, NoConvergence) as refusal:
+    except (NotCoveredError, NoConvergenceError) as refusal:
         return None, str(refusal)
     if isinstance(result.stationary, str):
         return None, result.stationary
@@ -108,7 +108,7 @@ def methods_for(oscillator: Oscillator | System) -> Mapping[str, Method]:
 
     Examples
     --------
-    >>> from springpot.parts import Spring
+    >>> from springpot.problem.parts import Spring
     >>> list(methods_for(System(Spring(1.0))))[-3:]
     ['path_integration', 'linear', 'exact']
     """

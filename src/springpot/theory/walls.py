@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from springpot.oscillator import Oscillator
-from springpot.parts import Barrier, Contact
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Contact
+from springpot.problem.system import System
 
 __all__ = ["about_walls", "named_walls"]
 

@@ -10,14 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.arguments import finite_number
-from springpot.oscillator import Oscillator
+from springpot.machine.arguments import finite_number
+from springpot.memory.zeta import zeta_beyond_one
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.problem import Units, checked, endless
 from springpot.theory.reliability import map_warnings
-from springpot.theory.result import Moments, NoStationaryState, NotCovered
-from springpot.zeta import zeta_beyond_one
+from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
 __all__ = ["Averaging", "averaging", "harmonic_sum", "stiffness_sum"]
 
@@ -132,12 +132,12 @@ class Averaging(DensitiesOfAmplitude):
         ------
         TypeError, ValueError
             If ``initial`` is negative or not a number, or a time is negative, NaN or not a number.
-        NoStationaryState
+        NoStationaryStateError
             If a time is infinite and there is no stationary state.
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(averaging(Oscillator(springpot=Springpot(order=0.0, coefficient=1.0))).mean_square(10.0))
         10.0
         """
@@ -150,7 +150,7 @@ class Averaging(DensitiesOfAmplitude):
         if np.any(t < 0.0):
             raise ValueError(f"time must be at least 0 s, not {np.min(t):g}.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
-            raise NoStationaryState(self.stationary)
+            raise NoStationaryStateError(self.stationary)
         if self.decay_rate > 0.0:
             t = np.minimum(t, 400.0 / self.decay_rate)  # e^-800 is 0: nothing changes any more
         exponent = -2.0 * self.decay_rate * t
@@ -171,7 +171,7 @@ class Averaging(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError, ValueError
             If a lag is NaN or not a number.
@@ -203,7 +203,7 @@ class Averaging(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError, ValueError
             If a frequency is not a finite number.
@@ -313,7 +313,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the wall is not at 0, or the printed form is asked for a wall that loses energy or for no wall.
     TypeError
         If ``oscillator`` is not an Oscillator.
@@ -322,7 +322,7 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> oscillator = Oscillator(natural_frequency=3.0, springpot=Springpot(order=0.7, coefficient=0.2))
     >>> round(averaging(oscillator).amplitude_mean_square, 3)
     1.173
@@ -352,13 +352,15 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
 def _check_covered(oscillator: Oscillator, form: str) -> None:
     wall = oscillator.barrier
     if wall is not None and wall.position != 0.0:
-        raise NotCovered(
+        raise NotCoveredError(
             f"Averaging covers a wall at position 0 or no wall, not a wall at {wall.position:g} m from equilibrium."
         )
     if form == "printed" and wall is None:
-        raise NotCovered("The printed formula covers an elastic wall at position 0, not an oscillator without a wall.")
+        raise NotCoveredError(
+            "The printed formula covers an elastic wall at position 0, not an oscillator without a wall."
+        )
     if form == "printed" and wall is not None and oscillator.restitution < 1.0:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The printed formula covers an elastic wall (restitution 1), not restitution {oscillator.restitution:g}."
         )
 

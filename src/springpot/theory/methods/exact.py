@@ -10,14 +10,14 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
 from springpot.theory.methods.systems.energy import ExactLaw, exact_law
 from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
 from springpot.theory.problem import Units, at_rest, canonical, checked, endless
-from springpot.theory.result import Moments, NoStationaryState, NotCovered
+from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
 __all__ = ["Exact", "exact"]
 
@@ -53,16 +53,16 @@ class Exact(DensitiesOfAmplitude):
 
         Raises
         ------
-        NotCovered
+        NotCoveredError
             If the wall is not at 0.
-        NoStationaryState
+        NoStationaryStateError
             If a time is infinite and there is no stationary state.
         TypeError, ValueError
             If a time is negative, NaN or not a number.
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
         0.7143
         """
@@ -76,7 +76,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> result = exact(Oscillator(springpot=Springpot(0.5, 1.0), barrier=None))
         >>> result.x_mean_square_at([1.0, 10.0]).round(4)
         array([0.1844, 0.5309])
@@ -90,7 +90,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_mean_square_at(1.0).round(4))
         0.4848
         """
@@ -103,7 +103,7 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.0))).amplitude_mean_square_at(7.0).round(12))
         7.0
         """
@@ -120,9 +120,9 @@ class Exact(DensitiesOfAmplitude):
 
         Raises
         ------
-        NotCovered
+        NotCoveredError
             If there is a wall that is not at 0.
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError, ValueError
             If a lag is NaN or not a number.
@@ -136,7 +136,7 @@ class Exact(DensitiesOfAmplitude):
         moments = self.moments
         t = np.minimum(np.abs(_times(np.abs(real_array(lag, "lag")), "lag")) * self.oscillator.natural_frequency, _LONG)
         if self.oscillator.barrier is not None and self.oscillator.barrier.position != 0.0:
-            raise NotCovered("The exact correlation is known with a wall at 0 or without a wall.")
+            raise NotCoveredError("The exact correlation is known with a wall at 0 or without a wall.")
         alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
         if alpha < 1.0:
             return _relaxation(alpha, c).correlation(t) * self.oscillator.length_scale**2
@@ -155,9 +155,9 @@ class Exact(DensitiesOfAmplitude):
 
         Raises
         ------
-        NotCovered
+        NotCoveredError
             If there is a wall.
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError
             If a frequency is not a number.
@@ -168,7 +168,7 @@ class Exact(DensitiesOfAmplitude):
         0.1592
         """
         if self.oscillator.barrier is not None:
-            raise NotCovered("The exact spectrum is known without a wall only.")
+            raise NotCoveredError("The exact spectrum is known without a wall only.")
         _ = self.moments
         alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
         w = np.minimum(np.abs(real_array(frequency, "frequency")) / self.oscillator.natural_frequency, 1e75)
@@ -182,9 +182,9 @@ class Exact(DensitiesOfAmplitude):
         """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
         wall, t = self.oscillator.barrier, _times(real_array(time, "time"), "time")
         if wall is not None and wall.position != 0.0:
-            raise NotCovered("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
+            raise NotCoveredError("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
-            raise NoStationaryState(self.stationary)
+            raise NoStationaryStateError(self.stationary)
         t = np.minimum(t * self.oscillator.natural_frequency, _LONG)
         alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
         if alpha == 1.0 or c == 0.0:
@@ -258,7 +258,7 @@ def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the oscillator is another one.
     TypeError
         If ``oscillator`` is not an Oscillator.
@@ -277,7 +277,7 @@ def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(position=1.0))
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
@@ -304,9 +304,9 @@ def _check_covered(oscillator: Oscillator) -> None:
     if wall is None:
         return
     if oscillator.restitution < 1.0:
-        raise NotCovered(f"{_REACH}, not a wall of restitution {oscillator.restitution:g}.")
+        raise NotCoveredError(f"{_REACH}, not a wall of restitution {oscillator.restitution:g}.")
     if alpha < 1.0 and oscillator.dissipates:
-        raise NotCovered(f"{_REACH}, not order {alpha:g} with a wall.")
+        raise NotCoveredError(f"{_REACH}, not order {alpha:g} with a wall.")
 
 
 def _stationary(oscillator: Oscillator) -> Moments | str:
@@ -387,7 +387,7 @@ def _times(value: FloatArray, name: str) -> FloatArray:
 
 
 def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
-    """Normal density on value >= wall, normalised there."""
+    """Normal density on value >= wall, normalized there."""
     from scipy import special  # slow to import, and most runs need none of it
 
     k = wall / spread

@@ -266,7 +266,7 @@ class EnergyDiffusion:
 
 
 def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
-    """Check and normalise the cells, without those of negligible mass and those near rest.
+    """Check and normalize the cells, without those of negligible mass and those near rest.
 
     Parameters
     ----------

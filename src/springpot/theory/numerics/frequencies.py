@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, optimize
 
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["integral", "resonances"]
 
@@ -70,7 +70,7 @@ def integral(density: Callable[[float], float], cuts: list[float]) -> float:
 
     Raises
     ------
-    NoConvergence
+    NoConvergenceError
         If the integral is not known to a tenth of a millionth.
 
     Examples
@@ -93,7 +93,9 @@ def integral(density: Callable[[float], float], cuts: list[float]) -> float:
         ]
     value, error = math.fsum(value for value, _ in pieces), math.fsum(error for _, error in pieces)
     if not error <= _MOST_ERROR * value:
-        raise NoConvergence("an integral over frequency did not settle: the resonance is too narrow, or too far off.")
+        raise NoConvergenceError(
+            "an integral over frequency did not settle: the resonance is too narrow, or too far off."
+        )
     return 2.0 * value
 
 

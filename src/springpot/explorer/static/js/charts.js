@@ -1,4 +1,4 @@
-// uPlot with this page's axes, colours and sizes.
+// uPlot with this page's axes, colors and sizes.
 
 import { palette, onTheme } from "./theme.js";
 import { METHODS } from "/methods.js";

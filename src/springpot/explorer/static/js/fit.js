@@ -9,7 +9,7 @@ const LARGEST = 1_400_000; // bytes
 const PARTS = /[^]{1,7000}(?![\udc00-\udfff])/g; // no sign is cut in two
 const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no table of text has
 const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
-const COLOURS = ["path", "impact", "pinned"];
+const COLORS = ["path", "impact", "pinned"];
 const TITLES = Object.fromEntries((OPENED.parts ?? []).map(({ name, title }) => [name, title]));
 
 export const wholeName = (name) => `${TITLES[name.split("-")[0]]}, ${PARAMETERS[name].said}`;
@@ -153,7 +153,7 @@ export class FitCard {
     }));
     const positive = columns.flat().every((value) => value === null || value > 0);
     const series = groups.flatMap((_, i) => {
-      const stroke = () => palette[COLOURS[i % COLOURS.length]], hollow = i % 2 === 1;
+      const stroke = () => palette[COLORS[i % COLORS.length]], hollow = i % 2 === 1;
       return [
         { paths: () => null, stroke, points: { show: true, size: 7, width: 1.5, stroke, fill: hollow ? () => palette.panel : stroke } },
         { stroke, width: 2, spanGaps: true, dash: hollow ? [6, 4] : [], points: { show: false } },
@@ -168,7 +168,7 @@ export class FitCard {
     this.legend.replaceChildren(...groups.map(({ name }, i) => {
       const item = Object.assign(document.createElement("span"), { className: "item" }), mark = document.createElement("span");
       mark.textContent = i % 2 ? "○ ╌\u2002" : "● —\u2002";
-      mark.style.color = `var(--${COLOURS[i % COLOURS.length]})`;
+      mark.style.color = `var(--${COLORS[i % COLORS.length]})`;
       item.append(mark, `${name}: data and fit`);
       return item;
     }));

@@ -11,11 +11,11 @@ export const PARAMETERS = Object.fromEntries(OPENED.sliders.map((one) => [one.na
 const PARTS = OPENED.parts ?? [];
 const of = (...kinds) => PARTS.filter(({ kind }) => kinds.includes(kind));
 const LINEAR_SPRINGS = ["spring"], DAMPERS = ["dashpot", "polynomial_dashpot", "van_der_pol"];
-export const hasCircuit = of("circuit").length > 0;
+export const hasCircuit = of("piezoelectric_circuit").length > 0;
 export const isHeavy = of("mass").length > 0;
 export const isThermal = of("thermal_noise").length > 0;
 export const isSoft = of("contact").length > 0;
-export const isRecorded = of("recorded").length > 0;
+export const isRecorded = of("recorded_excitation").length > 0;
 export const hasWalls = !ofSystem || of("barrier", "contact").length > 0;
 
 // rigid walls and soft contacts, in the order of the parts: lower ones keep x above them
@@ -38,7 +38,7 @@ export function elementsOf(values) {
   const curved = of("polynomial_spring").some(({ name }) => PARAMETERS[`${name}-coefficients-2`]);
   const springs = of(...LINEAR_SPRINGS, "polynomial_spring").length ? [{ draw: "spring", curved }] : [];
   const pots = of("springpot").map(({ name }) => ({ draw: "springpot", order: values[`${name}-order`] }));
-  const arms = of("series").map(({ name }) => ({ draw: "springpot", order: values[`${name}-springpot-order`], arm: true }));
+  const arms = of("fractional_maxwell").map(({ name }) => ({ draw: "springpot", order: values[`${name}-springpot-order`], arm: true }));
   const dampers = of(...DAMPERS).slice(0, 1).map(() => ({ draw: "dashpot" }));
   const maxwell = of("maxwell").slice(0, 1).map(() => ({ draw: "dashpot", arm: true }));
   // where there are many, their marks stand beside each other
@@ -48,11 +48,11 @@ export function elementsOf(values) {
 export const rubs = of("friction").length > 0;
 
 const WAVES = {
-  white_noise: ["rough", "white noise"], coloured_noise: ["smooth", "coloured noise"], filtered_noise: ["smooth", "filtered noise"],
+  white_noise: ["rough", "white noise"], colored_noise: ["smooth", "colored noise"], kanai_tajimi_noise: ["smooth", "filtered noise"],
   harmonic: ["sine", "harmonic"], recorded: ["rough", "record"], poisson_impulses: ["spikes", "impulses"],
   parametric_noise: ["rough", "noise times x"], thermal_noise: ["rough", "thermal noise"], constant: ["flat", "constant force"], force: ["sine", "own force"],
 };
 export const excitations = PARTS.filter(({ kind }) => WAVES[kind]).map(({ kind, on }) => ({ wave: WAVES[kind][0], said: WAVES[kind][1], ground: on === "ground" }));
 
 // the resistors of the circuits, whose voltages come with the motion
-export const circuitsOf = (values) => of("circuit").map(({ name, title }) => ({ title, resistance: values[`${name}-resistance`] }));
+export const circuitsOf = (values) => of("piezoelectric_circuit").map(({ name, title }) => ({ title, resistance: values[`${name}-resistance`] }));

@@ -46,8 +46,8 @@ export function startSaving({ view, element, state, connection, panels, phase })
     tools.append(tool("PNG", `${title} as PNG`, async () => {
       const canvases = [];
       for (const key of CHARTS[name] ?? []) canvases.push(await panels[key].snapshot(720, CHARTS[name].length > 1 ? 230 : 400));
-      const colours = { page: palette.panel, text: palette.text, muted: palette.muted };
-      save(fileName(name, "png"), png(canvases.length ? canvases : [phase.canvas.element], heading, described(view), lines(view, name), colours));
+      const colors = { page: palette.panel, text: palette.text, muted: palette.muted };
+      save(fileName(name, "png"), png(canvases.length ? canvases : [phase.canvas.element], heading, described(view), lines(view, name), colors));
     }));
     card.querySelector(".card-head").append(tools);
   }

@@ -1,8 +1,8 @@
-// Colours for the canvases, from the style sheet's variables; the methods' lines; and the switch between dark and light.
+// Colors for the canvases, from the style sheet's variables; the methods' lines; and the switch between dark and light.
 
 import { METHODS } from "/methods.js";
 
-const COLOURS = [
+const COLORS = [
   "text", "muted", "faint", "line", "panel", "page", "measured", "measured-soft", "pinned", "impact", "path", "steel", "mass",
 ];
 export const palette = {};
@@ -11,8 +11,8 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function read() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of COLOURS) palette[name] = style.getPropertyValue(`--${name}`).trim();
-  for (const [name, { colour }] of Object.entries(METHODS)) palette[name] = style.getPropertyValue(`--method-${colour}`).trim();
+  for (const name of COLORS) palette[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const [name, { color }] of Object.entries(METHODS)) palette[name] = style.getPropertyValue(`--method-${color}`).trim();
   for (const listener of listeners) listener();
 }
 
@@ -24,10 +24,10 @@ export function isDark() {
 export function onTheme(listener) { listeners.add(listener); }
 
 // a method's swatch is a piece of its line
-function swatch([name, { colour, dash }]) {
+function swatch([name, { color, dash }]) {
   let end = 0;
-  const stops = dash.map((length, i) => `${i % 2 ? "transparent" : `var(--method-${colour})`} ${end}px ${end += length}px`);
-  const line = stops.length ? `repeating-linear-gradient(90deg, ${stops.join(", ")})` : `var(--method-${colour})`;
+  const stops = dash.map((length, i) => `${i % 2 ? "transparent" : `var(--method-${color})`} ${end}px ${end += length}px`);
+  const line = stops.length ? `repeating-linear-gradient(90deg, ${stops.join(", ")})` : `var(--method-${color})`;
   return `.swatch[data-method="${name}"] { background: ${line}; }`;
 }
 

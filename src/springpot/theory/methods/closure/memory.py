@@ -30,7 +30,7 @@ from scipy import special
 
 from springpot.theory.methods.closure.quadrature import oscillating_weights, panel_rule
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["Grid", "Loop", "make_grid"]
 
@@ -280,7 +280,7 @@ class Loop:
 
         Raises
         ------
-        NoConvergence
+        NoConvergenceError
             If the tolerance is not reached.
         """
         mix, loop = Anderson(_MIXED), self.driven(c, stiffness, damping)
@@ -295,7 +295,7 @@ class Loop:
             if change < tolerance:
                 return loop, count
             point = mix.step(point, image)
-        raise NoConvergence(
+        raise NoConvergenceError(
             f"The memory closure did not converge: after {sweeps} sweeps the correlation still changes by {change:.1e}."
         )
 

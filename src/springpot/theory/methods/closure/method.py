@@ -5,7 +5,7 @@ Two steps, repeated until they agree:
 1. x is unfolded at the wall, x - b = \\|y\\|, and y is assumed Gaussian.  Its correlation gives an equivalent linear
    element for the springpot, which determines the spectrum and so the correlation (`memory`).
 2. That correlation gives the mean force of the springpot for each present (x, v).  The stationary density of (x, v)
-   with this force, and with position and losses of the wall, is computed without linearisation (`plane`).  A stiffness
+   with this force, and with position and losses of the wall, is computed without linearization (`plane`).  A stiffness
    and a damping are added to step 1 so that its <y^2> and <v^2> are those of step 2.
 
 The derivation, and the alternatives that were tried, are in the documentation, page "The Gaussian memory closure".
@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import per_cent
-from springpot.oscillator import Oscillator
+from springpot.machine.faults import per_cent
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, normal
 from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
@@ -36,9 +36,9 @@ from springpot.theory.methods.closure.steps import (
 )
 from springpot.theory.problem import Units, at_rest, canonical, checked, endless
 from springpot.theory.reliability import map_warnings
-from springpot.theory.result import ROUNDED, Moments, NoConvergence, NotCovered
+from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
 
-__all__ = ["Closure", "NoConvergence", "closure"]
+__all__ = ["Closure", "NoConvergenceError", "closure"]
 
 FloatArray = NDArray[np.float64]
 
@@ -72,6 +72,7 @@ class Closure(DensitiesOfAmplitude):
 
     iterations: int
     residual: float
+
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
@@ -84,7 +85,7 @@ class Closure(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState, TypeError, ValueError
+        NoStationaryStateError, TypeError, ValueError
             As in `x_density`, or if a lag is not finite.
 
         Examples
@@ -114,7 +115,7 @@ class Closure(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState, TypeError, ValueError
+        NoStationaryStateError, TypeError, ValueError
             As in `x_density`, or if a frequency is not finite.
 
         Examples
@@ -230,16 +231,16 @@ def closure(oscillator: Oscillator) -> Closure:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the wall is farther away or more lossy, or the springpot is stronger.
-    NoConvergence
+    NoConvergenceError
         If the iteration does not reach its tolerance.
     TypeError
         If ``oscillator`` is not an Oscillator.
 
     Examples
     --------
-    >>> from springpot.oscillator import Springpot
+    >>> from springpot.problem.oscillator import Springpot
     >>> result = closure(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
     >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
     [0.5, 0.5, 1.0]
@@ -258,9 +259,7 @@ def closure(oscillator: Oscillator) -> Closure:
         loop = solve_without_wall(alpha, problem.coefficient)
         x_root, v_root = math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed
         solved = _Solved(loop, None, replace(units, length=x_root, speed=v_root))
-        stationary = Moments(
-            x_root**2 + (v_root * units.time) ** 2, 0.0, x_root**2, v_root**2, 0.0, math.nan, math.nan
-        )
+        stationary = Moments(x_root**2 + (v_root * units.time) ** 2, 0.0, x_root**2, v_root**2, 0.0, math.nan, math.nan)
     else:
         loop, plane, iterations, residual = solve_with_wall(
             alpha, problem.coefficient, problem.restitution, problem.position
@@ -299,30 +298,32 @@ def _moments(plane: Plane, b: float) -> Moments:
 def _check_covered(oscillator: Oscillator, alpha: float) -> None:
     wall, c, b = oscillator.barrier, oscillator.dimensionless_coefficient, oscillator.dimensionless_position
     if c > _STRONG * ROUNDED:
-        raise NotCovered(f"The memory closure covers c = C Omega^(alpha-2) up to {_STRONG:g}, not {c:.3g}.")
+        raise NotCoveredError(f"The memory closure covers c = C Omega^(alpha-2) up to {_STRONG:g}, not {c:.3g}.")
     if wall is None:
         return
     if wall.position != 0.0 and abs(b) > _REACH * ROUNDED:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The memory closure covers no wall, or a wall within {_REACH:g} sqrt(q / Omega^3) of equilibrium, "
             f"not one at {b:g} times that."
         )
     if -b * c > _GAP * ROUNDED:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The memory closure covers a gap up to {_GAP:g} / c in units of sqrt(q / Omega^3) "
             f"(c = C Omega^(alpha-2) = {c:.3g}), not {-b:g}."
         )
     if oscillator.restitution < _LOSSY / ROUNDED:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The memory closure covers a restitution of at least {_LOSSY:g}, not {oscillator.restitution:g}."
         )
     if not oscillator.dissipates:
         return
     if alpha == 0.0:
-        raise NotCovered("The memory closure covers alpha > 0: at alpha = 0 the springpot is a spring without memory.")
+        raise NotCoveredError(
+            "The memory closure covers alpha > 0: at alpha = 0 the springpot is a spring without memory."
+        )
     loss = light_loss(alpha, c, oscillator.restitution)
     if loss < least_loss(c):
-        raise NotCovered(
+        raise NotCoveredError(
             f"The memory closure with a wall covers losses of at least {least_loss(c):.2g} Omega per unit of energy "
             f"and time, not {loss:.2g}: averaging is accurate there."
         )

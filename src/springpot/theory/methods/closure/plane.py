@@ -23,7 +23,7 @@ from scipy import interpolate, special
 
 from springpot.theory.methods.closure.memory import Loop
 from springpot.theory.methods.closure.quadrature import half_normal_rule
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["Plane", "solve_plane"]
 
@@ -123,7 +123,7 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
 
     Raises
     ------
-    NoConvergence
+    NoConvergenceError
         If there is no density with positive moments and flux.
     """
     basis = _basis(degree)
@@ -145,11 +145,11 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
 
     def solve(constant: float) -> tuple[FloatArray, float]:
         matrix = generator - c * constant * constant_force
-        matrix[0] = mass  # the equation of phi = 1 is trivial: the normalisation replaces it
+        matrix[0] = mass  # the equation of phi = 1 is trivial: the normalization replaces it
         try:
             solution = np.asarray(np.linalg.solve(matrix, first), dtype=np.float64)
         except np.linalg.LinAlgError:
-            raise NoConvergence("The memory closure found no stationary density of x and v.") from None
+            raise NoConvergenceError("The memory closure found no stationary density of x and v.") from None
         return solution, float((weighted @ solution) @ force) - constant
 
     old = float(basis.weights @ force)
@@ -162,12 +162,12 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
             break
         old, constant = constant, constant - excess * (constant - old) / (excess - previous)
     else:
-        raise NoConvergence("The memory closure did not balance the springpot's mean force.")
+        raise NoConvergenceError("The memory closure did not balance the springpot's mean force.")
     coefficients = np.zeros((degree + 1, degree + 1))
     coefficients[basis.rows, basis.columns] = basis.to_monomials @ solution
     plane = Plane(sigma_y, sigma_v, coefficients)
     if not (plane.y_moment(2) > 0.0 and plane.v_mean_square > 0.0 and plane.impact_rate > 0.0):
-        raise NoConvergence("The memory closure found no positive stationary density of x and v.")
+        raise NoConvergenceError("The memory closure found no positive stationary density of x and v.")
     return plane
 
 

@@ -81,7 +81,7 @@ def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) ->
 def half_normal_rule(order: int) -> tuple[FloatArray, FloatArray]:
     """Gauss's rule for the mean over a half-normal variable: exact for polynomials of degree below 2 order.
 
-    The three-term recurrence of the polynomials comes from a fine discretisation of the half line (Stieltjes).
+    The three-term recurrence of the polynomials comes from a fine discretization of the half line (Stieltjes).
 
     Examples
     --------

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from springpot.theory.methods.closure.memory import Loop, make_grid
 from springpot.theory.methods.closure.plane import Plane, solve_plane
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["free_spectrum", "least_loss", "light_loss", "solve_with_wall", "solve_without_wall"]
 
@@ -68,7 +68,7 @@ def solve_with_wall(
                 break
             stiffness, damping = (float(value) for value in mix.step(point, image))
         else:
-            raise NoConvergence(
+            raise NoConvergenceError(
                 f"The memory closure did not converge: after {_STEPS} steps its stiffness and damping still change by "
                 f"{residual:.1e} of Omega^2 and Omega."
             )
@@ -77,7 +77,7 @@ def solve_with_wall(
         if abs(resonance - grid.resonance) < 0.5 * decay and 0.5 < decay / grid.decay < 2.0:
             return loop, plane, iterations, residual
         loop = loop.moved(make_grid(alpha, resonance, decay, detail))
-    raise NoConvergence("The memory closure found no resonance to put its grid on.")
+    raise NoConvergenceError("The memory closure found no resonance to put its grid on.")
 
 
 def _light_loop(alpha: float, c: float, damping: float, detail: int) -> Loop:

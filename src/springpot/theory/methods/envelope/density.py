@@ -9,7 +9,7 @@ spread evenly over the phases, so that
 whose integral over the plane is 1 for any continuous and nested shapes A(l), w(l).  These are interpolated between the
 ends of panels; everything else, also the phase p at the wall, follows from the interpolants.  The densities of x, v and
 the amplitude are integrals of it by Gauss-Legendre rules, tabulated, interpolated by a non-negative cubic and
-normalised: their mass is 1 to rounding.
+normalized: their mass is 1 to rounding.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from springpot.theory.methods.envelope.balance import Balance, missing_sinc
 from springpot.theory.numerics.tabulated import Tabulated, signed_root
-from springpot.theory.result import NotCovered
+from springpot.theory.result import NotCoveredError
 
 __all__ = ["Portrait", "portrait"]
 
@@ -36,7 +36,7 @@ _GRID = 160
 _CROSS = 24  # nodes of each half of a cross-section
 _DEGREE = 12  # of the shapes on a panel
 _FINER = 6  # panels added towards the first striking cycle, where A and w vary like a power behind a preload
-_NODES = 24  # on a panel, of the integral that normalises
+_NODES = 24  # on a panel, of the integral that normalizes
 _STEPS = 80
 _CONVERGED = 3e-15
 _UNLIKELY = 35.0  # the tables end where the density per label has fallen by e^-35
@@ -107,7 +107,7 @@ class Portrait:
     ratio : callable
         Probability of a label over the stationary one.
     total : float
-        Normalisation, so that the mass is 1.
+        Normalization, so that the mass is 1.
     """
 
     balance: Balance
@@ -154,7 +154,7 @@ class Portrait:
         missing = 2.0 * np.sin(cycles.phase * part / 2.0) ** 2
         return bool(np.all(cycles.jacobian(cycles.top - cycles.a * missing) > 0.0))
 
-    def normalised(self) -> Portrait:
+    def normalized(self) -> Portrait:
         """With mass 1."""
         nodes, weights = legendre.leggauss(_NODES)
         half = np.diff(self.edges)[:, None] / 2.0
@@ -320,8 +320,8 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
         edges = np.r_[edges[edges < last], last]
         candidate = _outlines(balance, edges, ratio)
         if candidate.nested:
-            return candidate.normalised()
-    raise NotCovered("The envelope has densities only if cycles of different size do not cross; here they cross.")
+            return candidate.normalized()
+    raise NotCoveredError("The envelope has densities only if cycles of different size do not cross; here they cross.")
 
 
 def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray], FloatArray]) -> Portrait:

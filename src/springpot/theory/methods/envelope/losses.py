@@ -34,13 +34,13 @@ from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
-from springpot.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.problem import Problem
-from springpot.theory.result import NotCovered
+from springpot.theory.result import NotCoveredError
 
 __all__ = ["Ratios", "changed", "is_tabulated", "moments_from_wall", "sudden_losses", "tabulate"]
 
@@ -306,7 +306,7 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
         position = 0.0 if place == 0.0 else optimize.brentq(miss, min(far, 0.0), max(far, 0.0), rtol=1e-9)
         truth = fokker_planck(Oscillator(springpot=Springpot(1.0, damping), barrier=Barrier(position, restitution)))
-    except (ValueError, NotCovered):
+    except (ValueError, NotCoveredError):
         return np.full(_NONE.size, np.nan)
     light_balance, origin = light(position), max(position, 0.0)
     struck = impacts(light_balance)

@@ -36,9 +36,9 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.arguments import LARGEST, finite_number
-from springpot.oscillator import Oscillator
-from springpot.system import System
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -52,7 +52,7 @@ from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, canonical, checked, endless
 from springpot.theory.reliability import map_warnings
-from springpot.theory.result import ROUNDED, Moments, NotCovered
+from springpot.theory.result import ROUNDED, Moments, NotCoveredError
 
 __all__ = ["Envelope", "envelope"]
 
@@ -107,7 +107,7 @@ class Envelope(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError, ValueError
             If a time is negative, NaN or not a number.
@@ -121,7 +121,7 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
@@ -134,7 +134,7 @@ class Envelope(DensitiesOfAmplitude):
         cells = self._solved().cells
         square = cells.x_square + self._solved().kappa * cells.v_square
         probability = cells.diffusion.from_rest(t.ravel() / self._solved().units.time)
-        return (probability @ square).reshape(t.shape) * self._solved().units.length**2
+        return (probability @ square).reshape(t.shape) * self._solved().units.length ** 2
 
     def first_passage(
         self,
@@ -167,9 +167,9 @@ class Envelope(DensitiesOfAmplitude):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
-        NotCovered
+        NotCoveredError
             If the level is one of x or distance, and the wall takes energy or c is above 0.3.
         TypeError, ValueError
             If not exactly one level is given, it is not a positive number, it is below that of rest, or it is so high
@@ -190,7 +190,7 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.oscillator import Springpot
+        >>> from springpot.problem.oscillator import Springpot
         >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
@@ -234,7 +234,7 @@ class Envelope(DensitiesOfAmplitude):
         """First passage of x on one side, or on both: the largest x of a cycle is looked at once in it, or twice."""
         oscillator = self.oscillator
         if oscillator.restitution < 1.0 or oscillator.dimensionless_coefficient > _LIGHTEST * ROUNDED:
-            raise NotCovered(
+            raise NotCoveredError(
                 f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: otherwise simulate it "
                 f"with first_passage={{'{'distance' if both else 'x'}': level}}."
             )
@@ -340,7 +340,9 @@ class _Law:
     @cached_property
     def _speed_table(self) -> Tabulated:
         if self.impacts is None:
-            raise NotCovered("There is no density of impact speeds: no impacts happen, or infinitely many of speed 0.")
+            raise NotCoveredError(
+                "There is no density of impact speeds: no impacts happen, or infinitely many of speed 0."
+            )
         return Tabulated.make(self.impacts.speeds, self.impacts.density)
 
 
@@ -366,14 +368,14 @@ def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the preload is deeper, the springpot stronger, or cycles of different size cross.
     TypeError
         If ``oscillator`` is neither.
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> result = envelope(Oscillator(springpot=Springpot(0.5, 0.1), barrier=Barrier(position=-1.0, restitution=0.8)))
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
@@ -381,7 +383,7 @@ def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
     if isinstance(oscillator, System):
         try:
             same = oscillator.canonical()
-        except NotCovered:
+        except NotCoveredError:
             return envelope_of_system(oscillator)
         return envelope(same)
     oscillator = checked(oscillator)
@@ -420,11 +422,11 @@ def _kappa(oscillator: Oscillator) -> float:
 
 def _check_covered(problem: Problem) -> None:
     if problem.position > _DEEPEST_PRELOAD * ROUNDED:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {problem.position:.3g}."
         )
     if problem.order < 1.0 and problem.coefficient > _STRONGEST * ROUNDED:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, "
             f"not {problem.coefficient:.3g}."
         )
@@ -434,7 +436,7 @@ def _settled(problem: Problem) -> Balance:
     try:
         return balance(problem)
     except ValueError as unsettled:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The envelope does not converge at c = C Omega^(alpha-2) = {problem.coefficient:.3g} with a wall at "
             f"{problem.position:.3g} sqrt(q / Omega^3): its iteration finds no cycles that agree with their own mean."
         ) from unsettled
@@ -519,7 +521,5 @@ def _warnings(oscillator: Oscillator, settled: Balance | None) -> tuple[str, ...
             "do not exist."
         )
     if settled is not None and settled.change > _NOT_SETTLED:
-        sentences.append(
-            f"The iteration has not converged: its numbers still change by {settled.change:.2g} per step."
-        )
+        sentences.append(f"The iteration has not converged: its numbers still change by {settled.change:.2g} per step.")
     return (*sentences, *map_warnings(oscillator, "envelope"))

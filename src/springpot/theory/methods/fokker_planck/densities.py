@@ -226,7 +226,7 @@ class Laws:
 class _NearWall:
     """A density of the distance from the wall: a table, and below it a + D s^3 + C s^(m-1), s = distance^(1/3).
 
-    Normalised to 1.  Slow impacts with a rate ~ u^m give speeds ~ distance^(1/3), of density ~ distance^((m-2)/3).
+    Normalized to 1.  Slow impacts with a rate ~ u^m give speeds ~ distance^(1/3), of density ~ distance^((m-2)/3).
     """
 
     table: Tabulated

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator
 from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
 from springpot.theory.problem import at_rest, canonical, checked, endless
-from springpot.theory.result import Moments, NotCovered
+from springpot.theory.result import Moments, NotCoveredError
 
 __all__ = ["FokkerPlanck", "fokker_planck"]
 
@@ -57,7 +57,7 @@ class FokkerPlanck(Densities):
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> result = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
     >>> result.x_density([-0.1, 1.0]).round(3), result.v_density([-0.5, 0.0, 0.5]).round(3)
     (array([0.   , 0.451]), array([0.281, 0.325, 0.321]))
@@ -98,7 +98,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the order is not 1, there is no wall, the restitution is too low, or too many digits would be lost because
         of the damping or the wall's position.
     TypeError
@@ -111,7 +111,7 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
 
     Examples
     --------
-    >>> from springpot.oscillator import Barrier, Springpot
+    >>> from springpot.problem.oscillator import Barrier, Springpot
     >>> lossy = Oscillator(springpot=Springpot(order=1.0, coefficient=0.2), barrier=Barrier(restitution=0.8))
     >>> result = fokker_planck(lossy)
     >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4
@@ -128,7 +128,9 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     fine, coarse = moments(problem, impacts), moments(problem, solve(problem, COARSE))
     error, rate_error = difference(fine, coarse)
     if not max(error, rate_error) < _REFUSED:
-        raise NotCovered(f"{_REACH} where its numerical solution is accurate; here two grids differ by {error:.1g}.")
+        raise NotCoveredError(
+            f"{_REACH} where its numerical solution is accurate; here two grids differ by {error:.1g}."
+        )
     stationary = units.moments(fine)
     x_root = math.sqrt(stationary.x_mean_square) / units.length
     v_root = math.sqrt(stationary.v_mean_square) / units.speed
@@ -163,17 +165,17 @@ def _warnings(error: float, rate_error: float) -> tuple[str, ...]:
 def _check_covered(oscillator: Oscillator) -> None:
     wall, alpha, c = oscillator.barrier, oscillator.springpot.order, oscillator.dimensionless_coefficient
     if wall is None:
-        raise NotCovered(f"{_REACH}, not an oscillator without a wall.")
+        raise NotCoveredError(f"{_REACH}, not an oscillator without a wall.")
     if alpha != 1.0:
-        raise NotCovered(f"{_REACH}, not order {alpha:g}.")
+        raise NotCoveredError(f"{_REACH}, not order {alpha:g}.")
     if not oscillator.dissipates:
         return
     if oscillator.restitution < _LOWEST:
-        raise NotCovered(f"{_REACH} (in practice {_LOWEST:g}), not restitution {oscillator.restitution:g}.")
+        raise NotCoveredError(f"{_REACH} (in practice {_LOWEST:g}), not restitution {oscillator.restitution:g}.")
     if not _LIGHTEST <= c <= _STRONGEST:
-        raise NotCovered(f"{_REACH} and C/Omega in [{_LIGHTEST:g}, {_STRONGEST:g}], not {c:.3g}.")
+        raise NotCoveredError(f"{_REACH} and C/Omega in [{_LIGHTEST:g}, {_STRONGEST:g}], not {c:.3g}.")
     k = oscillator.dimensionless_position * math.sqrt(2.0 * c)
     if oscillator.length_scale > 0.0 and not _FAR_BEHIND <= k <= _DEEPEST:
-        raise NotCovered(
+        raise NotCoveredError(
             f"{_REACH} at {_FAR_BEHIND:g} to {_DEEPEST:g} standard deviations sqrt(q / 2 C Omega^2), not at {k:.3g}."
         )

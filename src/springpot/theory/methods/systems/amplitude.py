@@ -11,10 +11,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
-from springpot.parts.walls import slow_restitution
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
@@ -227,7 +227,7 @@ class AmplitudeAveraging(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is none.
 
         Examples
@@ -252,7 +252,7 @@ class AmplitudeAveraging(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is none.
 
         Examples
@@ -277,7 +277,7 @@ class AmplitudeAveraging(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is none.
         TypeError, ValueError
             If an amplitude is not a positive finite number.
@@ -328,7 +328,7 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system is another one; the sentence names the part.
     TypeError
         If it is not a System.
@@ -396,19 +396,19 @@ def _problem(unit: System) -> _Problem:
     kinds = Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise
     for name, part in unit.named():
         if not isinstance(part, kinds):
-            raise NotCovered(f"{_REACH}, not {name}.")
+            raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, PolynomialDashpot) and not part.is_linear:
-            raise NotCovered(f"{_REACH}, not the nonlinear {name}.")
+            raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
-            raise NotCovered(f"{_REACH}, not the restitution of {name}.")
+            raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
         if isinstance(part, Barrier) and part.position != 0.0:
-            raise NotCovered(f"{_REACH}, not {name} at {part.position:g} m.")
+            raise NotCoveredError(f"{_REACH}, not {name} at {part.position:g} m.")
     walls = unit.of(Barrier)
     if len(walls) > 1:
-        raise NotCovered(f"{_REACH}, not two walls.")
+        raise NotCoveredError(f"{_REACH}, not two walls.")
     coefficients = (*unit.potential.coefficients, 0.0)
     if any(coefficients[::2]) or any(k < 0.0 for k in coefficients):
-        raise NotCovered(f"{_REACH}; here the springs have even powers, or soften.")
+        raise NotCoveredError(f"{_REACH}; here the springs have even powers, or soften.")
     pots = [(pot.order, pot.coefficient) for pot in unit.of(Springpot) if pot.dissipates]
     if unit.damping > 0.0:
         pots.append((1.0, unit.damping))

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy import sparse, special
 from scipy.sparse import linalg
 
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["Chain", "Grid", "Stop", "grid_over", "kernel_weights", "make_chain"]
 
@@ -139,7 +139,7 @@ class Chain:
 
         Raises
         ------
-        NoConvergence
+        NoConvergenceError
             If it finds none.
         """
         count = self.grid.places[0].size
@@ -153,20 +153,22 @@ class Chain:
             return weights
 
         if not np.all(np.isfinite(self.moved.data)):
-            raise NoConvergence("path integration found no stationary law: the motion leaves what numbers can hold.")
+            raise NoConvergenceError(
+                "path integration found no stationary law: the motion leaves what numbers can hold."
+            )
         operator = linalg.LinearOperator((count, count), matvec=steps, dtype=float)
         for wanted in (1, _OTHERS):  # an interpolation that feeds some wave a little has a larger one beside that of 1
             try:
                 values, vectors = linalg.eigs(operator, k=wanted, v0=start, ncv=_VECTORS, tol=1e-7, maxiter=_RESTARTS)
             except linalg.ArpackError as failed:
-                raise NoConvergence(
+                raise NoConvergenceError(
                     "path integration found no stationary law: its iteration did not settle, as where damping is light."
                 ) from failed
             nearest = int(np.argmin(np.abs(values - 1.0)))
             if abs(values[nearest] - 1.0) < _UNSETTLED and np.abs(values).max() < largest:
                 found = vectors[:, nearest].real
                 return np.asarray(found / found.sum())
-        raise NoConvergence("path integration found no stationary law: the interpolation is not stable here.")
+        raise NoConvergenceError("path integration found no stationary law: the interpolation is not stable here.")
 
     def _start(self) -> FloatArray:
         _, x, v = self.grid.places

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import Circuit, Maxwell, Series, Springpot
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import FractionalMaxwell, Maxwell, PiezoelectricCircuit, Springpot
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 
 __all__ = ["COARSE", "FINE", "REACH", "Cycles", "Field", "Ladder", "Problem", "check_settled", "ladder_of", "speed_at"]
 
@@ -73,8 +73,8 @@ class Problem:
     potential: Potential
     origin: float
     damping: float
-    elements: tuple[Springpot | Series | Maxwell, ...]
-    circuits: tuple[Circuit, ...]
+    elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
+    circuits: tuple[PiezoelectricCircuit, ...]
     unit: System
     field: Field = Field()
 
@@ -395,7 +395,7 @@ def ladder_of(problem: Problem) -> Ladder:
     for place, following in zip(passed, kept[len(passed) == len(kept) :], strict=False):
         square = speed_at(problem, touching, place)[following] ** 2
         if not square > 0.0:
-            raise NotCovered(f"{REACH}; here cycles of different size cross: the memory is too strong.")
+            raise NotCoveredError(f"{REACH}; here cycles of different size cross: the memory is too strong.")
         lengths.append(0.5 * float(square))
     return Ladder(passed, starts, (*lengths, math.inf))
 
@@ -410,4 +410,4 @@ def speed_at(problem: Problem, cycles: Cycles, place: float) -> FloatArray:
 
 def check_settled(cycles: Cycles) -> None:
     if np.any(np.isnan(cycles.period)):
-        raise NotCovered(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
+        raise NotCoveredError(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")

@@ -8,25 +8,25 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import (
     Barrier,
-    Circuit,
     Constant,
     Contact,
     Dashpot,
+    FractionalMaxwell,
     Maxwell,
+    PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
-    Series,
     Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.systems.result import (
     SystemMoments,
@@ -35,7 +35,7 @@ from springpot.theory.methods.systems.result import (
     checked_system,
     walls_of,
 )
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["ExactLaw", "exact_law"]
 
@@ -148,7 +148,7 @@ class ExactLaw(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is none.
 
         Examples
@@ -204,9 +204,9 @@ def exact_law(system: System) -> ExactLaw:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system is another one; the sentence names the part.
-    NoConvergence
+    NoConvergenceError
         If the energies of the springs are so large beside that of the noise that rounding leaves nothing.
     TypeError
         If it is not a System.
@@ -267,23 +267,35 @@ _REACH = (
 def _check_elastic(unit: System) -> None:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
-            raise NotCovered(f"{_REACH}, not {name} of restitution {part.law()}.")
+            raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
         if isinstance(part, Contact) and part.dissipation > 0.0:
-            raise NotCovered(f"{_REACH}, not the dissipation of {name}.")
+            raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
 
 
 def _thermal(unit: System) -> tuple[float, float]:
     """1 / kT, and 0: Boltzmann's law."""
-    allowed = (*_KEPT, Dashpot, PolynomialDashpot, Springpot, Series, Maxwell, Circuit, ThermalNoise, WhiteNoise)
+    allowed = (
+        *_KEPT,
+        Dashpot,
+        PolynomialDashpot,
+        Springpot,
+        FractionalMaxwell,
+        Maxwell,
+        PiezoelectricCircuit,
+        ThermalNoise,
+        WhiteNoise,
+    )
     _refuse_others(unit, allowed)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     memory = [name for name, part in unit.named() if _remembers(part)]
     if intensity > 0.0 and memory:
-        raise NotCovered(f"{_REACH}, not white noise beside it with {memory[0]}.")
+        raise NotCoveredError(f"{_REACH}, not white noise beside it with {memory[0]}.")
     damping = _dashpots(unit)
     if not damping and not memory:
-        raise NotCovered("ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit.")
+        raise NotCoveredError(
+            "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
+        )
     heated = temperature + (intensity / (2.0 * damping) if intensity > 0.0 else 0.0)
     return 1.0 / heated, 0.0
 
@@ -292,7 +304,7 @@ def _remembers(part: object) -> bool:
     """Whether it dissipates with memory: a springpot between a spring and a dashpot, an arm, a circuit."""
     if isinstance(part, Springpot):
         return part.remembers
-    return isinstance(part, Series | Maxwell | Circuit)
+    return isinstance(part, FractionalMaxwell | Maxwell | PiezoelectricCircuit)
 
 
 def _white(unit: System) -> tuple[float, float] | str:
@@ -318,10 +330,12 @@ def _check_rayleigh(unit: System, mu: float) -> None:
     potential, cubic = unit.potential, _cubic(unit)
     linear_spring = len(potential.coefficients) == 2 and potential.coefficients[1] > 0.0
     if not linear_spring or potential.coefficients[0] != 0.0 or potential.contacts:
-        raise NotCovered(f"{_REACH}; with a VanDerPol it needs a linear spring, and no other spring or constant force.")
+        raise NotCoveredError(
+            f"{_REACH}; with a VanDerPol it needs a linear spring, and no other spring or constant force."
+        )
     wanted = mu / potential.coefficients[1]
     if not math.isclose(cubic, wanted, rel_tol=1e-9):
-        raise NotCovered(
+        raise NotCoveredError(
             f"{_REACH}; with a VanDerPol it needs a PolynomialDashpot with c3 = mu / Omega^2, here {wanted:.6g} per "
             f"unit mass and not {cubic:.6g}."
         )
@@ -340,13 +354,13 @@ def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
     thermal = bool(unit.of(ThermalNoise))
     for name, part in unit.named():
         if not isinstance(part, allowed):
-            raise NotCovered(f"{_REACH}, not {name}.")
+            raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, PolynomialDashpot):
             higher = part.coefficients[1:]
             if any(higher) and (thermal or not unit.of(VanDerPol) or higher[0] != 0.0):
-                raise NotCovered(f"{_REACH}, not the nonlinear {name}.")
+                raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
         if isinstance(part, Springpot) and part.remembers and not thermal:
-            raise NotCovered(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
+            raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
 
 
 def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
@@ -409,7 +423,9 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
         low, high = halves[0][both], halves[1][both]
         places, weights, found = half_places[both], half_weights[both], finer[:, both]
     else:
-        raise NoConvergence("the exact law's integrals did not settle: the density is too narrow beside its range.")
+        raise NoConvergenceError(
+            "the exact law's integrals did not settle: the density is too narrow beside its range."
+        )
     return np.concatenate([grid[0] for grid in grids]), np.concatenate([grid[1] for grid in grids])
 
 
@@ -420,7 +436,7 @@ def _rounding(law: _EnergyLaw) -> tuple[str, ...]:
     sizes = law.potential.size(law.places) if law.square == 0.0 else np.zeros_like(density)
     left = 1e-16 * slope * float(density @ sizes) / float(density.sum())
     if not left < _TOO_MUCH:
-        raise NoConvergence(
+        raise NoConvergenceError(
             "the exact law needs energies of the springs that double precision can tell apart: they are more than 1e14 "
             "times that of the noise."
         )

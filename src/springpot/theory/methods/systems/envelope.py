@@ -11,27 +11,27 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy import optimize
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import (
     Barrier,
-    Circuit,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
-    FilteredNoise,
+    FractionalMaxwell,
     Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
-    Series,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.parts.walls import slow_restitution
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.methods.envelope.balance import Labels, saturated
 from springpot.theory.methods.systems.cycles import (
     COARSE,
@@ -122,7 +122,7 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
     white = sum(n.intensity for n in unit.of(WhiteNoise)) + sum(n.intensity for n in unit.of(PoissonImpulses))
     spread = spread + white * cycles.v_square
     spread = spread + sum(noise.intensity for noise in unit.of(ParametricNoise)) * cycles.xv_square
-    densities = *(n.density for n in unit.of(ColouredNoise)), *(n.density for n in unit.of(FilteredNoise))
+    densities = *(n.density for n in unit.of(ColoredNoise)), *(n.density for n in unit.of(KanaiTajimiNoise))
     for density in (np.vectorize(each, otypes=[float]) for each in densities):
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
@@ -171,7 +171,7 @@ def _range(problem: Problem, ladder: Ladder) -> tuple[float, float, float] | str
             slope = 2.0 * rates.loss / (rates.spread * cycles.period)
             known = np.isfinite(slope) & np.isfinite(rates.action) & (rates.action > 0.0)
         if not np.any(known):
-            raise NotCovered(f"{REACH}; here the energies are beyond double precision.")
+            raise NotCoveredError(f"{REACH}; here the energies are beyond double precision.")
         label, decades, slope, action = label[known], decades[known], slope[known], rates.action[known]
         fall = np.r_[0.0, np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(action))]
         near = np.log(action) - fall
@@ -194,7 +194,7 @@ def _law(problem: Problem) -> _Law | str:
     first, second = (_law_in, _law_in_its_field) if between else (_law_in_its_field, _law_in)
     try:
         return first(problem)
-    except NotCovered:
+    except NotCoveredError:
         return second(problem)
 
 
@@ -217,7 +217,7 @@ def _law_in_its_field(problem: Problem) -> _Law | str:
             return _law_in(replace(problem, field=Field(*there.tolist())), like=law)
         mixed = mix.part_of_step(here, there, 1.0)
         here = mixed if min(mixed[0], mixed[2], mixed[3]) >= 0.0 else there
-    raise NotCovered(f"{REACH}; here the mean field of the cycles does not settle: the memory is too strong.")
+    raise NotCoveredError(f"{REACH}; here the mean field of the cycles does not settle: the memory is too strong.")
 
 
 def _field(problem: Problem, law: _Law) -> Field:
@@ -293,9 +293,9 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
     fall = labels.integral(2.0 * rates.loss / (rates.spread * cycles.period) * measure)
     weight = labels.weights.ravel() * measure * np.exp(fall.min() - fall)
     if not np.all(np.isfinite(weight)):
-        raise NotCovered(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
+        raise NotCoveredError(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
     if np.any(weight < -1e-6 * np.abs(weight).sum()):
-        raise NotCovered(f"{REACH}; here cycles of different size cross: the memory is too strong.")
+        raise NotCoveredError(f"{REACH}; here cycles of different size cross: the memory is too strong.")
     weight = np.maximum(weight, 0.0)
     # D f / J of the diffusion of the action: D is half the rate at which its variance grows
     strength = 0.5 * rates.spread * cycles.period**2 * np.exp(fall.min() - fall) / rates.action
@@ -309,7 +309,7 @@ def envelope_of_system(system: System) -> SystemResult:
     ----------
     system : System
         Any springs, contacts without loss and constant forces that leave one well; rigid walls; dampers, memory and
-        circuits; white, coloured, filtered, Poisson, parametric and thermal noise.
+        circuits; white, colored, filtered, Poisson, parametric and thermal noise.
 
     Returns
     -------
@@ -317,7 +317,7 @@ def envelope_of_system(system: System) -> SystemResult:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If there are two wells, a harmonic force, a contact with loss, or memory so strong that cycles of different size
         cross; the sentence names the part.
     TypeError
@@ -352,7 +352,7 @@ def envelope_of_system(system: System) -> SystemResult:
     _check_covered(unit)
     warnings: tuple[str, ...] = ()
     stationary: SystemMoments | str
-    noises = unit.of(WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses, ThermalNoise)
+    noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
     if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
         stationary = "There is no random stationary state: nothing excites the motion."
     elif not unit.potential.holds():
@@ -360,9 +360,11 @@ def envelope_of_system(system: System) -> SystemResult:
     else:
         problem = _problem(unit)
         if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
-            raise NotCovered(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
+            raise NotCoveredError(
+                f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place."
+            )
         if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
-            raise NotCovered(
+            raise NotCoveredError(
                 "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
             )
         _check_rest(unit, problem.origin)
@@ -393,7 +395,7 @@ def _check_rest(unit: System, bottom: float) -> None:
             continue
         pressing = float(unit.potential.force(part.position)) * (1.0 if part.side == "above" else -1.0)
         if part.position == bottom and pressing > 0.0:
-            raise NotCovered(
+            raise NotCoveredError(
                 f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
                 "smooth force lifts it now and then."
             )
@@ -402,9 +404,9 @@ def _check_rest(unit: System, bottom: float) -> None:
 def _check_covered(unit: System) -> None:
     for name, part in unit.named():
         if isinstance(part, Harmonic):
-            raise NotCovered(f"{REACH}, not {name}.")
+            raise NotCoveredError(f"{REACH}, not {name}.")
         if isinstance(part, Contact) and part.dissipation > 0.0:
-            raise NotCovered(f"{REACH}, not the dissipation of {name}.")
+            raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
 
 
 def _problem(unit: System) -> Problem:
@@ -413,8 +415,12 @@ def _problem(unit: System) -> Problem:
         potential=unit.potential.seen_from(origin),
         origin=origin,
         damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
-        elements=(*(pot for pot in unit.of(Springpot) if pot.remembers), *unit.of(Series), *unit.of(Maxwell)),
-        circuits=unit.of(Circuit),
+        elements=(
+            *(pot for pot in unit.of(Springpot) if pot.remembers),
+            *unit.of(FractionalMaxwell),
+            *unit.of(Maxwell),
+        ),
+        circuits=unit.of(PiezoelectricCircuit),
         unit=unit,
     )
 
@@ -424,7 +430,7 @@ def _bottom(potential: Potential) -> float:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If there are several.
     """
     low, high = potential.low, potential.high
@@ -444,7 +450,7 @@ def _bottom(potential: Potential) -> float:
     wells = [(a, b) for a, b, s, t in zip(places, places[1:], signs, signs[1:], strict=False) if s < 0.0 < t]
     at_walls = [low] * bool(signs[0] > 0.0) + [high] * bool(signs[-1] < 0.0)
     if len(wells) + len(at_walls) > 1:
-        raise NotCovered(f"{REACH}, not two wells.")
+        raise NotCoveredError(f"{REACH}, not two wells.")
     if at_walls:
         return float(at_walls[0])
     return float(optimize.brentq(lambda x: float(potential.force(x)), *wells[0], xtol=1e-300, rtol=1e-15))
@@ -482,7 +488,7 @@ def _is_exact(problem: Problem) -> bool:
     """Whether the density depends on the energy alone: linear dampers, white noise and elastic walls."""
     unit = problem.unit
     bent = any(not part.is_linear for part in unit.of(PolynomialDashpot)) or unit.of(VanDerPol)
-    other = unit.of(ColouredNoise, FilteredNoise, ParametricNoise, PoissonImpulses)
+    other = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, PoissonImpulses)
     lossy = any(not wall.is_elastic for wall in unit.of(Barrier))
     return not (problem.remembers or bent or other or lossy)
 
@@ -498,8 +504,8 @@ def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
     decay = law.average(rates.loss) / law.average(cycles.energy)
     for name, part in unit.named():
-        if isinstance(part, ColouredNoise | FilteredNoise):
-            slow = part.correlation_time if isinstance(part, ColouredNoise) else 1.0 / (part.damping * part.frequency)
+        if isinstance(part, ColoredNoise | KanaiTajimiNoise):
+            slow = part.correlation_time if isinstance(part, ColoredNoise) else 1.0 / (part.damping * part.frequency)
             if slow * decay > _STRONG:
                 yield f"{name} remembers longer than the energy does: its work is not that of a short correlation."
         if isinstance(part, PoissonImpulses) and 0.5 * part.mean_square > 0.1 * law.average(cycles.energy):

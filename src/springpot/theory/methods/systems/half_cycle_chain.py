@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from springpot.parts import Springpot
+from springpot.problem.parts import Springpot
 
 __all__ = ["FASTEST", "MOST_CELLS", "Chain", "HardSpring", "Problem", "Stage", "Stop", "chain_of"]
 

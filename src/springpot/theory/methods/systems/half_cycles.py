@@ -9,10 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered, few, shown
-from springpot.parts import Barrier, Dashpot, Mass, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.system import System
+from springpot.machine.faults import NotCoveredError, few, shown
+from springpot.problem.parts import (
+    Barrier,
+    Dashpot,
+    Mass,
+    PolynomialDashpot,
+    PolynomialSpring,
+    Spring,
+    Springpot,
+    WhiteNoise,
+)
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.system import System
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
@@ -75,7 +84,7 @@ class HalfCycles(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError
             If a displacement is not a number.
@@ -104,7 +113,7 @@ class HalfCycles(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError
             If a speed is not a number.
@@ -152,7 +161,7 @@ def half_cycles(system: System) -> HalfCycles:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system is another; the sentence names the part.
     TypeError
         If it is not a System.
@@ -218,27 +227,31 @@ def _walls(unit: System) -> tuple[Barrier, Barrier]:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         Where it is not.
     """
     for name, part in unit.named():
         bent = isinstance(part, PolynomialDashpot) and not part.is_linear
         kinds = Mass | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
         if bent or not isinstance(part, kinds):
-            raise NotCovered(f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white "
-                             f"noise, not {name}.")  # fmt: skip
+            raise NotCoveredError(
+                f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white "
+                f"noise, not {name}."
+            )
     walls = unit.of(Barrier)
     below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
     if len(walls) != 2 or not (below and above):
-        raise NotCovered(f"{_REACH}; here the walls are different.")
+        raise NotCoveredError(f"{_REACH}; here the walls are different.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
     if any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
-        raise NotCovered(f"{_REACH}, and linear springs and cubic ones that harden; here the springs are different.")
+        raise NotCoveredError(
+            f"{_REACH}, and linear springs and cubic ones that harden; here the springs are different."
+        )
     if not any(pot.dissipates for pot in unit.of(Springpot)) and not unit.damping > 0.0:
-        raise NotCovered(f"{_REACH} with a dashpot or springpot; here there is none.")
+        raise NotCoveredError(f"{_REACH} with a dashpot or springpot; here there is none.")
     if not coefficients[1] > 0.0:
-        raise NotCovered(f"{_REACH} and a linear spring that draws the mass there; here there is none.")
+        raise NotCoveredError(f"{_REACH} and a linear spring that draws the mass there; here there is none.")
     return below[0], above[0]
 
 
@@ -284,12 +297,12 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
 def _check_walls(problem: Problem) -> None:
     """Refuse walls that are so near, or damping that is so light, that the chain does not resolve them."""
     if problem.cells > MOST_CELLS:
-        raise NotCovered(
+        raise NotCoveredError(
             "The half cycles cover flights in which the energy changes a little; here it changes by less than they "
             "resolve, because the damping is very light or the walls are very near."
         )
     if problem.memory and min(problem.upper.distance, problem.lower.distance) < _NEAREST:
-        raise NotCovered(
+        raise NotCoveredError(
             f"The half cycles cover springpots where each wall is at least {_NEAREST:g} standard deviations of x "
             "without walls away from the equilibrium; here a wall is nearer."
         )

@@ -16,18 +16,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.parts import (
+from springpot.problem.parts import (
     Barrier,
-    ColouredNoise,
+    ColoredNoise,
     Contact,
-    FilteredNoise,
+    KanaiTajimiNoise,
     ParametricNoise,
     PoissonImpulses,
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.parts.walls import restitution_at, slow_restitution
-from springpot.system import System
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.balance import Labels, before_impact
 from springpot.theory.methods.envelope.impacts import with_short_returns
@@ -179,7 +179,7 @@ def with_sudden_losses(
     """
     unit = problem.unit
     walls = walls_of(unit)
-    noises = unit.of(ColouredNoise, FilteredNoise, ParametricNoise, ThermalNoise)
+    noises = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, ThermalNoise)
     if len(walls) != 1 or isinstance(walls[0], Contact) or walls[0].is_elastic or noises or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])

@@ -9,26 +9,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
-    Circuit,
-    ColouredNoise,
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import (
+    ColoredNoise,
     Constant,
     Dashpot,
-    FilteredNoise,
+    FractionalMaxwell,
     Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
-    Series,
     Spring,
     Springpot,
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.system import System
+from springpot.problem.system import System
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
 from springpot.theory.numerics.frequencies import integral, resonances
@@ -38,7 +38,7 @@ __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "moments_of"
 FloatArray = NDArray[np.float64]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
-_NOISES = (WhiteNoise, ColouredNoise, FilteredNoise, PoissonImpulses)
+_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Companion:
 
     stiffness: float
     damping: float
-    elements: tuple[Springpot | Series | Maxwell, ...]
-    circuits: tuple[Circuit, ...]
-    noises: tuple[WhiteNoise | ColouredNoise | FilteredNoise | PoissonImpulses, ...]
+    elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
+    circuits: tuple[PiezoelectricCircuit, ...]
+    noises: tuple[WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: float
@@ -97,7 +97,7 @@ class Companion:
     @property
     def _fractional(self) -> list[bool]:
         """Of each element whether its matched noise is unbounded at low frequency."""
-        pots = [element.springpot if isinstance(element, Series) else element for element in self.elements]
+        pots = [element.springpot if isinstance(element, FractionalMaxwell) else element for element in self.elements]
         return [isinstance(pot, Springpot) and pot.remembers for pot in pots]
 
     def noise_density(self, w: float) -> float:
@@ -114,7 +114,7 @@ class Companion:
                 case Springpot(order=order, coefficient=c) if c > 0.0:
                     found.append(c ** (1.0 / (2.0 - order)))
                     found.append(min(_power_of(stiff / c, 1.0 / order), math.sqrt(stiff)))
-                case Series(springpot=pot, spring=spring):
+                case FractionalMaxwell(springpot=pot, spring=spring):
                     found += [math.sqrt(stiff + spring.stiffness), pot.coefficient ** (1.0 / (2.0 - pot.order))]
                     found.append(_power_of(spring.stiffness / pot.coefficient, 1.0 / pot.order))
                 case Maxwell(stiffness=k, coefficient=c):
@@ -122,9 +122,9 @@ class Companion:
         for circuit in self.circuits:
             found += [1.0 / circuit.time, math.sqrt(stiff + circuit.coupling**2 / circuit.capacitance)]
         for noise in self.noises:
-            if isinstance(noise, ColouredNoise):
+            if isinstance(noise, ColoredNoise):
                 found.append(1.0 / noise.correlation_time)
-            elif isinstance(noise, FilteredNoise):
+            elif isinstance(noise, KanaiTajimiNoise):
                 found.append(noise.frequency)
         return [scale for scale in found if scale > 0.0]
 
@@ -184,7 +184,7 @@ class LinearResponse(SystemResult):
 
         Raises
         ------
-        NoStationaryState
+        NoStationaryStateError
             If there is no stationary state.
         TypeError
             If a frequency is not a number.
@@ -210,7 +210,7 @@ def linear(system: System) -> LinearResponse:
     Parameters
     ----------
     system : System
-        Linear springs, dashpots, springpots, arms and circuits; constant, harmonic, white, coloured, filtered, Poisson,
+        Linear springs, dashpots, springpots, arms and circuits; constant, harmonic, white, colored, filtered, Poisson,
         parametric and thermal excitation.
 
     Returns
@@ -220,7 +220,7 @@ def linear(system: System) -> LinearResponse:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system has a wall, a contact or something nonlinear; the sentence names the part.
     TypeError
         If it is not a System.
@@ -237,7 +237,7 @@ def linear(system: System) -> LinearResponse:
 
     >>> import springpot as sp
     >>> harvester = sp.System(
-    ...     sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Circuit(0.5, 3.2, 0.625), sp.WhiteNoise(1.0)
+    ...     sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.PiezoelectricCircuit(0.5, 3.2, 0.625), sp.WhiteNoise(1.0)
     ... )
     >>> result = linear(harvester)
     >>> round(result.x_mean_square, 5), round(result.harvested_power, 5)
@@ -259,23 +259,34 @@ def companion_of(system: System) -> Companion:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If there is a wall, a contact or something nonlinear.
     """
     unit = system.per_unit_mass
     known = (
-        Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Series, Maxwell, Circuit, Constant, Harmonic,
-        ParametricNoise, ThermalNoise, *_NOISES,
-    )  # fmt: skip
+        Spring,
+        PolynomialSpring,
+        Dashpot,
+        PolynomialDashpot,
+        Springpot,
+        FractionalMaxwell,
+        Maxwell,
+        PiezoelectricCircuit,
+        Constant,
+        Harmonic,
+        ParametricNoise,
+        ThermalNoise,
+        *_NOISES,
+    )
     for name, part in unit.named():
         nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear
         if nonlinear or not isinstance(part, known):
-            raise NotCovered(f"{_REACH}, not {name}.")
+            raise NotCoveredError(f"{_REACH}, not {name}.")
     return Companion(
         stiffness=unit.stiffness,
         damping=unit.damping,
-        elements=unit.of(Springpot, Series, Maxwell),
-        circuits=unit.of(Circuit),
+        elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
+        circuits=unit.of(PiezoelectricCircuit),
         noises=unit.of(*_NOISES),
         temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
         harmonics=unit.of(Harmonic),
@@ -350,6 +361,6 @@ def _power(
     )
 
 
-def _voltage_square(circuit: Circuit, w: float) -> float:
+def _voltage_square(circuit: PiezoelectricCircuit, w: float) -> float:
     """\\|V / x\\|^2 at a frequency."""
     return (circuit.coupling / circuit.capacitance * w) ** 2 / (w * w + 1.0 / circuit.time**2)

@@ -1,4 +1,4 @@
-"""Path integration of a system with coloured noise: the stationary law of the noise, x and v on a grid."""
+"""Path integration of a system with colored noise: the stationary law of the noise, x and v on a grid."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from springpot.faults import NotCovered
-from springpot.parts import (
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import (
     Barrier,
-    ColouredNoise,
+    ColoredNoise,
     Constant,
     Contact,
     Dashpot,
@@ -24,20 +24,20 @@ from springpot.parts import (
     Springpot,
     VanDerPol,
 )
-from springpot.parts.walls import restitution_at
-from springpot.potential import Potential
-from springpot.system import System
+from springpot.problem.parts.walls import restitution_at
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
 from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.reliability import map_warnings
-from springpot.theory.result import NoConvergence
+from springpot.theory.result import NoConvergenceError
 
 __all__ = ["path_integration"]
 
 FloatArray = NDArray[np.float64]
 
-REACH = "Path integration covers one coloured noise with springs, contacts without loss, dampers, springpots and walls"
+REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"
 
 _ROUGH, _ROUGH_FREE, _FINE = (7, 26, 31), (7, 36, 37), (11, 40, 49)  # nodes of y, x and v
 _WIDE = 6.0  # standard deviations of x to the ends of the grid where there is no wall, and half a deviation less of v
@@ -59,7 +59,7 @@ class _Problem:
     """A system per unit mass, as the chain takes it."""
 
     unit: System
-    noise: ColouredNoise
+    noise: ColoredNoise
     pots: tuple[Springpot, ...]
     stops: tuple[Stop, ...]
     damping: float
@@ -105,7 +105,7 @@ class _Law:
         mean = float(weights @ x)
         square, speed = float(weights @ (x - mean) ** 2), float(weights @ v**2)
         if not (square > 0.0 and speed > 0.0):
-            raise NoConvergence(
+            raise NoConvergenceError(
                 "path integration found no stationary law: the weights of its nodes are not those of a law."
             )
         return cls(chain, weights, mean, math.sqrt(square), math.sqrt(speed))
@@ -113,12 +113,12 @@ class _Law:
 
 @np.errstate(all="ignore")  # what is not finite is no answer
 def path_integration(system: System) -> SystemResult:
-    """Solve a system with coloured noise by a Markov chain of the noise, x and v on a grid.
+    """Solve a system with colored noise by a Markov chain of the noise, x and v on a grid.
 
     Parameters
     ----------
     system : System
-        One coloured noise and no other; springs, constant forces and contacts without loss that leave any wells;
+        One colored noise and no other; springs, constant forces and contacts without loss that leave any wells;
         dampers; springpots; rigid walls of any restitution.
 
     Returns
@@ -127,9 +127,9 @@ def path_integration(system: System) -> SystemResult:
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If the system is another one; the sentence names the part.
-    springpot.theory.NoConvergence
+    springpot.theory.NoConvergenceError
         If the iteration of the memory's force does not settle.
     TypeError
         If it is not a System.
@@ -154,7 +154,7 @@ def path_integration(system: System) -> SystemResult:
     Examples
     --------
     >>> import springpot as sp
-    >>> noise = sp.ColouredNoise(1.0, 2.0)
+    >>> noise = sp.ColoredNoise(1.0, 2.0)
     >>> held = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), noise, sp.Barrier(0.0, 0.8))
     >>> round(path_integration(held).x_mean_square, 1)  # the envelope has a third of it
     0.4
@@ -196,14 +196,14 @@ def _problem(unit: System) -> _Problem:
         Springpot,
         Barrier,
     )
-    noises = unit.of(ColouredNoise)
+    noises = unit.of(ColoredNoise)
     for name, part in unit.named():
-        if not isinstance(part, (*covered, ColouredNoise)):
-            raise NotCovered(f"{REACH}, not {name}.")
+        if not isinstance(part, (*covered, ColoredNoise)):
+            raise NotCoveredError(f"{REACH}, not {name}.")
         if isinstance(part, Contact) and part.dissipation > 0.0:
-            raise NotCovered(f"{REACH}, not the dissipation of {name}.")
+            raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     if len(noises) != 1:
-        raise NotCovered(f"{REACH}; here there {'are several' if noises else 'is no coloured noise'}.")
+        raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
     return _Problem(
         unit=unit,
         noise=noises[0],
@@ -256,7 +256,7 @@ def _step(problem: _Problem, mean: float, deviation: float, speed: float) -> flo
 
     Raises
     ------
-    NotCovered
+    NotCoveredError
         If it is too short beside the motion.
     """
     potential = problem.unit.potential
@@ -274,7 +274,7 @@ def _step(problem: _Problem, mean: float, deviation: float, speed: float) -> flo
     }  # fmt: skip
     reason, shortest = min(limits.items(), key=lambda item: item[1])
     if shortest < _LEAST * deviation / speed:
-        raise NotCovered(f"{REACH}; here {reason}.")
+        raise NotCoveredError(f"{REACH}; here {reason}.")
     return min(_STEP * deviation / speed, _SOFT / frequency(1.5 * deviation), shortest)
 
 
@@ -307,13 +307,13 @@ def _solve(problem: _Problem) -> _Law:
 def _fitted(problem: _Problem) -> tuple[_Law, _Memory | None]:
     """A rough law on a grid that fits it, with a first guess of the memory."""
     mean, deviation, speed = _guess(problem)
-    refused: list[NoConvergence] = []
+    refused: list[NoConvergenceError] = []
     for _ in range(_STARTS):
         memory = _first_memory(problem, mean, deviation, speed)
         grid = _grid(problem, mean, deviation, speed, _ROUGH if problem.stops else _ROUGH_FREE)
         try:
             law = _law(problem, grid, _step(problem, mean, deviation, speed), memory, None)
-        except NoConvergence as failed:  # the grid may be too narrow
+        except NoConvergenceError as failed:  # the grid may be too narrow
             refused.append(failed)
             if len(refused) > _WIDENED:  # it was not that: the damping is too light, and more tries take long
                 raise
@@ -325,7 +325,7 @@ def _fitted(problem: _Problem) -> tuple[_Law, _Memory | None]:
             return law, memory
     if refused:
         raise refused[-1]
-    raise NoConvergence("path integration found no grid that fits the law of x and v.")
+    raise NoConvergenceError("path integration found no grid that fits the law of x and v.")
 
 
 def _guess(problem: _Problem) -> tuple[float, float, float]:
@@ -392,7 +392,7 @@ def _with_memory(problem: _Problem, law: _Law, memory: _Memory, rounds: int) -> 
             return law, memory
     if rounds == _FINE_ROUNDS:
         return law, memory
-    raise NoConvergence("path integration did not find the force of the memory: its iteration did not settle.")
+    raise NoConvergenceError("path integration did not find the force of the memory: its iteration did not settle.")
 
 
 def _scaled(law: _Law) -> FloatArray:
@@ -413,7 +413,7 @@ def _refitted(problem: _Problem, law: _Law, memory: _Memory) -> _Memory:
     try:
         found = np.linalg.solve((terms * weights) @ terms.T, averages)
     except np.linalg.LinAlgError as failed:
-        raise NoConvergence(
+        raise NoConvergenceError(
             "path integration did not find the force of the memory: its terms are not apart."
         ) from failed
     return replace(memory, coefficients=np.asarray(found, float))

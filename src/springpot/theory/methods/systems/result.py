@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from springpot.faults import shown
-from springpot.parts import Barrier, Contact
-from springpot.parts.checks import put
-from springpot.system import System
-from springpot.theory.result import MOMENTS, Moments, NoStationaryState, about_walls_of, no_answer
+from springpot.machine.faults import shown
+from springpot.problem.parts import Barrier, Contact
+from springpot.problem.parts.checks import put
+from springpot.problem.system import System
+from springpot.theory.result import MOMENTS, Moments, NoStationaryStateError, about_walls_of, no_answer
 from springpot.theory.walls import named_walls
 
 __all__ = ["SYSTEM_MOMENTS", "SystemMoments", "SystemResult", "at_all_walls", "checked_system", "walls_of"]
@@ -86,7 +86,7 @@ class SystemResult:
     Notes
     -----
     The moments are read as attributes of the result (``result.x_mean`` ...).  Reading one where there is no stationary
-    state raises `NoStationaryState`.
+    state raises `NoStationaryStateError`.
     """
 
     method: str
@@ -106,7 +106,7 @@ class SystemResult:
     def moments(self) -> SystemMoments:
         """The stationary moments, all together."""
         if isinstance(self.stationary, str):
-            raise NoStationaryState(self.stationary)
+            raise NoStationaryStateError(self.stationary)
         return self.stationary
 
     def __getattr__(self, name: str) -> object:

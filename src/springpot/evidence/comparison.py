@@ -1,0 +1,264 @@
+"""Comparison of theory with Monte Carlo: the gap of every method, in per cent and in standard errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation import Run, run
+from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.options import own_seed
+from springpot.simulation.plan.scales import scales_of
+from springpot.simulation.plan.settings import check_stationary, checked_seed, resolve
+from springpot.theory import Result, best_guess, solve_all
+from springpot.theory.methods.systems.result import SystemResult
+from springpot.theory.result import MOMENTS
+from springpot.theory.solve import trusted
+
+__all__ = ["Comparison", "Gap", "compare", "observe"]
+
+SHOWN = 3.0  # frequencies Omega to which the spectrum goes
+BLUR = 0.1  # of a spectral peak: resolution over its half-width, at most
+LONGEST_WINDOW = 400_000  # steps
+PATH_STEPS = 4e8  # of the run for distributions and spectrum
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Difference between a method and Monte Carlo.
+
+    Attributes
+    ----------
+    percent : float
+        100 (theory / Monte Carlo - 1); NaN where Monte Carlo is zero within three standard errors.
+    standard_errors : float
+        (theory - Monte Carlo) / error; the error is the root of the sum of squares of the parts of the run's budget.
+    """
+
+    percent: float
+    standard_errors: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Results of all methods and of Monte Carlo for one oscillator or system.
+
+    Attributes
+    ----------
+    oscillator : Oscillator or System
+    answers : dict
+        `springpot.theory.Result` of each method, by name.
+    statements : dict
+        For each method without a result the sentence that says why.
+    recommended : str
+        The recommended method; empty if the errors of all are unknown.
+    simulation : Run
+        With a stationary start.
+    """
+
+    oscillator: Oscillator | System
+    answers: Mapping[str, Result | SystemResult]
+    statements: Mapping[str, str]
+    recommended: str
+    simulation: Run
+
+    @property
+    def why_none_is_recommended(self) -> str:
+        """One sentence; empty if a method is recommended."""
+        return trusted(self.oscillator, self.answers)[1]
+
+    @property
+    def moments(self) -> tuple[str, ...]:
+        """The moments that theory and Monte Carlo both have, by name."""
+        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self.simulation.budgets)
+
+    def gaps(self, method: str) -> dict[str, Gap]:
+        """Gap of each moment that both have.
+
+        Parameters
+        ----------
+        method : str
+            One of the keys of ``answers``.
+
+        Returns
+        -------
+        dict
+            `Gap` of each moment, by name.
+
+        Examples
+        --------
+        >>> from springpot import Springpot
+        >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
+        >>> sorted(comparison.gaps("exact"))[:2]
+        ['amplitude_mean_square', 'impact_rate']
+        """
+        moments = asdict(self.answers[method].moments)
+        gaps = {}
+        for name in self.moments:
+            theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
+            error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
+            if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
+                percent = 100.0 * (theory / value - 1.0) if abs(value) > 3.0 * error else math.nan
+                gaps[name] = Gap(percent, (theory - value) / error)
+        return gaps
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, words, lists and dicts, ready for JSON.
+
+        Returns
+        -------
+        dict
+            ``oscillator``, ``recommended`` and ``why_none_is_recommended``, ``simulation``,
+            ``methods`` (with their gaps) and ``statements``; what is
+            not a number is None.
+        """
+        return {
+            "oscillator": self.oscillator.to_dict(),
+            "recommended": self.recommended,
+            "why_none_is_recommended": self.why_none_is_recommended,
+            "simulation": self.simulation.to_dict(),
+            "methods": {
+                method: {
+                    **answer.to_dict(),
+                    "gap_percent": {name: _number(gap.percent) for name, gap in self.gaps(method).items()},
+                    "gap_standard_errors": {
+                        name: _number(gap.standard_errors) for name, gap in self.gaps(method).items()
+                    },
+                }
+                for method, answer in self.answers.items()
+            },
+            "statements": dict(self.statements),
+        }
+
+
+def compare(
+    oscillator: Oscillator | System,
+    *,
+    rtol: float = 0.01,
+    quantities: Sequence[str] | None = None,
+    max_time: float | None = None,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Set every method of the theory beside an adapted Monte Carlo.
+
+    Parameters
+    ----------
+    oscillator : Oscillator or System
+        With a stationary state.
+    rtol : float
+        Total relative error of the Monte Carlo, in [1e-4, 0.5].
+    quantities : sequence of str
+        What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.  A system
+        without a linear spring has no <A^2>; <v^2> takes its place.
+    max_time, threads, progress
+        As in `springpot.simulate`.
+    seed : int
+        The seed of the run is made from it and from the problem, so that unlike problems are off independently.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong or there is no stationary state.
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
+    >>> comparison.recommended
+    'exact'
+    >>> abs(comparison.gaps("exact")["amplitude_mean_square"].percent) < 5.0
+    True
+    """
+    answers, statements = solve_all(oscillator)
+    check_stationary(oscillator, "compare")
+    best, _ = trusted(oscillator, answers)
+    if quantities is None:
+        quantities = _usual_quantities(oscillator, answers, best)
+    simulation = run(
+        oscillator,
+        rtol=rtol,
+        quantities=tuple(quantities),
+        max_time=max_time,
+        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
+        threads=threads,
+        progress=progress,
+    )
+    return Comparison(oscillator, answers, statements, best, simulation)
+
+
+def _usual_quantities(
+    problem: Oscillator | System, answers: Mapping[str, Result | SystemResult], best: str
+) -> tuple[str, ...]:
+    if isinstance(problem, Oscillator):
+        known = {name: answer for name, answer in answers.items() if isinstance(answer, Result)}
+        guess: Result | SystemResult | None = known.get(best_guess(problem, known))
+    else:
+        guess = answers.get(best, next(iter(answers.values()), None))
+    energy = "amplitude_mean_square" if problem.natural_frequency > 0.0 else "v_mean_square"
+    return (energy, "x_mean") if _has_a_mean(guess) else (energy,)
+
+
+def _has_a_mean(answer: Result | SystemResult | None) -> bool:
+    """Whether the mean is large enough, against the spread, for a relative error of it to make sense."""
+    return answer is not None and abs(answer.moments.x_mean) > 0.1 * math.sqrt(answer.moments.x_mean_square)
+
+
+def observe(
+    oscillator: Oscillator, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None
+) -> Run:
+    """An adapted run for pictures: distributions, and a spectrum over a window long enough for its peaks.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        With a stationary state.
+    seed, threads, progress
+        As in `compare`.
+
+    Returns
+    -------
+    Run
+
+    Examples
+    --------
+    >>> from springpot import Springpot
+    >>> run = observe(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> run.spectrum.frequency.size
+    117
+    """
+    relaxation = max(scales_of(oscillator).relaxation_time, 1.0 / oscillator.natural_frequency)
+    step = 4.0 * resolve(oscillator).step
+    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * oscillator.natural_frequency
+    window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
+    steps = min(math.ceil(window / step), LONGEST_WINDOW)
+    skipped = math.ceil(5.0 * relaxation / step)
+    paths = int(min(max(PATH_STEPS / (steps + skipped), 256.0), 20_000.0))
+    return run(
+        oscillator,
+        paths=paths,
+        step=step,
+        duration=(steps + skipped) * step,
+        window=(skipped * step, (steps + skipped) * step),
+        start="stationary",
+        distributions=True,
+        spectrum=frequencies,
+        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
+        threads=threads,
+        progress=progress,
+    )
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,211 @@
+"""The validity maps: gap of every method to Monte Carlo over the dimensionless problem, of oscillators and of systems.
+
+Of an oscillator four numbers matter: the order alpha, c = C Omega^(alpha-2), the restitution r and the wall's place
+b sqrt(Omega^3 / q); of a system on the map the seven of `springpot.theory.cells.Cell`.  `simulate_cell` makes the
+Monte Carlo, which takes a quarter of an hour for all oscillators and an hour for all systems; `gaps_of` puts the theory
+beside it.  Both are kept in ``theory/validity.csv`` and ``theory/validity_systems.csv``, from which
+:mod:`springpot.theory.reliability` says how far to trust a method.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.system import System
+from springpot.simulation.error.scaled import stationary
+from springpot.simulation.monte_carlo import run
+from springpot.simulation.plan.options import own_seed
+from springpot.theory.cells import Cell, system_of
+from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
+from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
+from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_GOOD, exists
+from springpot.theory.result import MOMENTS
+from springpot.theory.solve import solve_one
+
+__all__ = ["CELLS", "SYSTEM_CELLS", "gaps_of", "make_map", "simulate_cell"]
+
+OscillatorCell = tuple[float, float, float, float]
+ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
+COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
+PLACES = dict.fromkeys((1.0, 0.8, 0.5), (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)) | {0.9: (0.0,), 0.7: (0.0,)}
+CELLS: tuple[OscillatorCell, ...] = tuple(
+    (order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
+)
+"""(order, c, restitution, position), with Omega = q = 1."""
+
+PATH_TIMES = 2.8e5  # length of all windows together, in relaxation times
+UNJUDGED = 0.01  # relative standard error of Monte Carlo beyond which no method is judged
+UNJUDGED_RARE = 0.03  # the same of the wall that is struck least
+
+
+def _system_cells(strengths: Sequence[float]) -> list[Cell]:
+    """The cells of systems with these c: what is beside the walls, and which walls."""
+    orders, losses = (1.0, 0.8, 0.5, 0.2), (1.0, 0.8)
+    numbers = [(order, c) for c in strengths for order in orders]
+    free = product((0.0, 0.1, 1.0, 10.0), numbers)
+    struck = product(losses, (0.1, 1.0, 10.0), numbers)
+    between = product(losses, (0.5, 1.5), (0.0, 1.0), numbers)
+    beside = product(losses, (-1.0, 0.5), (0.1, 1.0), numbers)
+    times = (0.3, 1.0, 3.0)
+    slow = product(times, (0.0, 1.0), numbers)
+    slow_and_struck = product(losses, times, (0.0, 1.0), numbers)
+    return [
+        *(Cell(0, 0.0, 0.0, 1.0, 0.0, kappa, *of) for kappa, of in free),
+        *(Cell(1, 0.0, 0.0, r, 0.0, kappa, *of) for r, kappa, of in struck),
+        *(Cell(2, gap, 0.0, r, 0.0, kappa, *of) for r, gap, kappa, of in between),
+        *(Cell(1, place, 0.0, r, 0.0, kappa, *of) for r, place, kappa, of in beside),
+        *(Cell(0, 0.0, 0.0, 1.0, time, kappa, *of) for time, kappa, of in slow),
+        *(Cell(1, 0.0, 0.0, r, time, kappa, *of) for r, time, kappa, of in slow_and_struck),
+    ]
+
+
+def _unlike_walls() -> list[Cell]:
+    """The cells of two walls at unlike distances; also like ones, where the others have none."""
+    places = dict.fromkeys((0.5, 1.0, 1.5), (0.0, 1.0, 2.5)) | dict.fromkeys((2.25, 3.25), (0.0, 1.0))
+    gaps = [(near, apart) for near, aparts in places.items() for apart in aparts]
+    numbers = product((1.0, 0.8, 0.5), (1.0, 0.3, 0.1), (1.0, 0.5, 0.2), gaps)
+    white = [Cell(2, near, apart, r, 0.0, 0.0, order, c) for r, c, order, (near, apart) in numbers]
+    slow = product((0.3, 1.0), (1.0, 0.3), (1.0, 0.5, 0.2), product((0.5, 1.5), (0.0, 1.0)))
+    return [*white, *(Cell(2, near, apart, 1.0, time, 0.0, order, c) for time, c, order, (near, apart) in slow)]
+
+
+_LISTED = (
+    *_system_cells((1.0, 0.3, 0.1)),
+    *(Cell(0, 0.0, 0.0, 1.0, 0.0, kappa, order, 0.03) for kappa in (0.0, 0.1, 1.0) for order in (1.0, 0.8, 0.5, 0.2)),
+    *(Cell(1, 0.0, 0.0, 0.8, 0.0, kappa, order, 0.03) for kappa in (0.1, 1.0) for order in (1.0, 0.8, 0.5, 0.2)),
+    *_unlike_walls(),
+)
+SYSTEM_CELLS: tuple[Cell, ...] = tuple(dict.fromkeys(_LISTED))
+"""The cells of systems."""
+
+RTOL = 0.015  # asked of the Monte Carlo of a system
+SECONDS, SECONDS_OF_RARE = 60.0, 6.0  # how long it may take; the same where one of two walls is struck rarely
+
+
+def _problem(cell: OscillatorCell | Cell) -> Oscillator | System:
+    if isinstance(cell, Cell):
+        return system_of(cell)
+    order, c, restitution, position = cell
+    return Oscillator(springpot=Springpot(order, c), barrier=Barrier(position, restitution))
+
+
+def simulate_cell(cell: OscillatorCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:
+    """Stationary Monte Carlo of one cell: every moment and, under ``_se``, its standard error.
+
+    Each cell has random numbers of its own for the same ``seed``.
+
+    For an oscillator the error is at most about 0.3 %.  For a system the total error of <x^2>, <v^2> and the impact
+    rate is 1.5 %, or what can be reached in a minute; where a method is exact its values stand there, with an error of
+    0.  What does not exist, as an impact rate without walls or behind a lossy one with colored noise, is NaN.
+
+    Examples
+    --------
+    >>> values = simulate_cell((1.0, 1.0, 1.0, 0.0))
+    >>> abs(values["x_mean_square"] - 0.5) < 5.0 * values["x_mean_square_se"] < 0.01
+    True
+    """
+    named = cell._asdict() if isinstance(cell, Cell) else dict(zip(_PLACE, cell, strict=True))
+    seed = own_seed(seed, named)
+    if isinstance(cell, Cell):
+        return _simulate_system(cell, seed, threads)
+    moments = stationary(_problem(cell), path_times=PATH_TIMES, seed=seed, threads=threads)  # type: ignore[arg-type]
+    return moments.values | {f"{name}_se": error for name, error in moments.errors.items()}
+
+
+def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, float]:
+    system = system_of(cell)
+    for method in ("exact", "linear"):
+        result, _ = solve_one(system, method)
+        if result is not None:
+            exact = {name: float(getattr(result, name)) for name in SYSTEM_MOMENTS}
+            return exact | {f"{name}_se": 0.0 for name in SYSTEM_MOMENTS}
+    countable = cell.walls > 0 and (cell.restitution == 1.0 or cell.color == 0.0)
+    each = ("barrier_1_impact_rate", "barrier_2_impact_rate") if cell.walls == 2 else ("impact_rate",)
+    wanted = ("x_mean_square", "v_mean_square", *(each if countable else ()))
+    seconds = SECONDS if cell.apart == 0.0 else SECONDS_OF_RARE
+    done = run(system, rtol=RTOL, max_time=seconds, quantities=wanted, seed=seed, threads=threads)
+    rarest = min(each, key=lambda name: done.values.get(name, math.nan))
+    sources = {name: name for name in MOMENTS} | {"rarest_impact_rate": rarest}
+    values = {name: done.values.get(source, math.nan) for name, source in sources.items()}
+    errors = {f"{name}_se": done.errors.get(source, math.nan) for name, source in sources.items()}
+    return values | errors
+
+
+def gaps_of(cell: OscillatorCell | Cell, simulated: Mapping[str, float]) -> dict[str, float]:
+    """Gap in per cent of every moment of every method, under ``method:moment``.
+
+    Infinite if the method has no result; NaN if the error of Monte Carlo is above 1 % (a wall with very rare impacts),
+    or there is no such number.
+    """
+    problem, place = _problem(cell), cell._asdict() if isinstance(cell, Cell) else None
+    methods, moments = (SYSTEM_MAPPED, SYSTEMS_GOOD) if isinstance(cell, Cell) else (MAPPED, GOOD)
+    gaps = {}
+    for method in methods:
+        answer, _ = solve_one(problem, method)
+        for name in moments:
+            value, error = simulated[name], simulated[f"{name}_se"]
+            limit = UNJUDGED_RARE if name == "rarest_impact_rate" else UNJUDGED
+            if answer is None:
+                gap = math.inf
+            elif (place and not exists(name, place)) or not error < limit * abs(value):
+                gap = math.nan
+            else:
+                gap = 100.0 * (getattr(answer, name) / value - 1.0)
+            gaps[f"{method}:{name}"] = gap
+    return gaps
+
+
+def make_map(
+    *,
+    again: bool = False,
+    cells: Sequence[OscillatorCell | Cell] = CELLS,
+    path: Path = MAP_FILE,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Write the map: Monte Carlo where the file has none of a cell (or ``again``), the gaps of theory anew.
+
+    What is simulated is written at once, so an interrupted map goes on where it was.  The map of systems has
+    ``cells=SYSTEM_CELLS`` and the path `springpot.theory.reliability.SYSTEMS_FILE`.
+    """
+    place, moments = (Cell._fields, SYSTEM_MOMENTS) if isinstance(cells[0], Cell) else (_PLACE, MOMENTS)
+    simulated = tuple(name + part for name in moments for part in ("", "_se"))
+    known = {} if again else _read(path, place, simulated)
+    rows: list[list[object]] = []
+    header: list[str] = []
+    partial = path.with_suffix(".csv.part")
+    known |= _read(partial, place, simulated)
+    with partial.open("a", newline="") as file:
+        writer = csv.writer(file)
+        if file.tell() == 0:
+            writer.writerow([*place, *simulated])
+        for number, cell in enumerate(cells):
+            if cell not in known:
+                known[cell] = simulate_cell(cell, threads=threads)
+                writer.writerow([*cell, *(f"{known[cell][name]:.6g}" for name in simulated)])
+                file.flush()
+            gaps = gaps_of(cell, known[cell])
+            header = [*place, *simulated, *gaps]
+            rows.append([*cell, *(f"{known[cell][n]:.6g}" for n in simulated), *(f"{g:.2f}" for g in gaps.values())])
+            if progress is not None:
+                progress((number + 1) / len(cells))
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([header, *rows])
+    partial.unlink()
+    return path
+
+
+_PLACE = ("order", "c", "restitution", "position")
+
+
+def _read(path: Path, place: Sequence[str], simulated: Sequence[str]) -> dict[tuple[float, ...], dict[str, float]]:
+    if not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    return {tuple(row[name] for name in place): {name: row[name] for name in simulated} for row in rows}

@@ -1,0 +1,1 @@
+"""Threads, Ctrl-C, files, trust, words of errors, progress: nothing of physics."""

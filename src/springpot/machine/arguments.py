@@ -1,0 +1,182 @@
+"""Check of a number that a user gives, and numbers that are marked as free."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import Any
+
+from springpot.machine.faults import shown
+
+__all__ = ["LARGEST", "Free", "finite_number"]
+
+LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
+
+
+class Free(float):
+    """A number to be found, marked by `springpot.free`: everywhere else it is the number at which the search starts.
+
+    Parameters
+    ----------
+    start : float
+        The number that it is.
+    name : str
+    low, high : float
+        Its bounds.
+
+    times, plus : float
+        It is ``times`` the number of that name, plus ``plus``; ``low`` and ``high`` are those of the result.
+
+    Notes
+    -----
+    A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places.
+    Other arithmetic, also with two free numbers, gives plain numbers.
+
+    Examples
+    --------
+    >>> gap = Free(0.004, "gap", 0.001, 0.006)
+    >>> gap, gap == 0.004, gap.high
+    (free('gap', 0.004, (0.001, 0.006)), True, 0.006)
+    >>> -gap
+    -free('gap', 0.004, (0.001, 0.006))
+    """
+
+    __slots__ = ("high", "low", "name", "plus", "times")
+    name: str
+    low: float
+    high: float
+    times: float
+    plus: float
+
+    def __new__(
+        cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0
+    ) -> Free:
+        number = super().__new__(cls, start)
+        number.name, number.low, number.high, number.times, number.plus = name, low, high, times, plus
+        return number
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return float(self), self.name, self.low, self.high, self.times, self.plus
+
+    def __repr__(self) -> str:
+        if (self.times, self.plus) != (1.0, 0.0):
+            times = {1.0: "", -1.0: "-"}.get(self.times, f"{self.times!r} * ")
+            return f"{times}{self.itself!r}" + (f" + {self.plus!r}" if self.plus else "")
+        return f"free({self.name!r}, {float(self)!r}, ({self.low!r}, {self.high!r}))"
+
+    @property
+    def itself(self) -> Free:
+        """The number of that name, of which this may be a multiple."""
+        if (self.times, self.plus) == (1.0, 0.0):
+            return self
+        low, start, high = ((number - self.plus) / self.times for number in (self.low, float(self), self.high))
+        return Free(start, self.name, min(low, high), max(low, high))
+
+    def at(self, value: float) -> float:
+        """What stands here where the number of that name has a value."""
+        return self.times * float(value) + self.plus
+
+    def moved_to(self, value: float) -> Free:
+        """The same with another start, as it stands here."""
+        return Free(value, self.name, self.low, self.high, self.times, self.plus)
+
+    def _linear(self, times: object, plus: object) -> Any:
+        plain = all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in (times, plus))
+        if not plain or not times or not math.isfinite(times + plus):  # type: ignore[operator]
+            return NotImplemented
+        low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))  # type: ignore[operator]
+        more = float(times * self.times), float(times * self.plus + plus)  # type: ignore[operator]
+        return Free(start, self.name, min(low, high), max(low, high), *more)
+
+    def __neg__(self) -> Any:
+        return self._linear(-1.0, 0.0)
+
+    def __mul__(self, other: object) -> Any:
+        return _or_plain(self._linear(other, 0.0), float.__mul__, self, other)
+
+    def __add__(self, other: object) -> Any:
+        return _or_plain(self._linear(1.0, other), float.__add__, self, other)
+
+    def __sub__(self, other: object) -> Any:
+        return _or_plain(self._linear(1.0, _minus(other)), float.__sub__, self, other)
+
+    def __rsub__(self, other: object) -> Any:
+        return _or_plain(self._linear(-1.0, other), float.__rsub__, self, other)
+
+    def __truediv__(self, other: object) -> Any:
+        return _or_plain(self._linear(_inverse(other), 0.0), float.__truediv__, self, other)
+
+    __rmul__, __radd__ = __mul__, __add__
+
+
+def _minus(other: object) -> object:
+    return -other if isinstance(other, int | float) and not isinstance(other, Free) else None
+
+
+def _inverse(other: object) -> object:
+    return 1.0 / other if isinstance(other, int | float) and not isinstance(other, Free) and other else None
+
+
+def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:
+    return plain(*numbers) if found is NotImplemented else found
+
+
+def finite_number(
+    value: object, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False, hint: str = ""
+) -> float:
+    """Return ``value`` as a float, or raise one sentence that names the argument and its allowed range.
+
+    A `Free` number is returned as it is; its bounds must be allowed too.
+
+    Parameters
+    ----------
+    value : object
+        What the caller gave.
+    name : str
+        The argument's name, for the message.
+    low, high : float
+        Allowed range, ends included; with ``open_low`` the lower end is excluded.
+    hint : str
+        What the argument means, appended to the message.
+
+    Raises
+    ------
+    TypeError
+        If ``value`` is not a real number (strings and booleans are not).
+    ValueError
+        If it is NaN, infinite or outside the range.
+
+    Examples
+    --------
+    >>> finite_number(2, "duration", low=0.0)
+    2.0
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a real number, not {shown(value)} ({type(value).__name__}).{_sentence(hint)}")
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond double precision
+        number = math.inf
+    inside = (number > low if open_low else number >= low) and number <= high
+    if not math.isfinite(number) or not inside:
+        raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
+    if isinstance(value, Free):
+        for bound in (value.low, value.high):
+            try:
+                finite_number(bound, name, low=low, high=high, open_low=open_low)
+            except ValueError as fault:
+                raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
+        return value
+    return number
+
+
+def _sentence(hint: str) -> str:
+    return f" {hint}" if hint else ""
+
+
+def _range(low: float, high: float, open_low: bool) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return "a finite number"
+    if math.isinf(high):
+        return f"a finite number {'greater than' if open_low else 'at least'} {low:g}"
+    return f"in {'(' if open_low else '['}{low:g}, {high:g}]"

@@ -1,0 +1,167 @@
+"""Common errors, and functions to write names and values in their sentences."""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from typing import TypeVar
+
+__all__ = [
+    "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "listed", "meant",
+    "name_results", "nearest", "per_cent", "shown",
+]  # fmt: skip
+
+MOST_WORDS = 20  # of a list in a sentence
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxdict = 3, 6, 6, 4
+
+_Value = TypeVar("_Value")
+
+_SYMBOLS = {
+    "e": ("restitution",),
+    "r": ("restitution",),
+    "alpha": ("order",),
+    "k": ("stiffness",),
+    "c": ("coefficient",),
+    "C": ("coefficient",),
+    "m": ("value", "mass"),
+    "b": ("position",),
+    "gap": ("position",),
+    "q": ("intensity",),
+    "omega": ("natural_frequency", "frequency"),
+    "Omega": ("natural_frequency",),
+    "dt": ("step",),
+    "rms": ("x_mean_square",),
+    "x_rms": ("x_mean_square",),
+    "v_rms": ("v_mean_square",),
+    "rate": ("impact_rate",),
+}
+"""What is often said for a name."""
+
+_TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
+
+
+class FileError(ValueError):
+    """A file cannot be used; the sentence names keys of the file, not flags or arguments."""
+
+
+class Stopped(Exception):
+    """Work was stopped, as was asked, before it had a result."""
+
+
+class NotCoveredError(ValueError):
+    """A method does not cover this problem; the message says what it covers."""
+
+
+def shown(value: object) -> str:
+    """The repr of any value, shortened if it is long.
+
+    Examples
+    --------
+    >>> shown([0.5, "x" * 100])
+    "[0.5, 'xxxxxxxxxxxxxxxxxxxxxxxxxxx...xxxxxxxxxxxxxxxxxxxxxxxxxxxx']"
+    """
+    try:
+        return _SHORT.repr(value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        return "a very long number"
+
+
+def few(words: Iterable[str]) -> str:
+    """Words with commas; of many the first ones, and the number of the others.
+
+    Examples
+    --------
+    >>> few(["order", "coefficient"]), few([f"contact_{n}" for n in range(200)])[-34:]
+    ('order, coefficient', 'contact_18, contact_19, 180 others')
+    """
+    return ", ".join(_first([*words]))
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Words as a list in a sentence; of many the first ones, and the number of the others.
+
+    Examples
+    --------
+    >>> listed(["order", "coefficient", "position"])
+    'order, coefficient and position'
+    """
+    own = _first(words)
+    return f" {last} ".join(filter(None, [", ".join(own[:-1]), own[-1]]))
+
+
+def _first(words: Sequence[str]) -> list[str]:
+    left = len(words) - MOST_WORDS
+    return [*words] if left <= 1 else [*words[:MOST_WORDS], f"{left} others"]
+
+
+def meant(word: str, names: Iterable[str]) -> str:
+    """The words "; did you mean ...?" with the closest name, or an empty string.
+
+    Examples
+    --------
+    >>> meant("avering", ["averaging", "envelope"]), meant("e", ["position", "restitution"])
+    ('; did you mean averaging?', '; did you mean restitution?')
+    """
+    close = nearest(word, names)
+    return f"; did you mean {close}?" if close else ""
+
+
+def nearest(word: str, names: Iterable[str]) -> str:
+    """The name that was probably meant: by its symbol, or the most similar one; empty if none is near.
+
+    Examples
+    --------
+    >>> nearest("stiff", ["stiffness", "order"]), nearest("rms", ["x_mean", "x_mean_square"]), nearest("?", ["x"])
+    ('stiffness', 'x_mean_square', '')
+    """
+    known = [*names]
+    close = [name for name in _SYMBOLS.get(word, ()) if name in known]
+    return next(iter(close or difflib.get_close_matches(word[:100], known, n=1, cutoff=0.7)), "")
+
+
+class Named(dict[str, _Value]):
+    """Results by name; of an unknown name the error says which one was probably meant.
+
+    Examples
+    --------
+    >>> Named({"impact_rate": 2.0})["impact_rates"]
+    Traceback (most recent call last):
+    KeyError: 'impact_rates is not among the results; did you mean impact_rate?'
+    """
+
+    def __missing__(self, name: object) -> _Value:
+        hint = "; its square is x_mean_square" if name in ("rms", "x_rms", "rms_x") and "x_mean_square" in self else ""
+        if not hint:
+            hint = meant(str(name), self).rstrip("?") or f", only {listed([*self])}"
+        end = "?" if hint.startswith("; did") else "."
+        raise KeyError(f"{name} is not among the results{hint}{end}")
+
+
+def name_results(result: object, *fields: str) -> None:
+    """Make these fields of a frozen result `Named`, while it is being made."""
+    for field in fields:
+        object.__setattr__(result, field, Named(getattr(result, field)))
+
+
+def per_cent(share: float, digits: int = 2) -> str:
+    """A share in per cent, with so many digits at most and without a power of ten.
+
+    Examples
+    --------
+    >>> [per_cent(share) for share in (0.0123, 1.0, 2e-7)], per_cent(0.98765, 3)
+    (['1.2 %', '100 %', '0.00002 %'], '98.8 %')
+    """
+    return f"{Decimal(f'{100.0 * share:.{digits}g}'):f} %"
+
+
+def cause_of(reason: Exception) -> str:
+    """The line with the cause, from a compiler's message."""
+    lines = [line.strip() for line in str(reason).splitlines()]
+    lines = [line for line in lines if line and not line.startswith(("During:", "File "))]
+    telling = [line for line in lines if any(word in line for word in _TELLING)]
+    return (telling or lines or [type(reason).__name__])[-1]

@@ -1,0 +1,71 @@
+"""Read a TOML file from any source: its size and nesting are limited before it is parsed.
+
+The standard library's parser is recursive, and its time grows with the square of the number of parts of a dotted key:
+without limits a file of 80 kB takes minutes and gigabytes.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from springpot.machine.faults import FileError
+from springpot.machine.files import read_text
+
+__all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
+
+MOST_BYTES = 2_000_000
+DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
+
+# the quantifiers are possessive, so that the time is always proportional to the length of the file
+_TEXT_OR_COMMENT = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
+    r'|"(?:[^"\\\n]|\\.)*+(?:"|$)'
+    r"|'[^'\n]*+(?:'|$)"
+    r"|\#[^\n]*+",
+    re.DOTALL | re.MULTILINE,
+)
+_MANY_PARTS = re.compile(rf"(?:\.[^.=,\[\]{{}}\n]*+){{{DEEPEST}}}")
+_BRACKET = re.compile(r"[\[\]{}]")
+
+
+def read_toml(path: str | Path, title: str) -> dict[str, Any]:
+    """Content of a TOML file; a byte order mark at its beginning is ignored.
+
+    Parameters
+    ----------
+    path : str or Path
+    title : str
+        Name of the file in errors, such as ``"study file 'a.toml'"``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    FileError
+        If it cannot be read, is not a file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not
+        TOML.
+    """
+    text = read_text(path, title, MOST_BYTES)
+    _check_nesting(text, title)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = " ".join(str(error).split())
+        raise FileError(f"{title} is not TOML: {reason if len(reason) < 200 else reason[:200] + '...'}.") from None
+    except ValueError:  # Python reads no whole number of more than 4300 digits
+        raise FileError(f"{title} holds a number with thousands of digits.") from None
+
+
+def _check_nesting(text: str, title: str) -> None:
+    bare = _TEXT_OR_COMMENT.sub(lambda match: "" if match[0].startswith("#") else "s", text)
+    if _MANY_PARTS.search(bare):
+        raise FileError(f"{title} has a key of more than {DEEPEST} parts (a.b.c has three).")
+    deep = 0
+    for bracket in _BRACKET.finditer(bare):
+        deep = deep + 1 if bracket[0] in "[{" else max(0, deep - 1)
+        if deep > DEEPEST:
+            raise FileError(f"{title} is nested deeper than {DEEPEST} brackets.")

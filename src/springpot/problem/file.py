@@ -1,0 +1,310 @@
+"""A system of parts in a TOML file: read, written, and its JSON schema."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.toml import read_toml
+from springpot.problem.free_numbers import Free, free
+from springpot.problem.parts import Force, WhiteNoise
+from springpot.problem.spectral_density import DensityUnit, Sides
+from springpot.problem.system import KINDS, System, kind_of, usual_names
+
+__all__ = ["read_system", "schema", "to_toml"]
+
+_KINDS = {name: kind for name, kind in KINDS.items() if kind is not Force}  # a function has no place in a file
+_A_NUMBER = {"$ref": "#/$defs/number"}
+_NUMBER = {
+    "oneOf": [
+        {"type": "number"},
+        {
+            "type": "object",
+            "title": "free",
+            "description": "A number to be found between low and high, or times it plus something; elsewhere it has "
+            "the value of start.",
+            "properties": {
+                "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
+                **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus")},
+            },
+            "required": ["free", "start", "low", "high"],
+            "additionalProperties": False,
+        },
+    ]
+}
+_FREE = {"free": str, "start": float, "low": float, "high": float, "times": float, "plus": float}
+_PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
+
+
+def read_system(source: str | Path | Mapping[str, Any]) -> System:
+    """A system from a TOML file, or from the same content as a mapping.
+
+    Parameters
+    ----------
+    source : str, Path or mapping
+        The file's place, or its content: a table ``[[parts]]`` for each part, with its ``kind`` (the name of the class
+        in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
+        ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``.
+
+    Returns
+    -------
+    System
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        One sentence that says what is wrong in it, and where.
+
+    Examples
+    --------
+    >>> read_system({"parts": [{"kind": "spring", "stiffness": 80.0}, {"kind": "dashpot", "coefficient": 0.4}]}).names
+    ('spring', 'dashpot')
+    """
+    if isinstance(source, Mapping):
+        title, content = "the system", dict(source)
+    else:
+        title = f"system file {str(source)!r}"
+        content = read_toml(source, title)
+    try:
+        for key in content:
+            if key != "parts":
+                raise ValueError(f"{shown(key)} is not a key of it: a system has [[parts]] and nothing else.")
+        tables = content.get("parts")
+        if not isinstance(tables, list) or not tables:
+            raise ValueError('it must have a table [[parts]] for each part, such as kind = "spring", stiffness = 80.0.')
+        return System(**_named_parts(tables))
+    except (TypeError, ValueError) as fault:
+        raise FileError(f"{title} is not right: {fault}") from None
+
+
+def to_toml(system: System) -> str:
+    """The text of a file that `read_system` reads as the same system.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    TypeError
+        If it is not a System.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> print(to_toml(System(Mass(0.2), Spring(80.0))))
+    [[parts]]
+    name = "mass"
+    kind = "mass"
+    value = 0.2
+    <BLANKLINE>
+    [[parts]]
+    name = "spring"
+    kind = "spring"
+    stiffness = 80.0
+    <BLANKLINE>
+    """
+    if not isinstance(system, System):
+        raise TypeError(f"system must be a System, not {shown(system)}.")
+    check_writable(system)
+    return "\n".join(_table(name, part) for name, part in system.named())
+
+
+def check_writable(system: System) -> None:
+    """Raise an error if a part cannot be written to a file.
+
+    Raises
+    ------
+    ValueError
+        If it has a function.
+    """
+    for name in system.with_functions:
+        raise ValueError(f"{name} cannot be written to a file, because it has a function.")
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema of a system file.
+
+    Examples
+    --------
+    >>> schema()["properties"]["parts"]["minItems"]
+    1
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "System",
+        "description": "One mass on one coordinate, with the parts that act on it.",
+        "type": "object",
+        "properties": {"parts": {"type": "array", "minItems": 1, "items": {"oneOf": [*_schemas()]}}},
+        "required": ["parts"],
+        "additionalProperties": False,
+        "$defs": {"number": _NUMBER},
+    }
+
+
+def _named_parts(tables: list[Any]) -> dict[str, object]:
+    """The parts by name: that in the file, or the kind with a number where there are several."""
+    made = [(table, *_part(table, f"parts[{place}]")) for place, table in enumerate(tables)]
+    usual = usual_names([kind for _, kind, _ in made])
+    parts: dict[str, object] = {}
+    for place, (table, _, part) in enumerate(made):
+        name = table.get("name", usual[place])
+        if not isinstance(name, str) or not name.isidentifier():
+            raise ValueError(f"parts[{place}].name must be a word of letters, digits and _, not {shown(name)}.")
+        if name in parts:
+            raise ValueError(f"{name} is the name of two parts: give one of them another name.")
+        parts[name] = part
+    return parts
+
+
+def _part(table: object, place: str) -> tuple[str, object]:
+    """The kind of a table, and the part that it states."""
+    if not isinstance(table, Mapping):
+        raise ValueError(f"{place} must be a table with a kind, not {shown(table)}.")
+    kind = table.get("kind")
+    if not isinstance(kind, str) or kind not in _KINDS:
+        near = meant(kind, _KINDS) if isinstance(kind, str) else ""
+        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near}.")
+    numbers = {key: value for key, value in table.items() if key not in ("kind", "name")}
+    where = f"{place} ({kind})"
+    if kind == "white_noise" and "psd" in numbers:
+        _check_keys(numbers, _PSD, {"psd", "psd_unit"}, where)
+        return kind, _made(WhiteNoise.from_psd, numbers, where)
+    return kind, _build(_KINDS[kind], numbers, where)
+
+
+def _build(kind: type, numbers: Mapping[str, Any], where: str) -> object:
+    """A part of that kind; parts of a part are tables of their own."""
+    hints = get_type_hints(kind)
+    needed = {field.name for field in _fields(kind) if field.default is MISSING}
+    _check_keys(numbers, hints, needed, where)
+    values = {}
+    for name, value in numbers.items():
+        inner = _table_of(hints[name])
+        if inner is hints[name] and not isinstance(value, Mapping):
+            raise ValueError(f"{where}.{name} must be a table of its numbers, not {shown(value)}.")
+        if isinstance(value, Mapping) and (inner is None or "free" in value):
+            value = _free(value, f"{where}.{name}")
+        elif isinstance(value, Mapping) and inner is not None:
+            value = _build(inner, value, f"{where}.{name}")
+        elif isinstance(value, list):
+            items = enumerate(value)
+            value = [_free(v, f"{where}.{name}[{n}]") if isinstance(v, Mapping) else v for n, v in items]
+        values[name] = value
+    return _made(kind, values, where)
+
+
+def _free(table: Mapping[str, Any], where: str) -> Free:
+    """A free number from its table."""
+    _check_keys(table, _FREE, {*_FREE} - {"times", "plus"}, where)
+    try:
+        number = free(table["free"], table["start"], (table["low"], table["high"]))
+        times = finite_number(table.get("times", 1.0), "times", low=-LARGEST, high=LARGEST)
+        plus = finite_number(table.get("plus", 0.0), "plus", low=-LARGEST, high=LARGEST)
+        if times == 0.0:
+            raise ValueError("times must not be 0: then the number is not free.")
+        return number if (times, plus) == (1.0, 0.0) else times * number + plus
+    except (TypeError, ValueError) as fault:
+        raise ValueError(f"{where}.{fault}") from None
+
+
+def _table_of(hint: Any) -> type | None:
+    """The dataclass that a value is, or may be instead of a number."""
+    choices = [hint, *get_args(hint)]
+    return next((choice for choice in choices if isinstance(choice, type) and is_dataclass(choice)), None)
+
+
+def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
+    try:
+        return make(**values)
+    except (TypeError, ValueError) as fault:
+        raise ValueError(f"{where}.{fault}") from None
+
+
+def _check_keys(numbers: Mapping[str, Any], known: Mapping[str, Any], needed: set[str], where: str) -> None:
+    for key in numbers:
+        if key not in known:
+            hint = meant(str(key), known) or f": its keys are {listed([*known])}"
+            raise ValueError(f"{shown(key)} is not a key of {where}{hint}.")
+    if missing := [name for name in known if name in needed and name not in numbers]:
+        raise ValueError(f"{where} needs {listed(missing)}.")
+
+
+def _table(name: str, part: object) -> str:
+    lines = [f"name = {json.dumps(name)}", f"kind = {json.dumps(kind_of(part))}"]
+    lines += [f"{field.name} = {_value(getattr(part, field.name))}" for field in _fields(type(part))]
+    return "\n".join(["[[parts]]", *lines, ""])
+
+
+def _value(value: object) -> str:
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, Free):
+        own = value.itself
+        numbers = f"start = {float(own)!r}, low = {own.low!r}, high = {own.high!r}"
+        linear = "" if own is value else f", times = {value.times!r}, plus = {value.plus!r}"
+        return f"{{ free = {json.dumps(value.name)}, {numbers}{linear} }}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    if is_dataclass(value):
+        inside = ", ".join(f"{field.name} = {_value(getattr(value, field.name))}" for field in _fields(type(value)))
+        return f"{{ {inside} }}"
+    return repr(value)
+
+
+def _schemas() -> Iterator[dict[str, Any]]:
+    for kind, part in _KINDS.items():
+        table = _schema(part)
+        table["title"] = part.__name__
+        head = {"kind": {"const": kind}, "name": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"}}
+        table["properties"] = head | table["properties"]
+        table["required"] = ["kind", *table["required"]]
+        yield table
+    densities = {name: _schema_of(hint) for name, hint in _PSD.items()}
+    yield {
+        "type": "object",
+        "title": "WhiteNoise.from_psd",
+        "description": "White noise by its spectral density.",
+        "properties": head | {"kind": {"const": "white_noise"}} | densities,
+        "required": ["kind", "psd", "psd_unit"],
+        "additionalProperties": False,
+    }
+
+
+def _schema(kind: type) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    described = (kind.__doc__ or "").partition("\n")[0].replace("\\", "")
+    return {
+        "type": "object",
+        "description": described,
+        "properties": {field.name: _schema_of(hints[field.name]) for field in _fields(kind)},
+        "required": [field.name for field in _fields(kind) if field.default is MISSING],
+        "additionalProperties": False,
+    }
+
+
+def _schema_of(hint: Any) -> dict[str, Any]:
+    if is_dataclass(hint) and isinstance(hint, type):
+        return _schema(hint)
+    if inner := _table_of(hint):
+        return {"anyOf": [_A_NUMBER, _schema(inner)]}
+    if get_origin(hint) is Literal:
+        return {"enum": [*get_args(hint)]}
+    if get_origin(hint) is tuple:
+        return {"type": "array", "items": _A_NUMBER, "minItems": 1}
+    return _A_NUMBER
+
+
+def _fields(kind: type) -> tuple[Field[Any], ...]:
+    return fields(kind)

@@ -1,0 +1,212 @@
+"""Numbers of a model that are to be found: marked, listed, and replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.faults import listed, meant, shown
+from springpot.problem.system import System
+
+__all__ = ["Free", "free", "free_numbers", "restarted", "with_values"]
+
+Model = TypeVar("Model")
+
+
+def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
+    """Mark a number of a part as one that is to be found, from data or for a design.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and ``_``.  Numbers of the same name are one number: then ``start`` and ``bounds``
+        must be the same too.
+    start : float
+        Where the search starts.  For theory and simulation the number has this value.
+    bounds : (float, float)
+        The lowest and the highest value.
+
+    Returns
+    -------
+    Free
+        A float, which every part of a `springpot.System` or `springpot.Oscillator` takes and keeps.  Plus, minus, times
+        or over a plain number it stays free; other arithmetic gives plain numbers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the name is no word, a number is not finite, the bounds are not in ascending order, or do not hold ``start``.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> rubber = sp.Springpot(sp.free("order", 0.4, (0.05, 0.95)), sp.free("C", 150.0, (1.0, 1e4)))
+    >>> rubber.order, float(rubber.modulus(1.0))
+    (free('order', 0.4, (0.05, 0.95)), 150.0)
+
+    Two stops at one free distance:
+
+    >>> gap = sp.free("gap", 0.004, (0.001, 0.006))
+    >>> stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap, 0.6, side="below")
+    >>> device = sp.System(sp.Mass(2.0), sp.Spring(80.0), *stops)
+    >>> [wall.position for wall in with_values(device, {"gap": 0.005}).of(sp.Barrier)]
+    [-0.005, 0.005]
+    """
+    if not isinstance(name, str) or not name.isidentifier():
+        raise ValueError(f"name must be a word of letters, digits and _, not {shown(name)}.")
+    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+        raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
+    if any(isinstance(number, Free) for number in (start, *bounds)):
+        raise TypeError(f"start and bounds must be plain numbers, not free ones, in the free number {name}.")
+    low = finite_number(bounds[0], "low", low=-LARGEST, high=LARGEST, hint=f"It is a bound of {name}.")
+    high = finite_number(bounds[1], "high", low=-LARGEST, high=LARGEST, hint=f"It is a bound of {name}.")
+    if not low < high:
+        raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), in the free number {name}.")
+    begin = finite_number(start, "start", low=low, high=high, hint=f"These are the bounds of {name}.")
+    return Free(begin, name, low, high)
+
+
+def free_numbers(model: object) -> dict[str, Free]:
+    """The free numbers of a model by name, in the order in which they stand in it.
+
+    Parameters
+    ----------
+    model : System, Oscillator or any part
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    ValueError
+        If two numbers of one name have different starts or bounds.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> free_numbers(sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0)))))
+    {'k': free('k', 80.0, (10.0, 200.0))}
+    """
+    found: dict[str, Free] = {}
+    for here in _each(model):
+        number = here.itself
+        known = found.setdefault(number.name, number)
+        both = np.array([(each, each.low, each.high) for each in (known, number)], float)
+        if np.abs(both[1] - both[0]).max() > 1e-12 * np.abs(both).max():
+            raise ValueError(
+                f"{number.name} must have the same start and bounds wherever it stands, not {known!r} and {number!r}."
+            )
+    return found
+
+
+def with_values(model: Model, values: Mapping[str, float]) -> Model:
+    """The same model with plain numbers in place of free ones.
+
+    Parameters
+    ----------
+    model : System, Oscillator or any part
+    values : mapping
+        A value for each name; free numbers that are not named stay free.
+
+    Returns
+    -------
+    System, Oscillator or part
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a name is unknown, or a part refuses its value.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))))
+    >>> with_values(device, {"k": 98.0}).natural_frequency
+    7.0
+    """
+    _check_names(model, values)
+    found: Model = _mapped(model, lambda number: number.at(values[number.name]) if number.name in values else number)
+    return found
+
+
+def restarted(model: Model, values: Mapping[str, float]) -> Model:
+    """The same model with the same free numbers, which start elsewhere.
+
+    Parameters
+    ----------
+    model : System, Oscillator or any part
+    values : mapping
+        A value for each name, within its bounds; other free numbers stay as they are.
+
+    Returns
+    -------
+    System, Oscillator or part
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a name is unknown, or a value is not between its bounds.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> restarted(sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), {"k": 90.0})
+    Spring(stiffness=free('k', 90.0, (10.0, 200.0)))
+    """
+    _check_names(model, values)
+
+    def moved(number: Free) -> float:
+        if number.name not in values:
+            return number
+        own = number.itself
+        return number.moved_to(number.at(free(own.name, values[own.name], (own.low, own.high))))
+
+    found: Model = _mapped(model, moved)
+    return found
+
+
+def _check_names(model: object, values: Mapping[str, float]) -> None:
+    known = free_numbers(model)
+    for name, value in values.items():
+        if name not in known:
+            have = f"its free numbers are {listed([*known])}" if known else "it has none"
+            raise ValueError(f"{shown(name)} is not a free number of the model: {have}{meant(str(name), known)}.")
+        finite_number(value, name)
+
+
+def _each(thing: Any) -> Iterator[Free]:
+    if isinstance(thing, Free):
+        yield thing
+    elif isinstance(thing, tuple):
+        for item in thing:
+            yield from _each(item)
+    elif is_dataclass(thing) and not isinstance(thing, type):
+        for field in fields(thing):
+            yield from _each(getattr(thing, field.name))
+
+
+def _mapped(thing: Any, change: Callable[[Free], float]) -> Any:
+    """The same thing with every free number changed; made again only where something is free."""
+    if isinstance(thing, Free):
+        return change(thing)
+    if next(_each(thing), None) is None:
+        return thing
+    if isinstance(thing, tuple):
+        return tuple(_mapped(item, change) for item in thing)
+    if isinstance(thing, System):
+        return System(**{name: _part(name, part, change) for name, part in thing.named()})
+    return replace(thing, **{
+        field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing) if field.init
+    })  # fmt: skip
+
+
+def _part(name: str, part: Any, change: Callable[[Free], float]) -> Any:
+    try:
+        return _mapped(part, change)
+    except (TypeError, ValueError) as fault:
+        raise type(fault)(f"{name}.{fault}") from None

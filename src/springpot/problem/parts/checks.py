@@ -1,0 +1,84 @@
+"""What every part checks when it is made, and how it is written in an equation."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, Self
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import listed, meant, shown
+
+__all__ = ["Part", "coefficients", "positive", "put", "real", "signed", "unsigned"]
+
+
+class Part:
+    """What every part is: it says which argument was probably meant where it is given one that it does not have.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> Barrier(-1.0, e=0.8)
+    Traceback (most recent call last):
+    TypeError: Barrier has no argument 'e'; did you mean restitution?
+    """
+
+    def __new__(cls, *_: object, **given: object) -> Self:
+        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        for name in given:
+            if name not in known:
+                raise TypeError(f"{cls.__name__} has no argument {shown(name)}{meant(name, known) or _all(known)}")
+        return super().__new__(cls)
+
+
+def _all(names: list[str]) -> str:
+    return f": its argument is {names[0]}." if len(names) == 1 else f": its arguments are {listed(names)}."
+
+
+def put(part: object, **values: Any) -> None:
+    """Replace fields of a frozen part, while it is being made."""
+    for name, value in values.items():
+        object.__setattr__(part, name, value)
+
+
+def positive(value: object, name: str, hint: str) -> float:
+    """A number greater than 0."""
+    return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
+
+
+def unsigned(value: object, name: str, hint: str) -> float:
+    """A number from 0."""
+    return finite_number(value, name, low=0.0, high=LARGEST, hint=hint)
+
+
+def real(value: object, name: str, hint: str) -> float:
+    """A number of either sign."""
+    return finite_number(value, name, low=-LARGEST, high=LARGEST, hint=hint)
+
+
+def coefficients(values: object, most: int, hint: str) -> tuple[float, ...]:
+    """The coefficients of a polynomial without a constant term, at least one and at most ``most``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not such numbers, or all of them are 0.
+    """
+    if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
+        raise TypeError(f"coefficients must be a tuple of numbers, not {shown(values)}. {hint}")
+    numbers = tuple(real(value, f"coefficients[{place}]", hint) for place, value in enumerate(values))
+    if not 1 <= len(numbers) <= most:
+        raise ValueError(f"coefficients must be 1 to {most} numbers, not {len(numbers)}. {hint}")
+    if not any(numbers):
+        raise ValueError(f"coefficients must not all be 0: leave the part out. {hint}")
+    return numbers
+
+
+def signed(number: float, symbol: str) -> str:
+    """A term of an equation with its sign, as in `` - 3 x``.
+
+    Examples
+    --------
+    >>> signed(-3.0, "x")
+    ' - 3 x'
+    """
+    return f" {'-' if number < 0.0 else '+'} {abs(number):.6g} {symbol}".rstrip()

@@ -1,0 +1,504 @@
+"""Excitations: forces on the mass, accelerations of the ground, and noise that multiplies the displacement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import Part, positive, put, real, unsigned
+from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
+
+__all__ = [
+    "ColoredNoise",
+    "Constant",
+    "Force",
+    "Harmonic",
+    "KanaiTajimiNoise",
+    "On",
+    "ParametricNoise",
+    "PoissonImpulses",
+    "RecordedExcitation",
+    "ThermalNoise",
+    "WhiteNoise",
+]  # fmt: skip
+
+On = Literal["mass", "ground"]
+"""A force on the mass, or an acceleration a of the ground: x is then the displacement relative to the ground, and the
+force is -m a."""
+
+
+@dataclass(frozen=True)
+class WhiteNoise(Part):
+    """Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
+
+    Parameters
+    ----------
+    intensity : float
+        q >= 0; its two-sided spectral density is q / (2 pi) per rad/s.  0 gives the free response.  Of a force it is in
+        N^2 s; per unit mass, and of an acceleration of the ground, in m^2 s^-3.
+    on : {"mass", "ground"}
+        What it is: a force on the mass, or the acceleration of the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a number, not finite or negative.
+
+    Examples
+    --------
+    >>> WhiteNoise(intensity=2).intensity
+    2.0
+    """
+
+    intensity: float = 1.0
+    on: On = "mass"
+
+    def __post_init__(self) -> None:
+        put(self, intensity=unsigned(self.intensity, "intensity", "It is q = sigma^2 of the white noise."))
+        _check_on(self.on)
+
+    @classmethod
+    def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1) -> WhiteNoise:
+        """The noise with a flat spectral density, as test equipment and standards state it.
+
+        Parameters
+        ----------
+        psd : float
+            The density.
+        psd_unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
+            Of the ground's acceleration in standard gravity or in m/s^2, or of a force on the mass.
+        sides : {1, 2}
+            1: the density is one-sided (positive frequencies only); 2: two-sided.
+
+        Returns
+        -------
+        WhiteNoise
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the number or one of the words is not what it must be.
+
+        Examples
+        --------
+        >>> WhiteNoise.from_psd(0.01, "g2/Hz").on
+        'ground'
+        """
+        intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0)
+        return cls(intensity, "mass" if psd_unit == "N2/Hz" else "ground")
+
+    def per_mass(self, mass: float) -> WhiteNoise:
+        """The same part of a system that is divided by its mass."""
+        return WhiteNoise(self.intensity if self.on == "ground" else self.intensity / mass**2)
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        return self.intensity / (2.0 * math.pi)
+
+
+@dataclass(frozen=True)
+class ColoredNoise(Part):
+    """Exponentially correlated (Ornstein-Uhlenbeck) noise, E[y(t) y(s)] = s2 exp(-\\|t - s\\| / tau).
+
+    Parameters
+    ----------
+    variance : float
+        s2 > 0, in N^2; per unit mass, and of the ground, in m^2/s^4.  White noise of the same density at low frequency
+        has q = 2 s2 tau.
+    correlation_time : float
+        tau > 0, in s.
+    on : {"mass", "ground"}
+        A force on the mass, or the acceleration of the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or not positive.
+
+    Examples
+    --------
+    >>> round(ColoredNoise(1.0, 0.5).density(0.0), 4)
+    0.1592
+    """
+
+    variance: float
+    correlation_time: float
+    on: On = "mass"
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            variance=positive(self.variance, "variance", "It is the mean square of the noise."),
+            correlation_time=positive(self.correlation_time, "correlation_time", "It is in s."),
+        )
+        _check_on(self.on)
+
+    def per_mass(self, mass: float) -> ColoredNoise:
+        """The same part of a system that is divided by its mass."""
+        variance = self.variance if self.on == "ground" else self.variance / mass**2
+        return ColoredNoise(variance, self.correlation_time)
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        return self.variance * self.correlation_time / (math.pi * (1.0 + (w * self.correlation_time) ** 2))
+
+
+@dataclass(frozen=True)
+class KanaiTajimiNoise(Part):
+    """White noise filtered by the ground (Kanai-Tajimi): wg^2 u + 2 zg wg u', with u'' + 2 zg wg u' + wg^2 u = white.
+
+    Parameters
+    ----------
+    frequency : float
+        wg > 0 of the filter, in rad/s.
+    damping : float
+        zg in (0, 1] of the filter.
+    intensity : float
+        qg > 0 of the white noise; at low frequency the filter passes it as it is.
+    on : {"ground", "mass"}
+        The acceleration of the ground, or a force on the mass.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+
+    Examples
+    --------
+    >>> round(KanaiTajimiNoise(3.0, 0.4, 1.0).density(0.0), 4)  # 1 / (2 pi)
+    0.1592
+    """
+
+    frequency: float
+    damping: float
+    intensity: float
+    on: On = "ground"
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            frequency=positive(self.frequency, "frequency", "It is the filter's, in rad/s."),
+            damping=finite_number(
+                self.damping, "damping", low=0.0, high=1.0, open_low=True, hint="It is the filter's damping ratio."
+            ),
+            intensity=positive(self.intensity, "intensity", "It is that of the white noise before the filter."),
+        )
+        _check_on(self.on)
+
+    def per_mass(self, mass: float) -> KanaiTajimiNoise:
+        """The same part of a system that is divided by its mass."""
+        intensity = self.intensity if self.on == "ground" else self.intensity / mass**2
+        return replace(self, intensity=intensity, on="mass")
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        ratio, twice = abs(w) / self.frequency, 2.0 * self.damping
+        if ratio > 1.0:  # the powers of a far frequency would overflow
+            passed = (ratio**-2 + twice**2) / ((1.0 / ratio - ratio) * (1.0 / ratio - ratio) + twice**2)
+        else:
+            passed = (1.0 + (twice * ratio) ** 2) / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
+        return self.intensity / (2.0 * math.pi) * passed
+
+
+@dataclass(frozen=True)
+class Constant(Part):
+    """A constant force, such as a weight.
+
+    Parameters
+    ----------
+    force : float
+        In N; per unit mass in m/s^2.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a finite number.
+
+    Examples
+    --------
+    >>> Constant(-9.81).force
+    -9.81
+    """
+
+    force: float
+
+    def __post_init__(self) -> None:
+        put(self, force=real(self.force, "force", "It is constant, in N."))
+
+    def per_mass(self, mass: float) -> Constant:
+        """The same part of a system that is divided by its mass."""
+        return Constant(self.force / mass)
+
+
+@dataclass(frozen=True)
+class Harmonic(Part):
+    """A harmonic force F cos(nu t + phase), the phase of each path random: averages are those over a whole period.
+
+    Parameters
+    ----------
+    amplitude : float
+        F >= 0, in N; per unit mass, and of the ground, in m/s^2.
+    frequency : float
+        nu > 0, in rad/s.
+    on : {"mass", "ground"}
+        A force on the mass, or the acceleration of the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+
+    Examples
+    --------
+    >>> Harmonic(amplitude=0.1, frequency=20.0).frequency
+    20.0
+    """
+
+    amplitude: float
+    frequency: float
+    on: On = "mass"
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            amplitude=unsigned(self.amplitude, "amplitude", "It is that of the force."),
+            frequency=positive(self.frequency, "frequency", "It is in rad/s."),
+        )
+        _check_on(self.on)
+
+    def per_mass(self, mass: float) -> Harmonic:
+        """The same part of a system that is divided by its mass."""
+        return Harmonic(self.amplitude if self.on == "ground" else self.amplitude / mass, self.frequency)
+
+
+@dataclass(frozen=True)
+class RecordedExcitation(Part):
+    """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
+
+    A run begins at the first point.
+
+    Parameters
+    ----------
+    time : tuple of float
+        Increasing, in s; at least two.
+    values : tuple of float
+        One for each time, in N; per unit mass, and of the ground, in m/s^2.
+    on : {"ground", "mass"}
+        The acceleration of the ground, or a force on the mass.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the times do not increase, the two have different lengths, or something is not a finite number.
+
+    Examples
+    --------
+    >>> record = RecordedExcitation((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
+    >>> record.duration, record.mean_square
+    (2.0, 3.0)
+    """
+
+    time: tuple[float, ...]
+    values: tuple[float, ...]
+    on: On = "ground"
+
+    def __post_init__(self) -> None:
+        put(self, time=_numbers(self.time, "time"), values=_numbers(self.values, "values"))
+        if len(self.time) != len(self.values) or len(self.time) < 2:
+            raise ValueError(
+                f"time and values must have the same number of points, two or more, not {len(self.time)} and "
+                f"{len(self.values)}."
+            )
+        if any(later <= earlier for earlier, later in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("time must increase from each point to the next.")
+        _check_on(self.on)
+
+    @property
+    def duration(self) -> float:
+        """From the first point to the last, in s."""
+        return self.time[-1] - self.time[0]
+
+    @property
+    def mean_square(self) -> float:
+        """Of the values, over time."""
+        pieces = zip(self.time, self.time[1:], self.values, self.values[1:], strict=False)
+        return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / self.duration
+
+    def per_mass(self, mass: float) -> RecordedExcitation:
+        """The same part of a system that is divided by its mass: a force, minus the acceleration of the ground."""
+        factor = -1.0 if self.on == "ground" else 1.0 / mass
+        return RecordedExcitation(self.time, tuple(factor * value for value in self.values), "mass")
+
+
+@dataclass(frozen=True)
+class Force(Part):
+    """A force of your own, f(t, x, v), which Numba can compile.
+
+    Parameters
+    ----------
+    function : callable
+        f(t, x, v) in N, of the time since the start of the run in s, x in m and v in m/s; per unit mass in m/s^2.
+    share : float
+        Factor on it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a function, or the factor is not a finite number.
+
+    Notes
+    -----
+    Monte Carlo knows the function only: no theory covers it, and the step is chosen from the other parts.  A fast
+    force needs an explicit ``step``.
+
+    Examples
+    --------
+    >>> magnet = Force(lambda t, x, v: 0.1 / (x - 2.0) ** 2)
+    >>> magnet.share
+    1.0
+    """
+
+    function: Callable[[float, float, float], float]
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
+        put(self, share=real(self.share, "share", "It is a factor on the function."))
+
+    def per_mass(self, mass: float) -> Force:
+        """The same part of a system that is divided by its mass."""
+        return Force(self.function, self.share / mass)
+
+
+@dataclass(frozen=True)
+class PoissonImpulses(Part):
+    """Random impulses at random times: a Poisson process of impulses of normal, independent sizes of mean zero.
+
+    Parameters
+    ----------
+    rate : float
+        Impulses per second, above 0.
+    mean_square : float
+        Mean square of an impulse, above 0, in (N s)^2; per unit mass, and of the ground, in m^2/s^2.  White noise with
+        the same second moments has q = rate * mean_square.
+    on : {"mass", "ground"}
+        A force on the mass, or the acceleration of the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or not positive.
+
+    Examples
+    --------
+    >>> PoissonImpulses(0.5, 2.0).intensity
+    1.0
+    """
+
+    rate: float
+    mean_square: float
+    on: On = "mass"
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            rate=positive(self.rate, "rate", "It is the number of impulses per second."),
+            mean_square=positive(self.mean_square, "mean_square", "It is that of an impulse."),
+        )
+        _check_on(self.on)
+
+    @property
+    def intensity(self) -> float:
+        """q of the white noise with the same second moments."""
+        return self.rate * self.mean_square
+
+    def per_mass(self, mass: float) -> PoissonImpulses:
+        """The same part of a system that is divided by its mass."""
+        return PoissonImpulses(self.rate, self.mean_square if self.on == "ground" else self.mean_square / mass**2)
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        return self.intensity / (2.0 * math.pi)
+
+
+@dataclass(frozen=True)
+class ParametricNoise(Part):
+    """A white noise that multiplies the displacement, in the sense of Ito and of Stratonovich alike: the force x xi2.
+
+    Parameters
+    ----------
+    intensity : float
+        q2 > 0 of xi2, in N^2 s/m^2; per unit mass in s^-3.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a number, not finite or not positive.
+
+    Examples
+    --------
+    >>> ParametricNoise(0.1).intensity
+    0.1
+    """
+
+    intensity: float
+
+    def __post_init__(self) -> None:
+        put(self, intensity=positive(self.intensity, "intensity", "It is that of the noise that multiplies x."))
+
+    def per_mass(self, mass: float) -> ParametricNoise:
+        """The same part of a system that is divided by its mass."""
+        return ParametricNoise(self.intensity / mass**2)
+
+
+@dataclass(frozen=True)
+class ThermalNoise(Part):
+    """The noise of every dissipator at one temperature: with it, and elastic walls, the motion obeys Boltzmann's law.
+
+    Each dashpot, springpot, arm and circuit has the noise that the fluctuation-dissipation theorem gives it.
+
+    Parameters
+    ----------
+    temperature : float
+        kT > 0, an energy in J; per unit mass in m^2/s^2.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a number, not finite or not positive.
+
+    References
+    ----------
+    R. Kubo, "The fluctuation-dissipation theorem", Reports on Progress in Physics 29 (1966).
+
+    Examples
+    --------
+    >>> ThermalNoise(0.7).temperature
+    0.7
+    """
+
+    temperature: float
+
+    def __post_init__(self) -> None:
+        put(self, temperature=positive(self.temperature, "temperature", "It is kT, an energy."))
+
+    def per_mass(self, mass: float) -> ThermalNoise:
+        """The same part of a system that is divided by its mass."""
+        return ThermalNoise(self.temperature / mass)
+
+
+def _numbers(values: object, name: str) -> tuple[float, ...]:
+    """The numbers of a table, one by one."""
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
+    return tuple(real(value, f"{name}[{place}]", "It is a point of the record.") for place, value in enumerate(values))
+
+
+def _check_on(on: object) -> None:
+    if not isinstance(on, str) or on not in ("mass", "ground"):
+        raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")

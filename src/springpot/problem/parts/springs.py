@@ -1,0 +1,88 @@
+"""Springs: forces that depend on the displacement alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from springpot.problem.parts.checks import Part, coefficients, put, real, signed
+
+__all__ = ["PolynomialSpring", "Spring"]
+
+_POWERS = "They belong to x, x^2, x^3 and so on."
+_MOST_POWERS = 9
+
+
+@dataclass(frozen=True)
+class Spring(Part):
+    """A linear spring: the restoring force k x.
+
+    Parameters
+    ----------
+    stiffness : float
+        k in N/m, or k/m = Omega^2 in s^-2 in a system without a `Mass`.  A negative one pushes away from x = 0: a
+        buckled beam or a magnet, which needs a stiffening spring or two walls beside it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a finite number.
+
+    Examples
+    --------
+    >>> Spring(80.0)
+    Spring(stiffness=80.0)
+    """
+
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        put(self, stiffness=real(self.stiffness, "stiffness", "It is the spring's force per displacement."))
+
+    def per_mass(self, mass: float) -> Spring:
+        """The same part of a system that is divided by its mass."""
+        return Spring(self.stiffness / mass)
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        return signed(self.stiffness, "x")
+
+
+@dataclass(frozen=True)
+class PolynomialSpring(Part):
+    """A nonlinear spring: the restoring force k1 x + k2 x^2 + k3 x^3 + ...
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        (k1, k2, k3, ...), at most nine of them, in N/m, N/m^2, N/m^3 ..., beside those of any linear spring.  A Duffing
+        oscillator has (0, 0, k3).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not finite numbers, too many, or all 0.
+
+    Examples
+    --------
+    >>> PolynomialSpring((0.0, 0.0, 4e5)).term()
+    ' + 400000 x^3'
+    """
+
+    coefficients: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        put(self, coefficients=coefficients(self.coefficients, _MOST_POWERS, _POWERS))
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether only the first coefficient is not 0."""
+        return not any(self.coefficients[1:])
+
+    def per_mass(self, mass: float) -> PolynomialSpring:
+        """The same part of a system that is divided by its mass."""
+        return PolynomialSpring(tuple(k / mass for k in self.coefficients))
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        powers = enumerate(self.coefficients, start=1)
+        return "".join(signed(k, "x" if n == 1 else f"x^{n}") for n, k in powers if k != 0.0)

@@ -1,0 +1,254 @@
+"""Walls: rigid barriers and soft contacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import Part, positive, put, real, unsigned
+
+__all__ = [
+    "Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "restitution_of_missed",
+    "slow_restitution",
+]  # fmt: skip
+
+_SLOW = 1e-9  # m/s
+
+Side = Literal["above", "below"]
+RestitutionLaw = Callable[[float], float]
+"""A function of the speed before an impact, in m/s, that Numba can compile."""
+
+
+@dataclass(frozen=True)
+class PowerRestitution(Part):
+    """A restitution that falls with the speed of the impact: r(v) = min(1, restitution (v / speed)^-exponent).
+
+    Parameters
+    ----------
+    restitution : float
+        r at ``speed``, in (0, 1].
+    speed : float
+        Of an impact, in m/s.
+    exponent : float
+        In (0, 1]; 1/4 is that of metals that yield.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+
+    References
+    ----------
+    K. L. Johnson, *Contact Mechanics* (Cambridge, 1985), section 11.5.
+
+    Examples
+    --------
+    >>> round(PowerRestitution(0.7, speed=0.1)(1.6), 12)
+    0.35
+    """
+
+    restitution: float
+    speed: float
+    exponent: float = 0.25
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            restitution=_fraction(self.restitution, "restitution", "It is that of an impact at the speed given."),
+            speed=positive(self.speed, "speed", "It is the speed at which the restitution is that."),
+            exponent=_fraction(self.exponent, "exponent", "Metals that yield have 1/4."),
+        )
+
+    def __call__(self, speed: float) -> float:
+        """r at a speed in m/s."""
+        return min(1.0, self.restitution * (speed / self.speed) ** -self.exponent) if speed > 0.0 else 1.0
+
+
+@dataclass(frozen=True)
+class Barrier(Part):
+    """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
+
+    Parameters
+    ----------
+    position : float
+        Place b of the wall, in m, measured from the spring's equilibrium.
+    restitution : float, PowerRestitution or callable
+        Coefficient r in (0, 1]: 1 for an elastic wall.  In a `springpot.System` also a law r(v) of the speed v before
+        the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
+    side : {"above", "below"}
+        The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
+        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range, or ``side`` is another word.
+
+    Examples
+    --------
+    >>> Barrier(position=-0.5, restitution=0.9)
+    Barrier(position=-0.5, restitution=0.9, side='above')
+    """
+
+    position: float = 0.0
+    restitution: float | PowerRestitution | RestitutionLaw = 1.0
+    side: Side = "above"
+
+    def __post_init__(self) -> None:
+        put(self, position=real(self.position, "position", "It is the position of the wall."))
+        if callable(self.restitution):
+            _check_law(self.restitution)
+        else:
+            put(self, restitution=_fraction(self.restitution, "restitution", "An elastic wall has 1."))
+        _check_side(self.side)
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether no impact takes energy."""
+        return self.restitution == 1.0
+
+    def law(self) -> str:
+        """The restitution in words."""
+        if isinstance(self.restitution, PowerRestitution):
+            r = self.restitution
+            return f"min(1, {r.restitution:.6g} (v / {r.speed:.6g})^-{r.exponent:g}) of the speed v"
+        if callable(self.restitution):
+            return f"{getattr(self.restitution, '__name__', 'a function')}(v) of the speed v"
+        return f"{self.restitution:.6g}"
+
+    def per_mass(self, mass: float) -> Barrier:
+        """The same part of a system that is divided by its mass."""
+        return self
+
+
+@dataclass(frozen=True)
+class Contact(Part):
+    """A soft stop: beyond its position it pushes back with k d^p (1 + chi d'), where d is the penetration.
+
+    Parameters
+    ----------
+    position : float
+        Where the mass first touches it, in m.
+    stiffness : float
+        k > 0, in N/m^p.
+    exponent : float
+        p from 1 (a linear stop) to 3; 1.5 is Hertz's contact of two spheres.
+    dissipation : float
+        chi >= 0 of Hunt and Crossley, in s/m.
+    side : {"above", "below"}
+        The side on which the mass moves while it is free.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range, or ``side`` is another word.
+
+    Notes
+    -----
+    The force is not cut off at 0: where an outside force pulls the mass out faster than 1 / chi, the contact pulls.
+
+    References
+    ----------
+    K. H. Hunt and F. R. E. Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", Journal of
+    Applied Mechanics 42 (1975).
+
+    Examples
+    --------
+    >>> Contact(position=-0.2, stiffness=50.0).exponent
+    1.5
+    """
+
+    position: float
+    stiffness: float
+    exponent: float = 1.5
+    dissipation: float = 0.0
+    side: Side = "above"
+
+    def __post_init__(self) -> None:
+        put(
+            self,
+            position=real(self.position, "position", "It is where the mass first touches."),
+            stiffness=positive(self.stiffness, "stiffness", "It is k of k d^exponent."),
+            exponent=finite_number(
+                self.exponent, "exponent", low=1.0, high=3.0, hint="A linear stop has 1, Hertz's contact 1.5."
+            ),
+            dissipation=unsigned(self.dissipation, "dissipation", "It is chi of k d^exponent (1 + chi d')."),
+        )
+        _check_side(self.side)
+
+    def per_mass(self, mass: float) -> Contact:
+        """The same part of a system that is divided by its mass."""
+        return replace(self, stiffness=self.stiffness / mass)
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        power = "" if self.exponent == 1.0 else f"^{self.exponent:g}"
+        damping = f" (1 + {self.dissipation:.6g} d')" if self.dissipation else ""
+        sign, depth = ("-", "b - x") if self.side == "above" else ("+", "x - b")
+        return f" {sign} {self.stiffness:.6g} d{power}{damping} [d = {depth} > 0, b = {self.position:.6g}]"
+
+
+def restitution_at(wall: Barrier, speed: float) -> float:
+    """The restitution of an impact at a speed in m/s.
+
+    Raises
+    ------
+    ValueError
+        If a law returns no number there.
+
+    Examples
+    --------
+    >>> restitution_at(Barrier(0.0, 0.8), 2.0), restitution_at(Barrier(0.0, PowerRestitution(0.5, 1.0)), 0.0)
+    (0.8, 1.0)
+    """
+    if not callable(wall.restitution):
+        return wall.restitution
+    value = float(wall.restitution(speed))
+    if math.isnan(value):
+        raise ValueError(f"restitution must be a number at every speed, but {wall.law()} is NaN at {speed:.6g} m/s.")
+    return value
+
+
+def slow_restitution(wall: Barrier) -> float:
+    """The restitution of impacts that are much slower than any that matter for the energy.
+
+    Examples
+    --------
+    >>> slow_restitution(Barrier(0.0, lambda speed: 1.0 - 0.1 * speed**0.2)) > 0.99
+    True
+    """
+    return min(1.0, max(0.0, restitution_at(wall, _SLOW)))
+
+
+def restitution_of_missed(wall: Barrier, intensity: float, step: float) -> float:
+    """The restitution at the speed sqrt(q h) below which a step h misses impacts, for noise of intensity q in m^2/s^3.
+
+    Examples
+    --------
+    >>> round(restitution_of_missed(Barrier(0.0, PowerRestitution(0.5, speed=0.1)), 1.0, 0.01), 12)
+    0.5
+    """
+    return min(1.0, max(0.0, restitution_at(wall, math.sqrt(intensity * step))))
+
+
+def _check_law(law: RestitutionLaw) -> None:
+    if isinstance(law, type):
+        raise TypeError(f"restitution must be a number or a function of the speed, not the type {law.__name__}.")
+    try:
+        value = law(1.0)
+    except Exception as fault:
+        raise ValueError(f"restitution must be a function of the speed, but at 1 m/s it failed: {fault!r}.") from fault
+    finite_number(value, "restitution of an impact at 1 m/s", hint="A law of restitution returns r.")
+
+
+def _fraction(value: object, name: str, hint: str) -> float:
+    return finite_number(value, name, low=0.0, high=1.0, open_low=True, hint=hint)
+
+
+def _check_side(side: object) -> None:
+    if not isinstance(side, str) or side not in ("above", "below"):
+        raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {shown(side)}.")

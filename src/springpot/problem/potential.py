@@ -1,0 +1,142 @@
+"""The potential of a system's springs, soft contacts and constant forces, and the walls it is cut off at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.problem.parts import Contact
+
+__all__ = ["Potential"]
+
+FloatArray = NDArray[np.float64]
+
+
+def _sum_of_powers(x: float | FloatArray, coefficients: Sequence[float]) -> FloatArray:
+    """c0 + c1 x + c2 x^2 + ..., to the bit as NumPy's `polyval`, which takes longer for a few numbers.
+
+    Examples
+    --------
+    >>> float(_sum_of_powers(2.0, (1.0, 0.0, 3.0)))
+    13.0
+    """
+    x = np.asarray(x, float)
+    found = coefficients[-1] + x * 0.0
+    for coefficient in reversed(coefficients[:-1]):
+        found = coefficient + found * x
+    return np.asarray(found)
+
+
+@dataclass(frozen=True)
+class Potential:
+    """The potential energy U(x) per unit mass, between the walls.
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        Those of the force U'(x) = c0 + c1 x + c2 x^2 + ...; c0 is minus the constant force.
+    contacts : tuple of Contact
+        Per unit mass.
+    low, high : float
+        Places of the walls, in m; infinite where there is none.
+
+    Examples
+    --------
+    >>> duffing = Potential((0.0, 1.0, 0.0, 4.0))
+    >>> float(duffing.energy(1.0)), float(duffing.force(1.0)), float(duffing.curvature(1.0))
+    (1.5, 5.0, 13.0)
+    """
+
+    coefficients: tuple[float, ...]
+    contacts: tuple[Contact, ...] = ()
+    low: float = -math.inf
+    high: float = math.inf
+
+    def energy(self, x: float | FloatArray) -> FloatArray:
+        """U(x), in m^2/s^2, 0 at x = 0 but for contacts that reach there."""
+        powers = [0.0, *(c / (n + 1) for n, c in enumerate(self.coefficients))]
+        energy = _sum_of_powers(x, powers)
+        for contact in self.contacts:
+            energy = energy + contact.stiffness * _depth(contact, x) ** (contact.exponent + 1) / (contact.exponent + 1)
+        return np.asarray(energy, float)
+
+    def size(self, x: float | FloatArray) -> FloatArray:
+        """The terms of U(x) without their signs: rounding of U is some 1e-16 of it."""
+        powers = [0.0, *(abs(c) / (n + 1) for n, c in enumerate(self.coefficients))]
+        return np.asarray(_sum_of_powers(np.abs(x), powers), float) + replace(self, coefficients=(0.0,)).energy(x)
+
+    def seen_from(self, origin: float) -> Potential:
+        """The same potential as a function of x - origin; it differs by a constant.
+
+        Far from x = 0 the terms of U cancel.  The new coefficients are found in exact arithmetic.
+        """
+        place = Fraction(origin)
+        exact = [Fraction(c) for c in self.coefficients]
+        moved = [
+            float(sum(math.comb(n, k) * exact[n] * place ** (n - k) for n in range(k, len(exact))))
+            for k in range(len(exact))
+        ]
+        return Potential(
+            tuple(moved),
+            tuple(replace(contact, position=contact.position - origin) for contact in self.contacts),
+            self.low - origin,
+            self.high - origin,
+        )
+
+    def force(self, x: float | FloatArray) -> FloatArray:
+        """U'(x), in m/s^2: what pulls towards smaller x."""
+        force = _sum_of_powers(x, self.coefficients)
+        for contact in self.contacts:
+            force = force - _outwards(contact) * contact.stiffness * _depth(contact, x) ** contact.exponent
+        return np.asarray(force, float)
+
+    def curvature(self, x: float | FloatArray) -> FloatArray:
+        """U''(x), in 1/s^2."""
+        curvature = _sum_of_powers(x, [n * c for n, c in enumerate(self.coefficients)][1:] or [0.0])
+        for contact in self.contacts:
+            power = contact.exponent
+            depth = _depth(contact, x)
+            slope = np.where(depth > 0.0, power * contact.stiffness * np.maximum(depth, 1e-300) ** (power - 1.0), 0.0)
+            curvature = curvature + slope
+        return np.asarray(curvature, float)
+
+    def open_ends(self) -> tuple[str, ...]:
+        """The sides, "left" or "right", to which the mass can escape: no wall, and a potential that falls for ever."""
+        ends = []
+        for side, end, sign in (("left", self.low, -1.0), ("right", self.high, 1.0)):
+            if math.isinf(end) and self._falls(sign):
+                ends.append(side)
+        return tuple(ends)
+
+    def holds(self) -> bool:
+        """Whether the potential rises without end on both sides, or a wall is there."""
+        return all(math.isfinite(end) or self._rises(sign) for end, sign in ((self.low, -1.0), (self.high, 1.0)))
+
+    def _leading(self, sign: float) -> tuple[float, float]:
+        """Power and size of the force towards ``sign`` infinity that grows fastest there; positive if it pulls back."""
+        terms = {float(n): c * sign ** (n + 1) for n, c in enumerate(self.coefficients) if c != 0.0}
+        for contact in self.contacts:
+            if _outwards(contact) == -sign:
+                terms[contact.exponent] = terms.get(contact.exponent, 0.0) + contact.stiffness
+        terms = {power: size for power, size in terms.items() if size != 0.0}
+        return max(terms.items(), default=(0.0, 0.0))
+
+    def _falls(self, sign: float) -> bool:
+        return self._leading(sign)[1] < 0.0
+
+    def _rises(self, sign: float) -> bool:
+        return self._leading(sign)[1] > 0.0
+
+
+def _outwards(contact: Contact) -> float:
+    """The sign of the contact's force on the mass."""
+    return 1.0 if contact.side == "above" else -1.0
+
+
+def _depth(contact: Contact, x: float | FloatArray) -> FloatArray:
+    return np.maximum(0.0, _outwards(contact) * (contact.position - x))

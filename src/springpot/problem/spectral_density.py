@@ -1,0 +1,133 @@
+"""Spectral densities of a device's data sheet, and the intensity of the white noise: every factor of 2 is here.
+
+A device of mass m on a spring k and a springpot k_alpha moves by x relative to its base,
+
+    m x'' + k_alpha D^alpha x + k x = -m a_base(t)      shaken base,
+    m x'' + k_alpha D^alpha x + k x = F(t)              force on the mass.
+
+Divided by m this is the equation of `Oscillator`: Omega = sqrt(k / m), C = k_alpha / m, and zeta = -a_base or F / m.
+
+White noise with E[zeta(t) zeta(s)] = q delta(t - s) has the two-sided spectral density
+S(f) = int R(tau) exp(-2 pi i f tau) dtau = q per Hz, at all f from -inf to inf.  The one-sided density per Hz, which
+test equipment and standards state, has the same power on f > 0 only: G(f) = 2 q.  Hence q = G / 2.  A density of force
+is divided by m^2 first.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+from springpot.machine.arguments import LARGEST, Free, finite_number
+
+__all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
+
+STANDARD_GRAVITY = 9.80665
+"""g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
+
+DensityUnit = Literal["g2/Hz", "m2/s4/Hz", "N2/Hz"]
+Excited = Literal["base", "force"]
+Sides = Literal[1, 2]
+
+
+def _one_of(value: object, allowed: tuple[object, ...], name: str, hint: str) -> None:
+    if not any(type(value) is type(word) and value == word for word in allowed):
+        raise ValueError(f"{name} must be {' or '.join(map(repr, allowed))}, not {value!r}. {hint}")
+
+
+def _positive(value: object, name: str, hint: str) -> float:
+    return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
+
+
+def _density_of_one(unit: object, sides: object, mass: object) -> float:
+    """Intensity of the noise, in m^2/s^3, whose spectral density is 1 in this unit."""
+    _one_of(unit, get_args(DensityUnit), "psd_unit", "N2/Hz is a density of force, the others are of acceleration.")
+    _one_of(sides, get_args(Sides), "sides", "1: positive frequencies only, as in test practice; 2: both signs.")
+    if unit == "N2/Hz":
+        if mass is None:
+            raise ValueError("mass must be given with psd_unit='N2/Hz': a density of force is divided by mass^2.")
+        scale = 1.0 / _positive(mass, "mass", "It is in kg.")
+    else:
+        scale = STANDARD_GRAVITY if unit == "g2/Hz" else 1.0
+    return scale**2 * (0.5 if sides == 1 else 1.0)
+
+
+def intensity_from_psd(psd: float, unit: DensityUnit, *, sides: Sides = 1, mass: float | None = None) -> float:
+    """Intensity q of the white noise that has this spectral density.
+
+    Parameters
+    ----------
+    psd : float
+        Spectral density, at least 0.
+    unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
+        Of an acceleration, in standard gravity or in m/s^2, or of a force.
+    sides : {1, 2}
+        1 for a one-sided density (positive frequencies only, as test equipment and standards state it), 2 for a
+        two-sided one.
+    mass : float, optional
+        In kg; needed for a density of force, and not used otherwise.
+
+    Returns
+    -------
+    float
+        q in m^2/s^3: the two-sided density of the acceleration in (m/s^2)^2/Hz, which is half of a one-sided one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range, or a word is not one of those above.
+
+    Examples
+    --------
+    >>> round(intensity_from_psd(0.01, "g2/Hz"), 4)  # 0.01 * 9.80665^2 / 2
+    0.4809
+    >>> intensity_from_psd(8.0, "N2/Hz", mass=2.0)
+    1.0
+    """
+    psd = finite_number(psd, "psd", low=0.0, high=LARGEST, hint="It is a spectral density.")
+    if isinstance(psd, Free):
+        raise ValueError(f"psd must not be the free number {psd.name}: mark the intensity of a WhiteNoise instead.")
+    return psd * _density_of_one(unit, sides, mass)
+
+
+def psd_from_intensity(intensity: float, unit: DensityUnit, *, sides: Sides = 1, mass: float | None = None) -> float:
+    """Spectral density of the white noise with this intensity: the inverse of `intensity_from_psd`.
+
+    Parameters
+    ----------
+    intensity : float
+        q in m^2/s^3.
+    unit, sides, mass
+        Those of `intensity_from_psd`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    TypeError, ValueError
+        Those of `intensity_from_psd`.
+
+    Examples
+    --------
+    >>> psd_from_intensity(1.0, "m2/s4/Hz")
+    2.0
+    """
+    intensity = finite_number(intensity, "intensity", low=0.0, high=LARGEST, hint="It is q in m^2/s^3.")
+    return intensity / _density_of_one(unit, sides, mass)
+
+
+def check_excited(of: object, unit: DensityUnit) -> None:
+    """What a density is said to be of must agree with its unit.
+
+    Raises
+    ------
+    ValueError
+        If it does not.
+    """
+    if of is None:
+        return
+    _one_of(of, get_args(Excited), "of", "It says what the spectral density is of.")
+    if of != ("force" if unit == "N2/Hz" else "base"):
+        right = "psd_unit='N2/Hz'" if of == "force" else "psd_unit='g2/Hz' or psd_unit='m2/s4/Hz'"
+        raise ValueError(f"of={of!r} needs {right}, not {unit!r}.")

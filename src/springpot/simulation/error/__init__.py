@@ -1,0 +1,1 @@
+"""Runs to a tolerance (rtol): levels, budget, decision."""

@@ -1,0 +1,258 @@
+"""Values, standard errors and error budgets of all quantities, from the levels of a run with ``rtol``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Contact, ThermalNoise, WhiteNoise
+from springpot.problem.parts.walls import restitution_of_missed, slow_restitution
+from springpot.problem.quantities import UNCONTROLLED
+from springpot.problem.system import System
+from springpot.simulation.error.decision import NORMAL, Known, bias_range
+from springpot.simulation.error.levels import Levels, forgetting_time_of
+from springpot.simulation.estimate.completed_rate import are_crowded, at_walls
+from springpot.simulation.estimate.few_events import errors_of_unseen
+from springpot.simulation.estimate.slow_impacts import slow_impact_order
+from springpot.simulation.estimate.statistics import controlled, standard_error
+from springpot.simulation.lowering.compose import Floats
+from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.plan.transient import SLOW, shares_missing, system_shares_missing
+from springpot.theory.result import MOMENTS
+
+__all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names", "orders_of_step"]
+
+CONTROLLED = MOMENTS
+"""Quantities that have a budget."""
+
+BALANCE = "energy_residual"
+WITH_MEMORY = 0.737  # least order of the step's bias with a wall and an order of the springpot below 1
+HIGHEST_ORDER = 2.0
+RESTORED = 0.03  # bound on the relative error of the number of slow impacts that is added
+UNCERTAIN_ORDER = 0.4  # the rate with slow impacts added has at least this much higher order than the plain rate
+LEAST_ORDER = 0.02  # a law of restitution can be below 0.163 at the speeds that a step resolves
+SINGLE_PRECISION = 1e-4  # twice the largest relative effect of single-precision memory observed
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The parts of the error of one estimate, in its unit.
+
+    Attributes
+    ----------
+    standard_error : float
+        Of the value, from the spread between independent paths.
+    step_bias, memory_bias, transient : float
+        Bounds on the biases due to the step, the approximation of the memory and the start.
+    """
+
+    standard_error: float
+    step_bias: float
+    memory_bias: float
+    transient: float
+
+    @property
+    def total(self) -> float:
+        """Half-width of the total interval: 95 % of the sampling error plus the three bounds."""
+        return NORMAL * self.standard_error + self.step_bias + self.memory_bias + self.transient
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Estimates from all levels.
+
+    Attributes
+    ----------
+    values, errors : dict
+        Every estimate, with control variates, and its standard error.  To those that have a budget the middle of the
+        range of the step's bias is added.
+    budgets : dict
+        A `Budget` for each of CONTROLLED.
+    known : dict
+        Input of `springpot.simulation.error.decision`, for each of CONTROLLED.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    known: dict[str, Known]
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Samples of one estimate, after the controls: of the paths, and of the differences of pairs, fine less coarse.
+
+    Attributes
+    ----------
+    many, difference : ndarray
+    paired : bool
+        Whether ``many`` are the finer members of the pairs.
+    controls : int
+        Numbers of control variates of a path; a pair has twice as many.
+    """
+
+    many: Floats
+    difference: Floats
+    paired: bool
+    controls: int
+
+    def value(self, share: float) -> float:
+        """The mean, with this share of the mean difference."""
+        return float(self.many.mean() + share * self.difference.mean())
+
+    def error(self, share: float) -> float:
+        """Its standard error."""
+        if self.paired:
+            return standard_error(self.many + share * self.difference, 2 * self.controls)
+        return math.hypot(standard_error(self.many, self.controls), share * self.difference_error)
+
+    @property
+    def difference_error(self) -> float:
+        """Standard error of the mean difference."""
+        return standard_error(self.difference, 2 * self.controls)
+
+
+def combine(levels: Levels) -> Estimates:
+    """Values, standard errors and budgets of all quantities."""
+    simulation, samples = levels.best.simulation, _samples(levels)
+    problem, settings = simulation.problem, simulation.settings
+    memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
+    energy = _energy_transient(simulation)
+    plain = samples.pop("plain_rate", None)
+    values, errors = ({name: get(sample) for name, sample in samples.items()} for get in (_value, _error))
+    shares = {}
+    for name in controlled_names(problem, samples):
+        orders = orders_of_step(problem, name, settings.step)
+        middle, half = bias_range(orders, levels.finer)
+        values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
+        shares[name] = orders, half
+    errors |= errors_of_unseen(values, simulation.impacts(levels.best.rows), simulation.watched(levels.best.rows))
+    rate = values.get("impact_rate", math.nan)
+    restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
+    slow = _slow_shares(problem, settings.window[0], values)
+    start = simulation.errors_of_the_start(values)
+    budgets, known = {}, {}
+    for name, (orders, half) in shares.items():
+        sample = samples[name]
+        size, its_error = abs(float(sample.difference.mean())), sample.difference_error
+        other = RESTORED * abs(restored * values[name]) if "impact" in name else 0.0
+        budgets[name] = Budget(
+            standard_error=errors[name],
+            step_bias=half * (size + its_error) + other,
+            memory_bias=memory * abs(values[name]),
+            transient=(energy + slow[name]) * abs(values[name]) + NORMAL * start[name],
+        )
+        known[name] = Known(
+            name=name,
+            value=values[name],
+            total=budgets[name].total,
+            variance=float(sample.many.var()),
+            difference_variance=float(sample.difference.var()),
+            difference=size,
+            difference_error=its_error,
+            orders=orders,
+            other_bias=other,
+            other_order=_order_of_restored(problem),
+            fixed=budgets[name].memory_bias + budgets[name].transient,
+        )
+    return Estimates(values, errors, budgets, known)
+
+
+def _value(sample: _Samples) -> float:
+    return sample.value(0.0)
+
+
+def _error(sample: _Samples) -> float:
+    return sample.error(0.0)
+
+
+def _samples(levels: Levels) -> dict[str, _Samples]:
+    """The samples of every estimate, after regression on the control variates; the balance itself has none."""
+    coarse, fine = (level.samples() for level in (levels.pair_coarse, levels.pair_fine))
+    of_pairs = np.concatenate([levels.pair_coarse.controls(coarse), levels.pair_fine.controls(fine)], axis=1)
+    paired = levels.best is levels.pair_fine
+    many = fine if paired else levels.many.samples()
+    of_many = of_pairs if paired else levels.many.controls(many)
+    number = of_pairs.shape[1] // 2
+    samples = {
+        name: _Samples(controlled(many[name], of_many), controlled(fine[name] - coarse[name], of_pairs), paired, number)
+        for name in many
+        if name != BALANCE
+    }
+    if BALANCE in many:
+        samples[BALANCE] = _Samples(many[BALANCE], fine[BALANCE] - coarse[BALANCE], paired, 0)
+    return samples
+
+
+def controlled_names(problem: Oscillator | System, names: Iterable[str]) -> tuple[str, ...]:
+    """The quantities that have a budget: of a system every mean that is not that of a force or at the end.
+
+    Examples
+    --------
+    >>> controlled_names(Oscillator(), ())[:2]
+    ('amplitude_mean_square', 'x_mean')
+    """
+    if isinstance(problem, Oscillator):
+        return CONTROLLED
+    return tuple(name for name in names if not name.endswith(UNCONTROLLED))
+
+
+def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, float]) -> Mapping[str, float]:
+    """Relative effect on each quantity of the slow displacements that are missing when the window begins."""
+    if isinstance(problem, Oscillator):
+        return shares_missing(problem, time, values["x_mean_square"], values["amplitude_mean_square"])
+    share = system_shares_missing(problem, time, values["x_mean_square"])
+    fast = {name for name in values if name == "v_mean_square" or name.endswith("_power")}
+    return {name: 0.0 if name in fast else SLOW.get(name, 1.0 if name.startswith("x_") else 0.5) * share
+            for name in values}  # fmt: skip
+
+
+def orders_of_step(problem: Oscillator | System, name: str, step: float) -> tuple[float, float]:
+    """Between which the order of a quantity's bias in the step lies.
+
+    The scheme has order 2, but order 1 behind a wall at alpha = 1, and less has been seen behind a wall with memory.
+    If slow impacts have been added, the least order is that of the next term: about 0.5 more than that of the plain
+    rate.  Where they are not added, it is that of the impact rate of a system's lossiest wall; a law of restitution
+    counts with its value at the slowest impacts that the step resolves, or at slower ones.
+    """
+    if isinstance(problem, System):
+        return _least_order_of_system(problem, name, step), HIGHEST_ORDER
+    if name.startswith("impact") and are_crowded(problem):
+        return min(1.0, slow_impact_order(problem.restitution) + UNCERTAIN_ORDER), HIGHEST_ORDER
+    remembered = problem.barrier is not None and problem.springpot.order < 1.0
+    return WITH_MEMORY if remembered else 1.0, HIGHEST_ORDER
+
+
+def _least_order_of_system(system: System, name: str, step: float) -> float:
+    walls = system.of(Barrier)
+    intensity = sum(noise.intensity for noise in system.per_unit_mass.of(WhiteNoise))
+    lossy = [
+        min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
+        for wall in walls
+        if not wall.is_elastic
+    ]
+    if lossy and "impact" in name:
+        added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
+        order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
+        return min(1.0, order)
+    return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
+
+
+def _order_of_restored(problem: Oscillator | System) -> float:
+    """Order in the step of the number of slow impacts that are added."""
+    walls = at_walls(problem)
+    return slow_impact_order(walls.restitution) if walls is not None and are_crowded(problem) else 0.0
+
+
+def _energy_transient(simulation: Simulation) -> float:
+    """Relative effect of the energy's transient on the average over the window."""
+    relaxation, (begin, end) = simulation.scales.energy_time, simulation.settings.window
+    if isinstance(simulation.problem, System):
+        if simulation.problem.of(ThermalNoise):
+            return 0.0
+        relaxation = max(relaxation, forgetting_time_of(simulation.problem))
+    return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

@@ -1,0 +1,420 @@
+"""Runs to a tolerance (``rtol``): total errors are estimated and reduced until they are small enough.
+
+The start is stationary.  Pairs of paths at a step 2 h and at h with the same noise measure what the step does: with a
+scheme of order p their mean difference D leaves the bias D 2^(-n p) / (2^p - 1) at the step h / 2^n.  The values come
+from paths at such a finer step, so that the noise of D counts for a small part only.  The order is known within a
+range; the middle of the range of the bias is added to the value, and its half is the bound.
+
+Multilevel Monte Carlo (Giles, Acta Numerica 24, 2015) would sum differences over the levels instead.  That does not pay
+here: impacts soon separate two paths with the same noise, so that a difference has a third of the variance or more.
+
+The balances of energy, momentum and virial are control variates (`springpot.simulation.estimate.controls`).  Paths and
+pairs are added until the total errors are below the tolerance; `springpot.simulation.error.decision` chooses their
+numbers and the step.  With a lossy wall the impact rate is that of `springpot.simulation.estimate.completed_rate`,
+which adds the slow impacts that a step cannot resolve.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import few, meant, per_cent
+from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
+from springpot.simulation.error.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
+from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide
+from springpot.simulation.error.levels import (
+    FEWEST_PAIRS,
+    Level,
+    Levels,
+    first_pairs,
+    first_step,
+    level_settings,
+    levels_of,
+)
+from springpot.simulation.estimate.completed_rate import are_crowded
+from springpot.simulation.estimate.slow_impacts import impacts_are_countable
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.system_samples import uncountable
+from springpot.simulation.kernel.block import COLUMNS
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.lowering.compose import Floats
+from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.settings import Settings, check_stationary, checked_seed, checked_threads, resolve
+from springpot.simulation.plan.system_scales import is_symmetric, scales_of_problem, typical_frequency
+
+__all__ = ["Reached", "checked_quantities", "reach"]
+
+FINEST_STEP = 1e-3  # in units of the shortest time scale
+PILOT_PATHS = (2048, 262_144)
+PILOTS_DO = 2e-3  # smallest rtol for which the fewest pilot paths are enough
+MOST_PATH_STEPS = 3e11
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """Result of `reach`.
+
+    Attributes
+    ----------
+    settings : Settings
+        Of the paths that give the values; ``paths`` counts these and both members of the pairs.
+    values, errors, budgets : dict
+        As in `springpot.simulation.error.budget.Estimates`.
+    simulation : Simulation
+    rows : ndarray
+        Of the paths that give the values.
+    pairs : int
+        Number of pairs of paths.
+    shortfall : str
+        Empty, or one sentence: what could not be reached, and why.
+    reason : str
+        What took the time.
+    path_steps : float
+        Steps of all paths in whole rounds.  The sizes of the rounds depend on elapsed time only with ``max_time``,
+        which may make the first round smaller, and ends the run.
+    """
+
+    settings: Settings
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    simulation: Simulation
+    rows: Floats
+    pairs: int
+    shortfall: str
+    reason: str
+    path_steps: float
+
+
+@dataclass(frozen=True)
+class _Request:
+    """The arguments of `reach`, checked."""
+
+    problem: Oscillator | System
+    rtol: float
+    wanted: tuple[str, ...]
+    seed: int
+    threads: int
+    most_path_steps: float
+
+    def settings(self, step: float) -> Settings:
+        """Settings of the coarser members of the pairs at this step."""
+        return level_settings(self.problem, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """Estimates after a round, and the next move."""
+
+    levels: Levels
+    estimates: Estimates
+    known: tuple[Known, ...]  # of the controlled quantities
+    move: Move
+
+    @property
+    def simulation(self) -> Simulation:
+        return self.levels.best.simulation
+
+    @property
+    def off(self) -> float:
+        """The largest relative total error of the controlled quantities."""
+        return max(known.off for known in self.known)
+
+
+class _Report:
+    """Calls ``progress`` after each block, and ends the run when the time is over or ``progress`` raises."""
+
+    def __init__(self, clock: Clock, progress: Progress | None) -> None:
+        self.clock, self.progress = clock, progress
+        self.latest = FractionDone(0.0)
+
+    @property
+    def time_left(self) -> str:
+        """Estimated time left, in words; empty before there is an estimate."""
+        return in_words(self.latest.estimate.seconds) if self.latest.estimate is not None else ""
+
+    def block(self, _: float) -> None:
+        """After a block of paths."""
+        self.clock.check()
+        self._pass_on()
+
+    def say(self, fraction: float, estimate: Estimate) -> None:
+        """After a round."""
+        self.latest = FractionDone(fraction, estimate)
+        self._pass_on()
+
+    def _pass_on(self) -> None:
+        if self.progress is not None:
+            self.progress(self.latest)
+
+
+def reach(
+    problem: Oscillator | System,
+    rtol: float,
+    *,
+    quantities: Sequence[str] = ("amplitude_mean_square",),
+    seed: int = 1,
+    threads: int | None = None,
+    most_path_steps: float = MOST_PATH_STEPS,
+    max_time: float | None = None,
+    progress: Progress | None = None,
+) -> Reached:
+    """Estimate quantities so that the total error of each is below ``rtol`` of its value.
+
+    Parameters
+    ----------
+    problem : Oscillator or System
+        With a stationary state.
+    rtol : float
+        In [1e-4, 0.5].
+    quantities : sequence of str
+        Names from CONTROLLED.
+    seed, threads
+        As in `springpot.simulate`.
+    most_path_steps : float
+        Work after which the run ends with a shortfall; the first round is always run.
+    max_time : float
+        Seconds after which the run ends with the result of the whole rounds so far.
+    progress : callable
+        Called with an estimate of the fraction done, a `FractionDone`, after every block of paths.
+
+    Returns
+    -------
+    Reached
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong or there is no stationary state.
+    TimeoutError
+        If ``max_time`` is too short for the smallest run that gives an error.
+    """
+    rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
+    wanted = checked_quantities(problem, quantities)
+    if max_time is not None:
+        max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
+    check_stationary(problem, "rtol")
+    request = _Request(problem, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
+    report = _Report(Clock(max_time), progress)
+    shortest = FINEST_STEP / scales_of_problem(problem).fastest_rate
+    step = max(first_step(problem, rtol), shortest)
+    spent, reason = 0.0, ""
+    halved, best = False, None
+    try:
+        report.block(0.0)
+        settings = request.settings(step)
+        adapted = adapt(problem, settings, paths=_pilots(problem, rtol), progress=report.block)
+        levels = levels_of(problem, settings, adapted)
+        _measure_speed(levels.pair_coarse, report)
+        pairs = first_pairs(levels.pair_coarse.simulation, rtol)
+        if report.clock.seconds(levels.work(0, pairs)) > 0.25 * report.clock.left:
+            pairs = FEWEST_PAIRS
+        paths = 0
+        reason = _length_reason(levels.pair_coarse.simulation) or "the first round is small"
+        report.say(0.0, _estimate(request, report.clock, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0]))
+        while True:
+            before = levels.path_steps
+            levels = _round(levels, paths, pairs, report, patience=3.0 if best is None else 1.0)
+            spent += levels.path_steps - before
+            outcome = _outcome(request, levels, spent, shortest)
+            move = outcome.move
+            same_step = best is not None and best.simulation is outcome.simulation
+            if best is None or same_step or move.kind == "done" or outcome.off <= best.off:
+                best = outcome
+            reason = _reason(outcome, halved)
+            estimate = _estimate(request, report.clock, spent, move.path_steps, reason, move.aim, move.worst)
+            report.say(min(1.0, (rtol / best.off) ** 2), estimate)
+            if move.kind in ("done", "stop"):
+                break
+            if move.kind == "more":
+                levels, paths, pairs = levels.with_step(move.finer), move.paths, move.pairs
+                continue
+            finer = levels_of(problem, request.settings(0.5 * step), adapted)
+            paths, pairs = 0, first_pairs(finer.pair_coarse.simulation, rtol)
+            if spent + finer.work(paths, pairs) > most_path_steps:
+                outcome = replace(outcome, move=replace(move, kind="stop"))
+                break
+            step, levels, halved = 0.5 * step, finer, True
+        why = _why_no_better(request, outcome, spent)
+    except OutOfTimeError:
+        if best is None:
+            raise TimeoutError(_too_short(report)) from None
+        why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
+    paths, pairs = best.levels.many.paths, best.levels.pair_coarse.paths
+    return Reached(
+        settings=replace(best.simulation.settings, paths=paths + 2 * pairs),
+        values=best.estimates.values,
+        errors=best.estimates.errors,
+        budgets=best.estimates.budgets,
+        simulation=best.simulation,
+        rows=best.levels.best.rows,
+        pairs=pairs,
+        shortfall=_shortfall(best, rtol, why),
+        reason=reason,
+        path_steps=spent,
+    )
+
+
+def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) -> tuple[str, ...]:
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this problem."""
+    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    allowed = controllable(problem)
+    if not names or not set(names) <= set(allowed):
+        given = few(map(str, names)) or "nothing"
+        wrong = next((str(name) for name in names if name not in allowed), "")
+        hint = meant(wrong, allowed) or "."
+        raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
+    return names
+
+
+def controllable(problem: Oscillator | System) -> tuple[str, ...]:
+    """The quantities whose errors can be controlled.
+
+    Examples
+    --------
+    >>> controllable(Oscillator(barrier=None))
+    ('amplitude_mean_square', 'x_mean_square', 'v_mean_square')
+    """
+    if isinstance(problem, System):
+        few = simulation_of(problem, resolve(problem, paths=1, start="rest"))
+        names = controlled_names(problem, few.samples(np.zeros((1, len(few.parts.columns)))))
+        if uncountable(problem):
+            names = tuple(name for name in names if "impact_" not in name)
+        return tuple(name for name in names if name != "x_mean" or not is_symmetric(problem))
+    return tuple(
+        name
+        for name in CONTROLLED
+        if (impacts_are_countable(problem) or not name.startswith("impact"))
+        and (problem.barrier is not None or name != "x_mean")
+    )
+
+
+def _pilots(problem: Oscillator | System, rtol: float) -> int:
+    """Paths of the pilot runs: more for a small tolerance, fewer if each is much longer than the energy time."""
+    (fewest, most), scales = PILOT_PATHS, scales_of_problem(problem)
+    cycles = 5.0 * (1.0 / typical_frequency(problem))
+    longest = max(scales.energy_time, cycles)
+    length = max(longest, min(scales.creep_time, 20.0 * cycles))
+    wanted = fewest * max(1.0, (PILOTS_DO / rtol) ** 2) * longest / length
+    return int(min(max(wanted, 256.0), most))
+
+
+def _measure_speed(level: Level, report: _Report) -> None:
+    """Measure the path-steps per second with a short run."""
+    settings = level.simulation.settings
+    steps = min(settings.steps, 8192)
+    length = steps * settings.step
+    few = level.simulation.but(paths=LANES * settings.threads, duration=length, window=(0.0, length))
+    for _ in range(2):  # the first may have to load or compile the kernel
+        begun = time.perf_counter()
+        few.advance(stream=level.stream, halved=level.halved, progress=report.block)
+    report.clock.measure(float(few.settings.paths * steps), time.perf_counter() - begun)
+
+
+def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:
+    """Levels with so many paths and pairs; `OutOfTimeError` if that takes over ``patience`` times the time left."""
+    clock, begun = report.clock, time.perf_counter()
+    if clock.seconds(levels.work(paths, pairs)) > patience * clock.left:
+        raise OutOfTimeError
+    more = levels.extended(paths, pairs, report.block)
+    clock.measure(more.path_steps - levels.path_steps, time.perf_counter() - begun)
+    return more
+
+
+def _outcome(request: _Request, levels: Levels, spent: float, shortest: float) -> _Outcome:
+    """Estimates from the levels, and the next move."""
+    estimates = combine(levels)
+    known = tuple(estimates.known[name] for name in request.wanted)
+    coarse, fine = levels.pair_coarse.simulation.settings, levels.pair_fine.simulation.settings
+    halvings = math.floor(math.log2(fine.step / shortest)) if fine.step > shortest else 0
+    standing = Standing(
+        rtol=request.rtol,
+        known=known,
+        paths=levels.many.paths,
+        pairs=levels.pair_coarse.paths,
+        finer=levels.finer,
+        steps=coarse.steps,
+        impacts=_impacts_of_a_path(levels.pair_fine),
+        spent=spent,
+        most_path_steps=request.most_path_steps,
+        most_finer=min(halvings, MOST_FINER),
+        step_can_be_halved=coarse.step > shortest,
+    )
+    return _Outcome(levels, estimates, known, decide(standing))
+
+
+def _impacts_of_a_path(level: Level) -> float:
+    """Mean number of impacts of a whole path."""
+    settings = level.simulation.settings
+    low, high = settings.window_steps
+    return float(level.rows[:, COLUMNS.index("impacts")].mean()) * settings.steps / (high - low)
+
+
+def _estimate(
+    request: _Request, clock: Clock, spent: float, left: float, reason: str, aim: float, worst: str
+) -> Estimate:
+    unreachable = ""
+    if aim > request.rtol:
+        wanted, best = per_cent(request.rtol), per_cent(aim)
+        unreachable = (
+            f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
+            f"{best if best != wanted else 'just above that'}"
+        )
+    return Estimate(spent + left, clock.seconds(left), reason, aim, unreachable)
+
+
+def _length_reason(simulation: Simulation) -> str:
+    """Why each path is long, if it is."""
+    settings, (begin, end) = simulation.settings, simulation.settings.window
+    if settings.steps < 20_000:
+        return ""
+    lasting = f"each path runs for {end:.2g} s, {settings.steps:.1e} steps"
+    if begin > 8.0 * simulation.scales.forgetting_time:
+        return f"the springpot is strong, so the displacement changes slowly: {lasting}"
+    return f"the damping is light: {lasting}"
+
+
+def _reason(outcome: _Outcome, halved: bool) -> str:
+    """What takes the time."""
+    simulation, move = outcome.simulation, outcome.move
+    if halved or move.kind == "halve":
+        slow = are_crowded(simulation.problem) and move.worst.startswith("impact")
+        what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
+        return f"{what} a step below {simulation.settings.step:.2g} s"
+    return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"
+
+
+def _why_no_better(request: _Request, outcome: _Outcome, spent: float) -> str:
+    """Why the run ends before the tolerance is reached."""
+    known = outcome.estimates.known[outcome.move.worst]
+    if outcome.move.kind == "stop":
+        if math.isinf(outcome.off):
+            return f"in {spent:.1e} path-steps there were too few events to estimate it"
+        return f"it would take more than {request.most_path_steps:.1e} path-steps"
+    if known.fixed > 0.5 * request.rtol * abs(known.value):
+        return "more paths do not reduce the bias from start and memory"
+    return f"its bias at a step of {outcome.simulation.settings.step:.2g} s is still too large"
+
+
+def _too_short(report: _Report) -> str:
+    needed = "the pilot runs for the stationary start were not finished"
+    if report.time_left:
+        needed = f"the smallest run takes about {report.time_left}"
+    return f"max_time of {report.clock.limit:g} s is too short for any result: {needed}."
+
+
+def _shortfall(best: _Outcome, rtol: float, why: str) -> str:
+    """One sentence; empty if the tolerance was reached."""
+    if best.off <= rtol:
+        return ""
+    worst = max(best.known, key=lambda known: known.off)
+    reached = f"known to {per_cent(best.off)}" if math.isfinite(best.off) else "not known at all"
+    return f"{worst.name} is {reached}, not to the {per_cent(rtol)} asked for: {why}."

@@ -1,0 +1,1 @@
+"""From rows of sums to values, errors and bounds."""

@@ -1,0 +1,109 @@
+"""Events that were seen rarely or not at all: nothing seen is not 0 +- 0.
+
+Where none is seen in a time T, of all paths together, the rate is below 3 / T with a probability of 95 % ("rule of
+three": exp(-3) = 0.05).  Where a few are seen the interval is Poisson's (F. Garwood, Biometrika 28, 1936).  Impacts of
+one path may come in bursts, so the number that follows Poisson's law is that of the paths with impacts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.simulation.error.decision import NORMAL
+
+__all__ = ["FEW", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
+
+Floats = npt.NDArray[np.float64]
+
+FEW = 10  # events, from which on a standard error says enough
+UPPER = 3.0
+
+
+def error_of_unseen(time: float) -> float:
+    """The error of the rate of events of which none was seen in this time: 1.96 of it are the bound 3 / time.
+
+    Examples
+    --------
+    >>> round(1.959964 * error_of_unseen(2000.0), 6)
+    0.0015
+    """
+    return UPPER / (NORMAL * time)
+
+
+def chance_below(bound: float, error: float) -> float:
+    """The probability that the rate of events that were not seen is below a bound, from its error.
+
+    Examples
+    --------
+    >>> round(chance_below(0.0015, error_of_unseen(2000.0)), 3)
+    0.95
+    """
+    return -math.expm1(-max(bound, 0.0) * UPPER / (NORMAL * error))
+
+
+def errors_of_unseen(values: Mapping[str, float], struck: Mapping[str, Floats], time: float) -> dict[str, float]:
+    """The errors of results that are 0 because an event was not seen: of a rate a bound, of all else NaN.
+
+    Parameters
+    ----------
+    values : dict
+        Results by name.
+    struck : dict
+        Impacts of each path: of each wall by its name, of all under an empty one.
+    time : float
+        Of all windows together, in s.
+
+    Examples
+    --------
+    >>> errors_of_unseen({"impact_rate": 0.0, "barrier_power": 0.0}, {"": np.zeros(4), "barrier": np.zeros(4)}, 3.0)
+    {'impact_rate': 0.5102..., 'barrier_power': nan}
+    """
+    found = {}
+    for name, impacts in struck.items():
+        if impacts.any():
+            continue
+        before = f"{name}_" if name else ""
+        if values.get(f"{before}impact_rate") == 0.0:
+            found[f"{before}impact_rate"] = error_of_unseen(time)
+        of_walls = [f"{before}power", f"{before}force_mean"] if name else ["contact_share", "contact_penetration"]
+        found |= {quantity: math.nan for quantity in of_walls if values.get(quantity) == 0.0}
+    return found
+
+
+def interval(impacts: Floats, time: float) -> tuple[float, float]:
+    """The 95 % interval of a rate of which fewer than `FEW` events were seen, from the events of each path.
+
+    Examples
+    --------
+    >>> low, high = interval(np.array([1.0, 0.0, 1.0, 1.0]), 3.0)
+    >>> round(low, 3), round(high, 3)
+    (0.206, 2.922)
+    """
+    paths, seen = int(np.count_nonzero(impacts)), float(impacts.sum())
+    if not paths:
+        return 0.0, UPPER / time
+    from scipy.special import gammaincinv  # most runs need none of it
+
+    of_a_path = seen / paths / time
+    return of_a_path * float(gammaincinv(paths, 0.025)), of_a_path * float(gammaincinv(paths + 1, 0.975))
+
+
+def about_few(struck: Mapping[str, Floats], time: float) -> Iterator[str]:
+    """One sentence for each kind of event of which fewer than `FEW` were seen, as in `errors_of_unseen`."""
+    for name, impacts in struck.items():
+        seen = int(impacts.sum())
+        if seen >= FEW:
+            continue
+        low, high = interval(impacts, time)
+        rate, within = f"{name}_impact_rate" if name else "impact_rate", f"{time:.3g} s of all paths together"
+        if not seen:
+            yield f"{rate} is below {high:.2g} per second with a probability of 95 %: no impact was seen in {within}."
+        else:
+            yield (
+                f"{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric "
+                f"about its value: only {seen} impact{'s' if seen > 1 else ''} in {within}."
+            )

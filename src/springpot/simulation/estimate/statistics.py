@@ -1,0 +1,67 @@
+"""Means of independent paths and their standard errors.
+
+The standard error of a mean over paths of time averages is their standard deviation over sqrt(paths), whatever the
+correlation within a path.  Ratios (impact speeds) are linearized: numerator minus ratio times denominator.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["controlled", "ratio", "residual", "standard_error"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def residual(out: Floats, supplied: float, initial: Floats) -> Floats:
+    """1 - out / supplied; without supply, -out over the initial energy of each path (NaN if that is 0)."""
+    if supplied > 0.0:
+        return 1.0 - out / supplied
+    return np.divide(-out, initial, out=np.full_like(out, np.nan), where=initial > 0.0)
+
+
+def ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
+    """Ratio of two sums over the paths, and linearized samples with this mean; NaN if the lower sum is 0."""
+    if not below.sum() > 0.0:
+        return math.nan, np.full_like(above, np.nan)
+    value = float(above.sum() / below.sum())
+    return value, value + (above - value * below) / float(below.mean())
+
+
+def standard_error(samples: Floats, fitted: int = 0) -> float:
+    """Standard error of the mean of independent samples; NaN for a single one.
+
+    ``fitted``: the number of control variates.  Each counts twice: their regression takes out spread by chance, and its
+    slopes have errors.
+    """
+    lost = 1 + 2 * fitted
+    return float(samples.std(ddof=lost) / math.sqrt(samples.size)) if samples.size > lost else math.nan
+
+
+def controlled(samples: Floats, controls: Floats) -> Floats:
+    """Samples less their regression on control variates of mean zero, so that the expected mean does not change.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (paths,)
+    controls : ndarray, shape (paths, controls)
+        One that does not vary is left out.
+
+    Examples
+    --------
+    >>> control = np.array([[1.0], [-2.0], [4.0]])
+    >>> controlled(3.0 + 2.0 * control[:, 0], control).round(12)
+    array([3., 3., 3.])
+    """
+    spread = controls.std(axis=0) if controls.size else np.zeros(0)
+    if not np.isfinite(samples).all() or not (spread > 0.0).any():
+        return samples
+    kept = controls[:, spread > 0.0] / spread[spread > 0.0]
+    apart = kept - kept.mean(axis=0)
+    # sums in NumPy's own order: those of a linear algebra library depend on its number of threads
+    squares = np.einsum("ij,ik->jk", apart, apart)
+    slopes = np.linalg.lstsq(squares, np.einsum("ij,i->j", apart, samples - samples.mean()), rcond=1e-12)[0]
+    return np.asarray(samples - np.einsum("ij,j->i", kept, slopes))

@@ -1,0 +1,165 @@
+"""A disk cache of compiled kernels that never returns a wrong one.
+
+Numba's own cache checks only the file in which a function is defined, but a kernel is compiled from several.  So the
+key also contains a digest of every source file of this folder, and of the function's own file.  Numba also numbers its
+files in one index, and two processes that compile at the same time can mix them up; here each function has its own
+file, named by its key, with the key and a checksum in it.
+
+A kernel with a part that is defined outside this folder is not cached, because changes of that code are not detected.
+
+A file of the cache holds machine code, and loading it runs it.  So only a folder is used that no other user can write
+(:mod:`springpot.machine.trusted`): NUMBA_CACHE_DIR if it is set, else the user's cache folder.  Where it cannot be
+used, the kernel is compiled anew in each process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import inspect
+import pickle
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from platformdirs import user_cache_dir
+
+from springpot.machine.files import write
+from springpot.machine.trusted import UntrustedFolderError, make_folder, read, reason_against, say_unused
+from springpot.simulation.kernel.lanes import FAST, INLINE, QUICK
+
+try:  # private names of Numba: where one is missing nothing is cached
+    if "forceinline" not in INLINE:  # code from the disk could differ by rounding
+        raise ImportError
+    from numba.core.caching import FunctionCache
+    from numba.core.ccallback import CFunc
+    from numba.core.compiler import CompileResult
+    from numba.core.runtime import rtsys
+    from numba.core.serialize import dumps
+    from numba.core.sigutils import normalize_signature
+except ImportError:
+    FunctionCache = None
+
+__all__ = ["cached", "callback", "find_folder"]
+
+_SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parents[1].rglob("*.py")))
+_COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version} {QUICK}"
+_DIGEST = hashlib.sha256(_SOURCES + _COMPILER.encode()).hexdigest()
+_LARGEST = 64 << 20  # bytes of a file; kernels take less than one MiB
+_IF_UNTESTED = () if QUICK else (Exception,)  # what another Numba may raise costs a compilation, no more
+_HERE = __name__.rpartition(".")[0]
+
+
+def _from_elsewhere(kind: Any) -> bool:
+    """Whether a signature or a type of Numba is, or holds, a NamedTuple that is not defined in this folder."""
+    part = getattr(kind, "instance_class", None)
+    inside = part is None or part.__module__.rpartition(".")[0] == _HERE
+    parts = kind if isinstance(kind, tuple) else getattr(kind, "args", getattr(kind, "types", ()))
+    return not inside or any(map(_from_elsewhere, parts))
+
+
+class _Files:
+    """Compiled code by key, a file for each: what Numba's cache reads from and writes to."""
+
+    def __init__(self, folder: Path, base: str) -> None:
+        self.folder, self.base = folder, f"{base}.{_DIGEST[:12]}"
+
+    def _place(self, key: Any) -> Path:
+        return self.folder / f"{self.base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:24]}.nbc"
+
+    def load(self, key: Any) -> Any:
+        """The data saved under a key; None if there are none, they are damaged or others could have written them."""
+        checksum, _, content = (read(self._place(key), _LARGEST) or b"").partition(b"\n")
+        if hashlib.sha256(content).hexdigest().encode() != checksum:
+            return None
+        try:
+            saved_under, data = pickle.loads(content)
+        except (pickle.UnpicklingError, EOFError, ValueError, TypeError, AttributeError, ImportError, IndexError):
+            return None  # not written by this class
+        return data if saved_under == key else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save under a key: atomically, also if other processes do the same."""
+        content = dumps((key, data))
+        if reason_against(self.folder) is None:
+            write(str(self._place(key)), hashlib.sha256(content).hexdigest().encode() + b"\n" + content, private=True)
+
+
+class _Cache(FunctionCache or object):  # type: ignore[misc]
+    """Numba's cache of a function, in a folder and files of ours; ``reason`` says why they are not used, if so."""
+
+    def __init__(self, function: Any) -> None:
+        self._py_func, self._cache_path, self.reason = function, None, None
+        try:
+            base = numba.config.CACHE_DIR or user_cache_dir("springpot", appauthor=False)
+            folder, source = Path(base) / "kernels", Path(inspect.getfile(function))
+            self._own = hashlib.sha256(source.read_bytes()).hexdigest()
+            make_folder(folder)
+            tempfile.TemporaryFile(dir=folder).close()
+        except UntrustedFolderError as error:
+            self.reason = str(error)
+        except OSError as error:
+            self.reason = f"{error.filename!r} cannot be used ({error.strerror})"
+        except RuntimeError:
+            self.reason = "this user has no home folder"
+        else:
+            name = function.__qualname__.replace("<", "").replace(">", "")
+            self._cache_path = str(folder)
+            self._cache_file = _Files(folder, f"{source.stem}.{name}-{function.__code__.co_firstlineno}")
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Numba's own first learns all that a compilation may need, longer than all the rest takes; this does not."""
+        if self.reason:
+            say_unused(
+                "Compiled kernels are not stored, and every process compiles them again for a few seconds, because "
+                f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
+            )
+        elif not _from_elsewhere(sig):
+            with contextlib.suppress(*_IF_UNTESTED):
+                rtsys.initialize(target_context)  # what unpacks the arrays
+                data = self._cache_file.load(self._key(sig, target_context.codegen()))
+                return data and CompileResult._rebuild(target_context, *data)
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with contextlib.suppress(OSError, *_IF_UNTESTED):  # a full disk costs the next process a compilation, no more
+            if not (self.reason or _from_elsewhere(sig) or data.library.has_dynamic_globals or data.lifted):
+                self._cache_file.save(self._key(sig, data.codegen), data._reduce())
+
+    def _key(self, sig: Any, codegen: Any) -> Any:
+        return (*self._index_key(sig, codegen), _DIGEST, self._own)
+
+
+def cached(dispatcher: Any) -> Any:
+    """Give a Numba dispatcher the disk cache, if there is a folder for it, and return it."""
+    if FunctionCache:
+        dispatcher._cache = _Cache(dispatcher.py_func)
+    return dispatcher
+
+
+def callback(signature: Any) -> Callable[[Callable[..., None]], Any]:
+    """As ``numba.cfunc`` with the disk cache, for functions that hold nothing but numbers of their own.
+
+    Another compiled function in it would have another key in every process.
+    """
+
+    def compiled(function: Callable[..., None]) -> Any:
+        if not FunctionCache:
+            return numba.cfunc(signature, **FAST)(function)
+        made: Any = CFunc(function, normalize_signature(signature), {}, dict(FAST))
+        made._cache = _Cache(function)
+        made.compile()
+        return made
+
+    return compiled
+
+
+def find_folder(dispatcher: Any) -> tuple[str | None, str | None]:
+    """The folder in which a dispatcher's compiled code is kept, or None and the reason why there is none."""
+    if not FunctionCache:
+        return None, f"springpot does not know Numba {numba.__version__}"
+    return dispatcher._cache.cache_path, dispatcher._cache.reason

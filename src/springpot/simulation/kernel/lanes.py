@@ -1,0 +1,138 @@
+"""Shared by all compiled code of the simulation: compile flags, stack buffers, and casts.
+
+A block of paths is advanced in ``LANES`` lanes; all lane arrays are flat and live on the stack, where LLVM knows that
+no two of them overlap.  That, and flat indexing, is what lets it use vector instructions without run-time checks.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import llvmlite.ir as ir
+import numba
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+__all__ = [
+    "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
+    "MOST_STATES", "OF_USER", "QUICK", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no",
+    "stack_array", "typed", "u32", "u64", "yes",
+]  # fmt: skip
+
+LANES = 64  # paths of a block, advanced together
+GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
+MOST_MODES = 128
+MOST_FORCES = 8  # named ones, and taps
+MOST_STATES = 160  # numbers that forces keep for each path
+MOST_CONTACTS = 6
+MOST_EXTRAS = 10 + 5 * MOST_CONTACTS  # sums of the walls
+
+# without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
+FAST: dict[str, Any] = {
+    "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
+    "error_model": "numpy",
+}
+# `springpot.simulation.kernel.numba_passes` leans on private names of Numba: with versions that it was not tested
+# with, Numba compiles as it always does, in twice the time; results differ by rounding
+TESTED = ("0.62", "0.63", "0.64", "0.65", "0.66", "0.67", "0.68")
+QUICK = numba.__version__.rpartition(".")[0] in TESTED
+if QUICK:
+    try:
+        from springpot.simulation.kernel.numba_passes import OfUser, OptimizedOnce, WithoutMachineCode
+    except ImportError:
+        QUICK = False
+# of what Python calls; of what only compiled code calls; the same copied into its callers; the same of a user
+ENTRY: dict[str, Any] = {"nogil": True, **FAST}
+LINKED = INLINE = OF_USER = FAST
+# all is copied in: else the kernel calls other machine code when it comes from the disk than when it was just compiled
+with contextlib.suppress(ImportError):
+    from numba.core.cpu import CPUTargetOptions
+
+    if hasattr(CPUTargetOptions, "forceinline"):
+        LINKED = INLINE = OF_USER = {"forceinline": True, **FAST}
+if QUICK:
+    # arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
+    ENTRY = {**ENTRY, "_nrt": False, "no_cfunc_wrapper": True, "pipeline_class": OptimizedOnce}
+    # no wrapper for Python, which would take a quarter of the compile time; no closures, comprehensions or tests for
+    # None in it (`springpot.simulation.kernel.numba_passes` leaves out what they need); "forceinline" is said here
+    # too, else it is taken over from a caller that is copied in
+    LINKED = {
+        "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+        "forceinline": False, "_nrt": False, **FAST,
+    }  # fmt: skip
+    INLINE = {**LINKED, "forceinline": True}
+    OF_USER = {**INLINE, "pipeline_class": OfUser, "_nrt": True}  # it may make arrays
+
+u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
+
+
+def stack_array(count: int) -> Any:
+    """Return ``array(like)``, for compiled code: ``count`` numbers of the type of ``like`` on the stack.
+
+    They are 64-byte aligned and not initialised.
+    """
+
+    @intrinsic
+    def array(typing_context, like):
+        def codegen(context, builder, signature, args):
+            with builder.goto_entry_block():
+                place = builder.alloca(ir.ArrayType(context.get_data_type(like), count))
+                place.align = 64
+            return builder.bitcast(place, context.get_data_type(like).as_pointer())
+
+        return types.CPointer(like)(like), codegen
+
+    return array
+
+
+@intrinsic
+def typed(typing_context, number, like):
+    """``number`` in the type of ``like``: one double in a sum would make doubles of all of it."""
+
+    def codegen(context, builder, signature, args):
+        return context.cast(builder, args[0], signature.args[0], like)
+
+    return like(number, like), codegen
+
+
+def _chosen(comparison: str) -> Any:
+    @intrinsic
+    def choose(typing_context, one, other):
+        kind = typing_context.unify_types(one, other)
+
+        def codegen(context, builder, signature, args):
+            return builder.select(builder.fcmp_ordered(comparison, args[1], args[0]), args[1], args[0])
+
+        return (kind(kind, kind), codegen) if isinstance(kind, types.Float) else None
+
+    return choose
+
+
+# as `min` and `max` of two floats, of which Numba would compile a function with machine code of its own for every type
+lesser, greater = _chosen("<"), _chosen(">")
+
+
+@intrinsic
+def yes(typing_context):
+    """True, but not as a type of its own: code that is told so is typed once and specialised when it is optimized."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, True)
+
+
+@intrinsic
+def no(typing_context):
+    """False, as ``yes``."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, False)
+
+
+@intrinsic
+def bits_of(typing_context, x):
+    """The bits of a float32 as an int32."""
+    return types.int32(types.float32), lambda c, builder, s, args: builder.bitcast(args[0], ir.IntType(32))
+
+
+@intrinsic
+def float_of(typing_context, x):
+    """The float32 with the bits of an int32."""
+    return types.float32(types.int32), lambda c, builder, s, args: builder.bitcast(args[0], ir.FloatType())

@@ -1,0 +1,227 @@
+"""One rigid wall in the kernel, below the motion: the exact flight of the bare oscillator with all its impacts."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, greater, lesser, typed
+from springpot.simulation.kernel.no_wall import begin_euler
+from springpot.simulation.kernel.questions import (
+    Euler,
+    Splitting,
+    answers,
+    begin,
+    bounce,
+    clearance,
+    drift,
+    extras,
+    gather,
+    in_lanes,
+    limited,
+    meet,
+)  # fmt: skip
+from springpot.simulation.kernel.restitution import lossless, number_of, rebound, takings
+from springpot.simulation.kernel.single_impacts import LONGEST, flight
+from springpot.simulation.kernel.watching import add_impacts, in_window, show_impacts
+
+__all__ = ["SHORTEST_ELASTIC_HOP", "SHORTEST_HOP", "Rigid", "dip", "fly", "is_single", "leaves", "margin"]
+
+# Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
+SHORTEST_HOP = 1e-4
+SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding
+
+
+class Rigid(NamedTuple):
+    """A rigid wall under x >= position."""
+
+    position: float
+    rule: Any  # of restitution
+    near: bool = True  # as `is_near`
+
+
+@answers(extras, Rigid)
+def _extras_of_rigid(wall):
+    return takings(wall.rule)
+
+
+@answers(begin, Splitting, Rigid)
+def _begin_splitting(scheme, wall, x, v, early, accumulators, lane, weight):
+    phase = 0.5 * scheme.frequency * scheme.step
+    x, v = fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
+    return greater(x + early, wall.position), v
+
+
+answers(begin, Euler, Rigid)(begin_euler)
+
+
+@answers(clearance, Splitting, Rigid)
+def _clearance_splitting(scheme, wall, least, greatest):
+    return least - _reach(scheme, wall) - margin(least, least, greatest)
+
+
+@njit(**INLINE)
+def margin(near, least, greatest):
+    """More than the rounding of single numbers near a wall."""
+    return typed(1e-6, least) * (abs(near) + (greatest - least))
+
+
+@njit(**INLINE)
+def _reach(scheme, wall):
+    """Position above which both ends of a half step must lie so that it has no impact.
+
+    With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
+    most (acceleration at the wall) (half step)^2 / 8.
+    """
+    return wall.position + greater(typed(0.0, wall.position), -wall.position) * dip(scheme)
+
+
+@njit(**INLINE)
+def dip(scheme):
+    """How far below both ends of a half step a path may go, over the wall's distance; see `_reach`."""
+    turn = scheme.frequency * scheme.step
+    return turn * turn * typed(1.01 / 32.0, turn)
+
+
+@njit(**INLINE)
+def is_single(scheme, rule):
+    """Whether there is at most one impact in half a step, but where a preload presses."""
+    return number_of(rule) >= 0.0 and scheme.frequency * scheme.step < LONGEST
+
+
+@answers(in_lanes, Splitting, Rigid)
+def _in_lanes_rigid(scheme, wall):
+    return wall.near and is_single(scheme, wall.rule)
+
+
+@answers(meet, Splitting, Rigid)
+def _meet_rigid(scheme, wall, x, v):
+    xm, vm, first, early = _meet_in_half(scheme, wall, x, v)
+    xn, vn, second, late = _meet_in_half(scheme, wall, x + xm, v + vm)
+    nothing = typed(0.0, x)
+    return xm, vm, xm + xn, vm + vn, (first, nothing), (second, nothing), early & late
+
+
+@njit(**INLINE)
+def _meet_in_half(scheme, wall, x, v):
+    moved, change, _, _ = drift(scheme, x, v)
+    number = typed(number_of(wall.rule), x)
+    return flight(scheme.frequency, wall.position, typed(1.0, x), number, x, v, moved, change)
+
+
+@answers(limited, Rigid)
+def _limited_below(wall, x):
+    return greater(x, wall.position)
+
+
+@answers(gather, Rigid)
+def _gather_below(wall, struck, accumulators, clear, within, beyond):
+    found = 0
+    for lane in range(LANES):
+        found += 1 if struck.low_count[lane] > typed(0.0, clear[lane]) else 0
+        count, speed, square = in_window(
+            struck.low_count, struck.low_speeds, struck.low_squares, struck.low, clear, lane, within, beyond
+        )
+        accumulators.impacts[lane] += count
+        accumulators.speeds[lane] += speed
+        accumulators.squares[lane] += square
+    show_impacts(accumulators.observers, struck.low, clear, within, beyond)
+    return found
+
+
+@njit(**INLINE)
+def _half_step(scheme, wall, x, v, accumulators, lane, weight):
+    """Half a step with the wall; what takes longer is called only near the wall."""
+    moved, change, _, _ = drift(scheme, x, v)
+    xh, vh = x + moved, v + change
+    if lesser(x, xh) > _reach(scheme, wall):
+        return xh, vh
+    if is_single(scheme, wall.rule):
+        moved, change, speed, sure = flight(
+            scheme.frequency, wall.position, 1.0, number_of(wall.rule), x, v, moved, change
+        )
+        if sure:
+            if speed > 0.0:
+                add_impacts(accumulators, lane, weight, 1.0, speed)
+            return x + moved, v + change
+    phase = 0.5 * scheme.frequency * scheme.step
+    return fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
+
+
+@answers(bounce, Splitting, Rigid)
+def _bounce_splitting(scheme, wall, x, v, accumulators, lane, before, after):
+    xm, vm = _half_step(scheme, wall, x, v, accumulators, lane, before)
+    xn, vn = _half_step(scheme, wall, xm, vm, accumulators, lane, after)
+    return xm, vm, xn, vn
+
+
+@njit(**INLINE)
+def leaves(away, gap, left):
+    """Whether a flight over the phase ``left`` cannot reach a wall, because the mass moves away from it.
+
+    ``away`` is the velocity away from the wall.  Where the spring does not press on it (``gap`` from the spring's
+    rest to the wall at least 0), the mass must first turn round, which takes a quarter of a cycle (1.57).
+    """
+    return away >= 0.0 and gap >= 0.0 and left < 1.5
+
+
+@njit(**LINKED)
+def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
+    """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
+
+    Returns x and v; impacts are added to the accumulators.  When the flights of a chattering sequence are shorter than
+    ``SHORTEST_HOP`` of ``phase``, the mass rests on the wall until the end.
+    """
+    u = v / frequency
+    left = phase
+    arriving = -u if x <= position and u < 0.0 else 0.0  # already there and moving in: an impact at once
+    struck = False
+    x = greater(x, position)
+    while True:
+        if arriving > 0.0:
+            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
+            struck = True
+            x = position
+            u = rebound(rule, arriving, frequency, accumulators, 0, lane, weight)
+        if position > 0.0 and x == position and u >= 0.0:  # a preload brings the mass back to the wall
+            hop = 2.0 * math.atan2(u, position)
+            if lossless(rule) and hop > SHORTEST_ELASTIC_HOP * phase:
+                whole = np.floor(left / hop)
+                if whole > 0.0:
+                    add_impacts(accumulators, lane, weight, whole, frequency * u)
+                left -= whole * hop
+            elif hop < SHORTEST_HOP * phase and hop < left:
+                accumulators.collapses[lane] += 1.0 if struck else 0.0
+                return position, 0.0
+        if leaves(u, -position, left):
+            break
+        square = u * u + (x - position) * (x + position)
+        if not square > 0.0:  # the gap is never closed (or the state is NaN)
+            break
+        height = math.sqrt(square)  # u at the wall
+        until = math.atan2(height, position) - math.atan2(-u, x)
+        if not until < left:
+            break
+        left -= until
+        arriving = height
+    c = math.cos(left)
+    s = math.sin(left)
+    return greater(c * x + s * u, position), frequency * (c * u - s * x)
+
+
+@answers(clearance, Euler, Rigid)
+def _clearance_euler(scheme, wall, least, greatest):
+    # `bounce` is called also for a path behind the wall that moves away; it changes nothing then
+    return least - (wall.position + scheme.contact)
+
+
+@answers(bounce, Euler, Rigid)
+def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
+    xn = x + scheme.step * v
+    if clearance(scheme, wall, xn, xn) <= 0.0 and v < 0.0:
+        add_impacts(accumulators, lane, before, 1.0, -v)
+        v = rebound(wall.rule, -v, 1.0, accumulators, 0, lane, before)
+    return xn, v, xn, v

@@ -1,0 +1,269 @@
+"""Forces in the kernel that do not depend on the motion: colored, thermal, harmonic and Poisson excitation.
+
+They are drawn once for every group of four steps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from springpot.simulation.kernel.forces import _damp_nothing, _one_named, _wake_nothing
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES, f64, typed, u32
+from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
+from springpot.simulation.kernel.random import draw, philox
+
+__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Joined", "Poisson", "Table"]
+
+Floats = npt.NDArray[np.float64]
+
+WORDS = 128  # counter words of one source; the second half of them is for its state at time 0
+
+
+class Filtered(NamedTuple):
+    """Gaussian noise through linear filters, as impulses of four steps (`springpot.simulation.lowering.filters`)."""
+
+    word: int  # first counter word
+    parts: int  # of a step: with 2 the impulses are sums of two of a run with half the step
+    place: int  # of its state among the states of all forces, in lane arrays
+    pairs: npt.NDArray[np.floating]  # (pairs, 20) of two states each; what they keep of themselves is less 1
+    newest: npt.NDArray[np.floating]  # (4,) effect of a normal on the impulses of its step and the next three
+    start: npt.NDArray[np.floating]  # lower triangle: the states at time 0 from normals
+
+
+class Joined(NamedTuple):
+    """Gaussian noise through linear filters and white noise: one normal for both, since only their sum moves the mass.
+
+    The power of the filtered noise is that of its best guess from the sum so far, whose mean is the same.
+    """
+
+    filtered: Filtered  # of the sum
+    white: float  # best guess of the impulse of white noise in a step, per unit of the step's normal
+
+
+class Harmonic(NamedTuple):
+    """A harmonic force whose phase is random, the same for all times of a path."""
+
+    word: int
+    place: int
+    impulse: float  # amplitude times the step, averaged over it
+    turn: float  # radians per step
+
+
+class Poisson(NamedTuple):
+    """Impulses at random times, of normal sizes."""
+
+    word: int
+    parts: int  # as in `Filtered`
+    rate: float  # impulses expected in a part of a step
+    size: float  # standard deviation of an impulse
+
+
+class Table(NamedTuple):
+    """Impulses that are the same for all paths."""
+
+    impulses: npt.NDArray[np.floating]  # of each step; 0 after the last
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A linear filter, e = c y and y' = A y + noise, started in its stationary state; time is in steps.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (1, 1) or (2, 2)
+        A, in units of one over a step.
+    noise : ndarray, of that shape
+        Covariance of the noise in a step.
+    output : ndarray, shape (1,) or (2,)
+        c.
+    """
+
+    matrix: Floats
+    noise: Floats
+    output: Floats
+
+
+@answers(wake, Joined)
+def _wake_joined(force, slot, first, stream, k0, k1, forcing):
+    wake(force.filtered, slot, first, stream, k0, k1, forcing)
+
+
+@answers(wake, Filtered)
+def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
+    size = force.start.shape[0]
+    for i in range(size * LANES):
+        forcing.state[force.place * LANES + i] = 0.0
+    for j in range(size):
+        if j % GROUP == 0:
+            draw(0, first, stream, force.word + WORDS // 2 + j // GROUP, k0, k1, forcing.normals)
+        for i in range(j, size):
+            for lane in range(LANES):
+                normal = forcing.normals[(j % GROUP) * LANES + lane]
+                forcing.state[(force.place + i) * LANES + lane] += force.start[i, j] * normal
+
+
+@answers(supply, Joined)
+def _supply_joined(force, slot, group, first, stream, k0, k1, forcing):
+    """From the normals of white noise; with parts of a step from those that they were made of."""
+    if force.filtered.parts == 1:
+        _next_impulses(force.filtered, slot, forcing.white, forcing)
+    else:
+        for half in range(2):
+            draw(2 * group + half, first, stream, 0, k0, k1, forcing.normals)
+            _next_impulses(force.filtered, slot, forcing.normals, forcing)
+            _sum_pairs(forcing.given, slot, 2 * half)
+
+
+@answers(supply, Filtered)
+@answers(supply, Poisson)
+def _supply_in_parts(force, slot, group, first, stream, k0, k1, forcing):
+    if force.parts == 1:
+        four_impulses(force, slot, group, first, stream, k0, k1, forcing)
+    else:
+        four_impulses(force, slot, 2 * group, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 0)
+        four_impulses(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
+        _sum_pairs(forcing.given, slot, 2)
+
+
+def four_impulses(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+    """Compiled code only: the impulses of four parts of a step."""
+    raise NotImplementedError
+
+
+@answers(four_impulses, Filtered)
+def _four_of_filtered(force, slot, group, first, stream, k0, k1, forcing):
+    draw(group, first, stream, force.word, k0, k1, forcing.normals)
+    _next_impulses(force, slot, forcing.normals, forcing)
+
+
+@answers(four_impulses, Poisson)
+def _four_of_poisson(force, slot, group, first, stream, k0, k1, forcing):
+    _next_shots(force, slot, group, first, stream, k0, k1, forcing)
+
+
+@njit(**INLINE)
+def _sum_pairs(given, slot, to):
+    """Four impulses of half steps become two of steps, which are put at step ``to`` of the group.
+
+    The first two steps are kept beyond the last force, until the second pair is known.
+    """
+    place, kept = slot * GROUP * LANES, MOST_FORCES * GROUP * LANES
+    for lane in range(LANES):
+        one = given[place + lane] + given[place + LANES + lane]
+        two = given[place + 2 * LANES + lane] + given[place + 3 * LANES + lane]
+        if to == 0:
+            given[kept + lane], given[kept + LANES + lane] = one, two
+        else:
+            given[place + lane], given[place + LANES + lane] = given[kept + lane], given[kept + LANES + lane]
+            given[place + 2 * LANES + lane], given[place + 3 * LANES + lane] = one, two
+
+
+@njit(**LINKED)
+def _next_impulses(force, slot, g, forcing):
+    w, place = force.newest, slot * GROUP * LANES
+    for lane in range(LANES):
+        g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
+        forcing.given[place + lane] = w[0] * g0
+        forcing.given[place + LANES + lane] = w[0] * g1 + w[1] * g0
+        forcing.given[place + 2 * LANES + lane] = w[0] * g2 + w[1] * g1 + w[2] * g0
+        forcing.given[place + 3 * LANES + lane] = w[0] * g3 + w[1] * g2 + w[2] * g1 + w[3] * g0
+    for k in range(force.pairs.shape[0]):
+        p, at = force.pairs[k], (force.place + 2 * k) * LANES
+        for lane in range(LANES):
+            y, z = forcing.state[at + lane], forcing.state[at + LANES + lane]
+            g0, g1, g2, g3 = g[lane], g[LANES + lane], g[2 * LANES + lane], g[3 * LANES + lane]
+            forcing.given[place + lane] += p[4] * y + p[5] * z
+            forcing.given[place + LANES + lane] += p[6] * y + p[7] * z
+            forcing.given[place + 2 * LANES + lane] += p[8] * y + p[9] * z
+            forcing.given[place + 3 * LANES + lane] += p[10] * y + p[11] * z
+            forcing.state[at + lane] = y + (p[0] * y + p[1] * z + p[12] * g0 + p[14] * g1 + p[16] * g2 + p[18] * g3)
+            forcing.state[at + LANES + lane] = z + (
+                p[2] * y + p[3] * z + p[13] * g0 + p[15] * g1 + p[17] * g2 + p[19] * g3
+            )
+
+
+@answers(supply, Table)
+def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
+    for j in range(GROUP):
+        n = GROUP * group + j
+        impulse = f64(force.impulses[n]) if n < force.impulses.size else 0.0
+        for lane in range(LANES):
+            forcing.given[(slot * GROUP + j) * LANES + lane] = impulse
+
+
+@answers(push, Filtered)
+@answers(push, Harmonic)
+@answers(push, Table)
+def _push_given(force, slot, n, x, v, g, forcing, at, lane, weight):
+    impulse = forcing.given[slot * GROUP * LANES + at]
+    forcing.impulses[slot * LANES + lane] = impulse
+    return typed(0.0, x), typed(impulse, x)
+
+
+@answers(push, Joined)
+def _push_joined(force, slot, n, x, v, g, forcing, at, lane, weight):
+    impulse = forcing.given[slot * GROUP * LANES + at]
+    forcing.impulses[slot * LANES + lane] = impulse - force.white * g
+    return typed(0.0, x), typed(impulse, x)
+
+
+@answers(push, Poisson)
+def _push_poisson(force, slot, n, x, v, g, forcing, at, lane, weight):
+    forcing.impulses[slot * LANES + lane] = 0.0  # it has no memory: its mean work is known, as that of white noise
+    return typed(forcing.given[slot * GROUP * LANES + at], x), typed(0.0, x)
+
+
+@answers(wake, Harmonic)
+def _wake_harmonic(force, slot, first, stream, k0, k1, forcing):
+    for lane in range(LANES):
+        word, _, _, _ = philox(u32(0), u32(first + lane), u32(stream), u32(force.word), k0, k1)
+        phase = 2.0 * math.pi * (f64(word) + 0.5) / 4294967296.0
+        forcing.state[force.place * LANES + lane] = math.cos(phase)
+        forcing.state[(force.place + 1) * LANES + lane] = math.sin(phase)
+
+
+@answers(supply, Harmonic)
+def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
+    for j in range(GROUP):
+        angle = force.turn * (GROUP * group + j + 0.5)
+        like = forcing.state[0]
+        cosine, sine = typed(force.impulse * math.cos(angle), like), typed(force.impulse * math.sin(angle), like)
+        for lane in range(LANES):
+            forcing.given[(slot * GROUP + j) * LANES + lane] = (
+                cosine * forcing.state[force.place * LANES + lane]
+                - sine * forcing.state[(force.place + 1) * LANES + lane]
+            )
+
+
+@njit(**LINKED)
+def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
+    none = math.exp(-force.rate)
+    for lane in range(LANES):
+        words = philox(u32(group), u32(first + lane), u32(stream), u32(force.word), k0, k1)
+        a, b, c, d = words
+        for j in range(GROUP):
+            word = a if j == 0 else b if j == 1 else c if j == 2 else d
+            left = (f64(word) + 0.5) / 4294967296.0
+            chance, count = none, 0
+            while left > chance and chance > 0.0:
+                left -= chance
+                count += 1
+                chance *= force.rate / count
+            forcing.given[(slot * GROUP + j) * LANES + lane] = math.sqrt(float(count))
+    draw(group, first, stream, force.word + 1, k0, k1, forcing.normals)
+    for i in range(GROUP * LANES):
+        forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
+
+
+for _source in (Filtered, Harmonic, Joined, Poisson, Table):
+    answers(damp, _source)(_damp_nothing)
+    answers(slots, _source)(_one_named)
+answers(wake, Poisson)(_wake_nothing)
+answers(wake, Table)(_wake_nothing)

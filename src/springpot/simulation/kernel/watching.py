@@ -1,0 +1,164 @@
+"""Observers of a block of paths: called through addresses, so that a new observer needs no new kernel.
+
+An observer is compiled separately.  The kernel has two addresses of it (either may be missing): one is called with
+every group of four steps of all lanes, one with every impact.  It accumulates in an array of doubles, one for each
+block, that starts with a header (:data:`HEADER`) for the conversion of the kernel's units to the user's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import llvmlite.ir as ir
+import numpy as np
+import numpy.typing as npt
+from numba import njit, types
+from numba.extending import intrinsic
+
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64, typed
+
+__all__ = [
+    "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
+    "add_impacts", "show_impacts", "show_steps",
+]  # fmt: skip
+
+Floats = npt.NDArray[np.float64]
+
+BATCHES = 64  # groups of paths with separate counts, for standard errors
+
+HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
+"""First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
+
+``length`` and ``speed`` are negative for a wall above the motion, which is mirrored in the kernel; ``frequency`` is
+Omega and ``wall`` the position of the wall (0 without one), both in the kernel's units; only the first ``lanes`` lanes
+are paths of the run.
+"""
+
+_numbers = types.CPointer(types.float64)
+ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
+"""(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
+ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
+"""(count, speed, lane, array): ``count`` impacts at this speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """One observer: two compiled functions and the array they accumulate in.
+
+    Attributes
+    ----------
+    on_steps, on_impacts : compiled function or None
+        Of the signatures ``ON_STEPS`` and ``ON_IMPACTS``.
+    initial : ndarray of float
+        Content of the array at the start of a block, without the header.
+    per_path : bool
+        Whether the array has LANES numbers for each observed quantity, or counts of the whole block.
+    every : int
+        Groups of steps between two calls of ``on_steps``.
+    """
+
+    on_steps: Any
+    on_impacts: Any
+    initial: Floats
+    per_path: bool
+    every: int = 1
+
+
+class Observers(NamedTuple):
+    """Addresses of the observers of a block and of their arrays; an address of 0 is not called."""
+
+    on_steps: npt.NDArray[np.int64]
+    on_impacts: npt.NDArray[np.int64]
+    place: npt.NDArray[np.int64]
+    every: npt.NDArray[np.int64]  # groups between two calls of on_steps
+
+
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(4)))
+
+
+class Accumulators(NamedTuple):
+    """Sums of impacts for each lane, and the observers."""
+
+    impacts: Any
+    speeds: Any
+    squares: Any
+    collapses: Any  # over the whole run
+    extras: Any  # sums of the wall's own, one after another
+    observers: Observers
+
+
+def _calling(count: int, signature: Any) -> Any:
+    """An intrinsic that calls an address with ``count`` arguments and, last, the address of an array."""
+
+    @intrinsic
+    def call(typing_context, address, arguments):
+        def codegen(context, builder, call_signature, values):
+            kinds = [context.get_value_type(kind) for kind in signature.args]
+            function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), kinds).as_pointer())
+            given = [builder.extract_value(values[1], i) for i in range(count + 1)]
+            given[-1] = builder.inttoptr(given[-1], kinds[-1])
+            builder.call(function, given)
+            return context.get_dummy_value()
+
+        wanted = types.Tuple((*signature.args[:-1], types.int64))
+        return types.void(types.int64, wanted), codegen
+
+    return call
+
+
+_call_on_steps = _calling(len(ON_STEPS.args) - 1, ON_STEPS)
+_call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
+
+
+@njit(**INLINE)
+def show_steps(observers, x, v, step, n, low, high):
+    """Call the observers with four steps of all lanes; the first call is for the group in which the window begins."""
+    for i in range(observers.on_steps.size):
+        if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
+            _call_on_steps(observers.on_steps[i], (x, v, step, n, low, high, observers.place[i]))
+
+
+@njit(**INLINE)
+def in_window(count, speeds, squares, by_half, clear, lane, within, beyond):
+    """Of the impacts of a lane at one wall those in the window: count, sum of the speeds and of their squares.
+
+    None of a lane that is not clear.  The last half step of a group belongs to the next step: ``beyond`` tells whether
+    that one is in the window, ``within`` whether the group is.
+    """
+    last, share = by_half[(2 * GROUP - 1) * LANES + lane], clear[lane]
+    nothing, one = typed(0.0, last), typed(1.0, last)
+    whole, more = share if within else nothing, nothing if within == beyond else one if beyond else -one
+    return (
+        whole * count[lane] + share * (more if last > nothing else nothing),
+        whole * speeds[lane] + share * (more * last),
+        whole * squares[lane] + share * (more * last * last),
+    )
+
+
+@njit(**INLINE)
+def show_impacts(observers, speeds, clear, within, beyond):
+    """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none.
+
+    ``within`` and ``beyond`` are those of `in_window`.
+    """
+    first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
+    for i in range(observers.on_impacts.size):
+        for half in range(first, end if observers.on_impacts[i] != 0 else 0):
+            for lane in range(LANES):
+                speed = f64(speeds[half * LANES + lane])
+                if clear[lane] * speed > 0.0:
+                    _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
+
+
+@njit(**INLINE)
+def add_impacts(accumulators, lane, weight, count, speed):
+    """Add ``count`` impacts at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
+    if weight > 0.0:
+        accumulators.impacts[lane] += count
+        accumulators.speeds[lane] += count * speed
+        accumulators.squares[lane] += count * speed * speed
+        observers = accumulators.observers
+        for i in range(observers.on_impacts.size):
+            if observers.on_impacts[i] != 0:
+                _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))

@@ -1,0 +1,1 @@
+"""From the plan to the kernel's arguments: units are changed here, one function for each kind of part."""

@@ -1,0 +1,326 @@
+"""From a problem and settings to the kernel's parts, and from its sums back: units and side are converted here.
+
+In the kernel a single wall of an oscillator is always below the motion; a wall above is mirrored, x -> -x.  The
+kernel's units are powers of two near the problem's scales, so that its numbers are near 1 and a change of scale by a
+power of two changes no bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.memory import ExponentialSum, direct, exponential_sum
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import ThermalNoise
+from springpot.problem.system import System
+from springpot.simulation.kernel import block as kernel
+from springpot.simulation.kernel import questions as parts
+from springpot.simulation.kernel.block import COLUMNS, Memory
+from springpot.simulation.kernel.forces import White
+from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES, MOST_MODES
+from springpot.simulation.kernel.questions import Start, answer_of_springpot
+from springpot.simulation.kernel.restitution import Fixed
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
+from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
+from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, is_near, sums_of
+from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.schemes import NumericalScheme
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.system_scales import BoltzmannLaw, SystemScales, boltzmann_law
+
+__all__ = ["Floats", "Parts", "compose"]
+
+Floats = npt.NDArray[np.float64]
+
+_FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """The arguments of the kernel for one problem and one step.
+
+    Attributes
+    ----------
+    scheme, wall, load, memory, start
+        Parts of the kernel, in its units; ``load`` is the sum of all forces.
+    drive : ndarray
+        Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
+    frequency : float
+        Of the spring that is followed exactly (Omega of an oscillator), in the kernel's units.
+    expected_power : float
+        Mean input power of the noise, q/2; in m^2/s^3.
+    units : Units
+    history : ExponentialSum
+        The memory without units.
+    named : tuple of Named
+        The forces with names, in the order of their works.
+    taps : tuple of Arm
+        Circuits whose voltage is observed.
+    tapped : ndarray of int
+        Their modes in the memory.
+    law : BoltzmannLaw or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
+    """
+
+    scheme: parts.Splitting | parts.Euler
+    wall: NoWall | Rigid | Pair | Soft
+    load: Any
+    memory: Memory
+    start: Start
+    drive: npt.NDArray[np.floating]
+    frequency: float
+    expected_power: float
+    units: Units
+    history: ExponentialSum
+    named: tuple[Named, ...] = ()
+    taps: tuple[Arm, ...] = ()
+    tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    law: BoltzmannLaw | None = None
+
+    def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
+        """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
+        exact = kernel.Parts(self.scheme, self.wall, self.load)
+        if self.memory.newest.dtype == np.float64 or not sweeps_in_single(exact):
+            return exact, parts.Sweep(*exact, 0.0)
+        exact = exact._replace(load=with_arrays(self.load, np.float32))
+        return exact, single_of(exact)
+
+    @property
+    def taken_at_once(self) -> float:
+        """What springpots and dashpots take of the expected power within the kicks that bring it; in m^2/s^3.
+
+        The sums of a run do not have it: the mean of the velocities before and after a kick does not show it.
+        """
+        return self.expected_power * (1.0 - self.scheme.share)
+
+    @property
+    def wall_position(self) -> float:
+        """Place of a single rigid wall in the kernel's units; 0 without one."""
+        return self.wall.position if isinstance(self.wall, Rigid) else 0.0
+
+    @property
+    def columns(self) -> dict[str, float]:
+        """The numbers of a row by name, each with the factor from the kernel's units."""
+        units = self.units
+        square = units.speed**2
+        extra = {f"work of {named.name}": square for named in self.named}
+        speed = units.speed
+        factors = {"impacts": 1.0, "speeds": speed, "momentum": speed, "time": units.time, "depth": units.length}
+        extra |= {name: factors.get(name.split()[-1], square) for name in sums_of(self.wall)}
+        extra |= {f"voltage of {tap.name}": tap.volts**2 for tap in self.taps}
+        return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
+
+
+def compose(problem: Oscillator | System, settings: Settings, scales: Scales, *, halved: bool = False) -> Parts:
+    """The arguments of the kernel.
+
+    With ``halved`` the excitation of a system is that of a run with half the step, summed in pairs; its white noise
+    and that of an oscillator are chosen when the paths are advanced.
+
+    Raises
+    ------
+    ValueError
+        If x(0) is not known yet, or the memory has too many terms for the kernel.
+    NotCoveredError
+        If parts of a system cannot be simulated together.
+    """
+    position = settings.initial_position
+    if position is None:
+        raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
+    if isinstance(problem, Oscillator):
+        return _compose_oscillator(problem, settings, scales, position)
+    if not isinstance(scales, SystemScales):
+        raise TypeError("scales must be those of a system.")
+    return _compose_system(problem, settings, scales, position, 2 if halved else 1)
+
+
+def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scales, position: float) -> Parts:
+    units = _units(oscillator, position, settings.initial_velocity, scales)
+    length, time, order = units.length, units.time, oscillator.springpot.order
+    coefficient = oscillator.springpot.coefficient * time ** (2.0 - order)
+    frequency, step = oscillator.natural_frequency * time, settings.step / time
+    intensity = oscillator.excitation.intensity / length**2 * time**3
+    x0, v0 = units.into(position, settings.initial_velocity)
+    scale = coefficient * step**-order
+    scheme = settings.numerical_scheme
+    at_this_step = scheme.at(frequency, answer_of_springpot(order, coefficient, step), step, length)
+    drive = _drive(order, scale, x0, settings)
+    early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
+    barrier = oscillator.barrier
+    place = 0.0 if barrier is None else units.into(barrier.position, 0.0)[0]
+    near = is_near(place, oscillator.length_scale / length)
+    wall = NoWall(0.0) if barrier is None else Rigid(place, Fixed(oscillator.restitution), near)
+    memory, history = _memory([(order, coefficient)], [], scheme, step, settings)
+    return Parts(
+        scheme=at_this_step,
+        wall=wall,
+        load=White(math.sqrt(intensity * step)),
+        memory=memory,
+        start=_start(x0, v0, frequency, early),
+        drive=drive,
+        frequency=frequency,
+        expected_power=0.5 * oscillator.excitation.intensity,
+        units=units,
+        history=history,
+    )
+
+
+def _compose_system(
+    system: System, settings: Settings, scales: SystemScales, position: float, parts_of_step: int
+) -> Parts:
+    walls = [abs(end) for end in (system.potential.low, system.potential.high) if math.isfinite(end)]
+    velocity = settings.initial_velocity
+    longest = max(scales.length, abs(position), abs(velocity) * (1.0 / scales.flight_frequency), *walls, 0.0)
+    units = Units(2.0 ** round(math.log2(longest)), 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0)
+    unit, step = system.per_unit_mass, settings.step / units.time
+    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    frequency = scales.flight_frequency * units.time
+    # kicks have what the exact flight has not; rounding of k - k is nothing
+    remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
+    beside = total + Lowered(springs=remainder)
+    linear = sum(abs(k) for k in (total.springs[1:2] or (0.0,))) + frequency**2
+    springs = [0.0 if n == 1 and abs(k) < 1e-12 * linear else k for n, k in enumerate(beside.springs)]
+    if total.temperature > 0.0:
+        name = unit.name_of(unit.of(ThermalNoise)[0])
+        beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
+    scheme = settings.numerical_scheme
+    answer = sum((answer_of_springpot(order, c, step) for order, c in total.springpots), 0.0)
+    answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
+    at_this_step = scheme.at(frequency, answer, step, units.length)
+    memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
+    load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
+    x0, v0 = units.into(position, velocity)
+    taps = tuple(arm for arm in total.arms if arm.name)
+    touching = _touching_speed(unit, scales, position, velocity)
+    if len(taps) > MOST_FORCES:
+        raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
+    modes = history.rates.size - len(total.arms)
+    return Parts(
+        scheme=at_this_step,
+        wall=wall_of(total, touching / units.speed, math.sqrt(scales.law.variance) / units.length, units.speed, step),
+        load=load,
+        memory=memory,
+        start=_start(x0, v0, frequency, 0.0),
+        drive=np.zeros(0, settings.precision),
+        frequency=frequency,
+        expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
+        units=units,
+        history=history,
+        named=named,
+        taps=tuple(_tap(arm, step) for arm in taps),
+        tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
+        law=boltzmann_law(unit.potential, scales.law.temperature) if total.temperature > 0.0 else None,
+    )
+
+
+def _touching_speed(unit: System, scales: SystemScales, position: float, velocity: float) -> float:
+    """Largest speed for which soft contacts are resolved: that of a rare flight, or of a start with more energy."""
+    energy = unit.potential.energy(np.append(scales.law.places, position))
+    started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
+    return math.sqrt(max(_FASTEST_FLIGHT**2 * scales.law.temperature, started))
+
+
+def _start(x0: float, v0: float, frequency: float, early: float) -> Start:
+    return Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), early)
+
+
+def _answer_of_arm(arm: Arm, step: float) -> float:
+    """As that of a springpot: the third integral of the kernel exp(-rate t) over the step, over its square."""
+    y = arm.rate * step
+    if y < 1e-2:
+        return arm.strength * step * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0 - y / 720.0)))
+    return arm.strength * step * (0.5 * y * y - y - math.expm1(-y)) / y**3
+
+
+def _moment_of_arm(arm: Arm, step: float) -> float:
+    """First moments of its kernel over all earlier steps, summed: (coth(y / 2) / 2 - 1 / y) / rate, y = rate step."""
+    y = arm.rate * step
+    if y < 1e-2:
+        return arm.strength * step * (1.0 / 12.0 - y * y / 720.0)
+    return arm.strength * step * (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y
+
+
+def _mean_in_step(rate: float) -> float:
+    """The mean of exp(-rate t) over a step, ``rate`` per step."""
+    return -math.expm1(-rate) / rate if rate > 1e-12 else 1.0
+
+
+def _tap(arm: Arm, step: float) -> Arm:
+    """The same with the voltage per unit of the mode as the memory keeps it: it holds increments, not their decay."""
+    return Arm(arm.strength, arm.rate, arm.name, arm.volts * _mean_in_step(arm.rate * step))
+
+
+def _units(oscillator: Oscillator, position: float, velocity: float, scales: Scales) -> Units:
+    """Powers of two near the largest length and the shortest time of the problem."""
+    longest = max(
+        oscillator.length_scale,
+        abs(position),
+        abs(velocity) / oscillator.natural_frequency,
+        0.0 if oscillator.barrier is None else abs(oscillator.barrier.position),
+    )
+    return Units(
+        length=2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0,
+        time=2.0 ** round(-math.log2(scales.fastest_rate)),
+        sign=oscillator.direction or 1.0,
+    )
+
+
+def _memory(
+    springpots: Sequence[tuple[float, float]],
+    arms: Sequence[Arm],
+    scheme: NumericalScheme,
+    step: float,
+    settings: Settings,
+) -> tuple[Memory, ExponentialSum]:
+    """The memory of springpots, by order and coefficient, and of arms; and all its modes, those of arms last."""
+    rates, strengths, error = np.zeros(0), np.zeros(0), 0.0
+    recent, extra = np.zeros(GROUP), 0.0
+    for order, coefficient in springpots:
+        scale = coefficient * step**-order
+        history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
+        rates, strengths = np.append(rates, history.rates), np.append(strengths, scale * history.weights)
+        recent, extra = recent + scale * scheme.recent_weights(order), extra + scale * scheme.extra_weight(order)
+        error = max(error, history.relative_error)
+    for arm in arms:
+        rate = arm.rate * step
+        weight = arm.strength * _mean_in_step(rate)
+        rates, strengths = np.append(rates, rate), np.append(strengths, weight)
+        answer = _answer_of_arm(arm, step)
+        last = (_moment_of_arm(arm, step) - answer) / step
+        recent = recent + weight * np.exp(-rate * np.arange(GROUP)) + [last - 2.0 * answer / step, -last, 0.0, 0.0]
+        extra -= last
+    if rates.size > MOST_MODES:
+        alone = len(springpots) == 1 and not arms
+        whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
+        advice = "use a larger one" if alone else "leave some out, or shorten the run"
+        raise ValueError(f"{whose} {rates.size} memory modes, but the kernel holds at most {MOST_MODES}: {advice}.")
+    # an even number of modes, because the kernel takes two at a time; an added one has weight 0
+    size = rates.size + rates.size % 2
+    padded, weighted = np.zeros(size), np.zeros(size)
+    padded[: rates.size], weighted[: rates.size] = rates, strengths
+    powers = np.exp(-np.outer(padded, np.arange(1, GROUP + 1)))
+    weights_of_modes = weighted[:, None] * powers
+    powers[:, -1] = np.expm1(-GROUP * padded)
+    precision = settings.precision
+    return Memory(
+        powers.ravel().astype(precision),
+        weights_of_modes.ravel().astype(precision),
+        *(np.dtype(precision).type(w) for w in (recent[0], extra, *recent[1:])),
+    ), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
+
+
+def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:
+    """Riemann-Liouville's force x(0) t^-alpha / Gamma(1 - alpha), with the weights of the scheme."""
+    if settings.derivative == "caputo" or x0 == 0.0:
+        return np.zeros(0, settings.precision)
+    weights = direct(settings.numerical_scheme.family, order, settings.steps + GROUP)
+    return np.asarray(scale * x0 * weights, settings.precision)

@@ -1,0 +1,52 @@
+"""The kernel's units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from springpot.simulation.kernel.block import COLUMNS
+
+__all__ = ["Units"]
+
+
+@dataclass(frozen=True)
+class Units:
+    """The kernel's units, and whether the motion is mirrored.
+
+    Attributes
+    ----------
+    length, time : float
+        In m and s.
+    sign : float
+        -1 if the motion is mirrored, otherwise 1.
+    """
+
+    length: float
+    time: float
+    sign: float
+
+    @property
+    def speed(self) -> float:
+        """In m/s."""
+        return self.length / self.time
+
+    def into(self, x: float, v: float) -> tuple[float, float]:
+        """A state in the kernel's units, from one in m and m/s."""
+        return self.sign * x / self.length, self.sign * v / self.length * self.time
+
+    @property
+    def state(self) -> tuple[float, float]:
+        """Factors for x and v of the kernel."""
+        return self.sign * self.length, self.sign * self.speed
+
+    @property
+    def columns(self) -> list[float]:
+        """Factors for the COLUMNS of the kernel."""
+        (x, v), square = self.state, self.speed**2
+        force, power = v / self.time, square / self.time
+        units = {
+            "x": x, "x_square": self.length**2, "v_square": square, "force": force, "power": power, "virial": square,
+            "impacts": 1.0, "impact_speeds": self.speed, "impact_speed_squares": square, "collapses": 1.0,
+            "energy_first": square, "energy_last": square, "x_end": x, "v_end": v,
+        }  # fmt: skip
+        return [units[name] for name in COLUMNS]

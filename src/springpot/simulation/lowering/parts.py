@@ -1,0 +1,521 @@
+"""From the parts of a system to those of the kernel: one function for each kind of part, and the change of units.
+
+A part per unit mass is lowered to what it adds to the kernel's forces, memory and walls, in the kernel's units.  The
+sum of all is composed in `springpot.simulation.lowering.compose`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.machine.faults import NotCoveredError
+from springpot.memory import power_law_sum
+from springpot.problem.parts import (
+    Barrier,
+    ColoredNoise,
+    Constant,
+    Contact,
+    Dashpot,
+    Force,
+    FractionalMaxwell,
+    Friction,
+    Harmonic,
+    KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
+    PoissonImpulses,
+    PolynomialDashpot,
+    PolynomialSpring,
+    RecordedExcitation,
+    Spring,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.simulation.kernel import forces, sources
+from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
+from springpot.simulation.kernel.restitution import rule_of
+from springpot.simulation.kernel.user_forces import user_force
+from springpot.simulation.lowering import walls
+from springpot.simulation.lowering.kernel_units import Units
+
+__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "wall_of"]
+
+FloatArray = NDArray[np.float64]
+
+_FAR = 1e30  # place of a contact that is not there
+_SUBSTEPS = 24  # of the shortest contact
+_MOST_SUBSTEPS = 2000
+_MOST_IMPULSES = 50.0  # in a step
+_THERMAL_TOLERANCE = 1e-4
+_SHORTEST = 1.0 / 64.0  # lag of the matched noise, in steps
+_SPACING = 0.9  # of modes of a series
+_LEAST_SHARE = 1e5  # a series' spectrum ends where so small a part of the stiffness is left
+_SLOWEST, _FASTEST = 1e-9, 300.0  # rates of a series, per step
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One decaying mode of memory: the force of a jump in displacement is ``strength`` exp(-rate t).
+
+    Attributes
+    ----------
+    strength, rate : float
+        In the kernel's units.
+    name : str
+        Of the circuit whose voltage it is; empty otherwise.
+    volts : float
+        V per unit of the mode's state (volt over the root of the mass).
+    """
+
+    strength: float
+    rate: float
+    name: str = ""
+    volts: float = 0.0
+
+
+@dataclass(frozen=True)
+class Named:
+    """A force with a name, whose work is summed.
+
+    Attributes
+    ----------
+    name : str
+    make : callable
+        (first counter word, place among the states, parts of a step) -> part of the kernel.
+    states : int
+        Numbers that it keeps for each path.
+    does : {"springs", "feeds", "dissipates", "works", "expected", "nothing"}
+        How its work is reported: as what is fed in, what is taken out, what a force of unknown kind does, what is
+        expected of noise that multiplies x, or not at all.
+    join : callable, optional
+        As ``make``, with the variance of the impulses of white noise last: a part that is both.
+    """
+
+    name: str
+    make: Callable[[int, int, int], Any]
+    states: int
+    does: str
+    join: Callable[[int, int, int, float], Any] | None = None
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """What parts add to the kernel's problem; a sum of two is that of all their parts.
+
+    Attributes
+    ----------
+    springs : tuple of float
+        Coefficients of the force k0 + k1 x + k2 x^2 + ..., beside the spring that is followed exactly.
+    springpots : tuple of (float, float)
+        Orders and coefficients; a dashpot has the order 1.
+    arms : tuple of Arm
+    white, parametric, poisson : float
+        Intensities of white noise, of that which multiplies x, and of Poisson impulses.
+    temperature : float
+        kT of matched noise; 0 without.
+    forces : tuple of Named
+    barriers : tuple of (str, Barrier)
+    contacts : tuple of (str, Contact)
+        With their names, in the kernel's units; a restitution that depends on the speed is in the user's.
+    """
+
+    springs: tuple[float, ...] = ()
+    springpots: tuple[tuple[float, float], ...] = ()
+    arms: tuple[Arm, ...] = ()
+    white: float = 0.0
+    parametric: float = 0.0
+    poisson: float = 0.0
+    temperature: float = 0.0
+    forces: tuple[Named, ...] = ()
+    barriers: tuple[tuple[str, Barrier], ...] = ()
+    contacts: tuple[tuple[str, Contact], ...] = ()
+
+    def __add__(self, other: Lowered) -> Lowered:
+        size = max(len(self.springs), len(other.springs))
+        padded = ((*one.springs, *(0.0,) * (size - len(one.springs))) for one in (self, other))
+        both = {f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self) if f.name != "springs"}
+        return Lowered(springs=tuple(a + b for a, b in zip(*padded, strict=True)), **both)
+
+
+@singledispatch
+def lower(part: object, name: str, units: Units, step: float) -> Lowered:
+    """What a part per unit mass adds.
+
+    Parameters
+    ----------
+    part
+        Of `springpot.problem.parts`.
+    name : str
+        Its name in the system.
+    units : Units
+        Not mirrored.
+    step : float
+        In the kernel's units.
+    """
+    raise NotCoveredError(f"{name} cannot be simulated: there is no law for {type(part).__name__} in the kernel.")
+
+
+@lower.register
+def _(part: Spring, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springs=(0.0, part.stiffness * units.time**2))
+
+
+@lower.register
+def _(part: PolynomialSpring, name: str, units: Units, step: float) -> Lowered:
+    powers = enumerate(part.coefficients, start=1)
+    return Lowered(springs=(0.0, *(k * units.length ** (n - 1) * units.time**2 for n, k in powers)))
+
+
+@lower.register
+def _(part: Constant, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springs=(-part.force / units.length * units.time**2,))
+
+
+@lower.register
+def _(part: Dashpot, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(springpots=((1.0, part.coefficient * units.time),))
+
+
+@lower.register
+def _(part: PolynomialDashpot, name: str, units: Units, step: float) -> Lowered:
+    c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+    linear = ((1.0, c1 * units.time),) if c1 else ()
+    if part.is_linear:
+        return Lowered(springpots=linear)
+    law = forces.PowerDamper(0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time)
+    return Lowered(springpots=linear, forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
+    rate = part.coefficient * units.length**2 * units.time
+    law = forces.VanDerPolDamper(0.5 * step * rate, (part.length / units.length) ** 2)
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
+    law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Force, name: str, units: Units, step: float) -> Lowered:
+    half = 0.5 * step * part.share / units.length * units.time**2
+    law = user_force(part.function, name)(half, step, units.time, units.length, units.speed)
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "works"),))
+
+
+@lower.register
+def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered:
+    """Impulses are exact integrals of the straight lines between the points."""
+    times = (np.array(part.time) - part.time[0]) / units.time
+    values = np.array(part.values) / units.length * units.time**2
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
+    ends = step * np.arange(math.ceil(times[-1] / step) + 1)
+    place = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
+    since = np.minimum(ends, times[-1]) - times[place]
+    slope = np.diff(values) / np.diff(times)
+    reached = whole[place] + since * (values[place] + 0.5 * slope[place] * since)
+    law = sources.Table(np.diff(reached))
+    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "feeds"),))
+
+
+@lower.register
+def _(part: Springpot, name: str, units: Units, step: float) -> Lowered:
+    if part.order == 0.0:
+        return Lowered(springs=(0.0, part.coefficient * units.time**2))
+    if part.coefficient == 0.0:
+        return Lowered()
+    return Lowered(springpots=((part.order, part.coefficient * units.time ** (2.0 - part.order)),))
+
+
+@lower.register
+def _(part: Maxwell, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(arms=(Arm(part.stiffness * units.time**2, part.stiffness / part.coefficient * units.time),))
+
+
+@lower.register
+def _(part: PiezoelectricCircuit, name: str, units: Units, step: float) -> Lowered:
+    slope = part.coupling / part.capacitance
+    return Lowered(
+        arms=(Arm(part.coupling * slope * units.time**2, units.time / part.time, name, slope * units.length),)
+    )
+
+
+@lower.register
+def _(part: FractionalMaxwell, name: str, units: Units, step: float) -> Lowered:
+    """Its kernel has a positive spectrum over the rates.
+
+    It is integrated over their logarithm u by the trapezoidal rule on a scale y(u).
+    """
+    order, stiffness = part.springpot.order, part.spring.stiffness * units.time**2
+    pot = part.springpot.coefficient * units.time ** (2.0 - order)
+    if order == 1.0:
+        return Lowered(arms=(Arm(stiffness, stiffness / pot),))
+    turn, lam = math.pi * order, stiffness / pot
+    centre = math.log(lam) / order  # of the spectrum
+    # near order 1 it is a narrow peak with long tails: the places are dense in the peak only
+    width = math.pi * min(1.0, (1.0 - order) / order)
+    reach = math.log(_LEAST_SHARE / order * math.sin(turn) / math.pi) / order
+    low = max(-reach, math.log(_SLOWEST / step) - centre)
+    high = min(reach, math.log(_FASTEST / step) - centre)
+    if high <= -reach:  # the spring does not give way
+        return Lowered(springpots=((order, pot),))
+    first, last = (math.floor(_even(u, width) / _SPACING) for u in (low, high))
+    y = _SPACING * np.arange(first, last + 2, dtype=np.float64)
+    u = _uneven(y, width)
+    power = np.exp(order * u)  # s^a / lam
+    spectrum = math.sin(turn) / math.pi / (power + 2.0 * math.cos(turn) + 1.0 / power)
+    strengths = stiffness * spectrum * _SPACING / (1.0 + 1.0 / np.hypot(width, u))
+    rates = np.exp(centre + u)
+    # modes so slow that they are springs for this run are kept as one, with all that is slower still; what is faster
+    # than the last mode is over within a fraction of a step
+    kept = rates >= 100.0 * _SLOWEST / step
+    if not kept.any():
+        return Lowered(arms=(Arm(stiffness, 0.0),))
+    modes = [Arm(float(k), float(s)) for k, s in zip(strengths[kept], rates[kept], strict=True)]
+    edge = float(_uneven(np.array([y[kept][0] - 0.5 * _SPACING]), width)[0])
+    slower = stiffness * math.atan2(math.sin(turn), math.exp(-order * edge) + math.cos(turn)) / turn
+    if slower > 1e-6 * stiffness:
+        modes.append(Arm(slower, 0.0))
+    return Lowered(arms=tuple(modes))
+
+
+def _even(u: float, width: float) -> float:
+    """A place in the logarithm of the rate on a scale that is wide within ``width`` of 0."""
+    return u + math.asinh(u / width)
+
+
+def _uneven(y: FloatArray, width: float) -> FloatArray:
+    """The inverse of `_even`, by Newton's method: from below the function's bend it comes down to the root."""
+    size = np.abs(y)
+    u = np.minimum(size, width * np.sinh(np.minimum(size, 300.0)))
+    for _ in range(60):
+        u = u - (u + np.arcsinh(u / width) - size) / (1.0 + 1.0 / np.hypot(width, u))
+    return np.copysign(u, y)
+
+
+@lower.register
+def _(part: WhiteNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(white=part.intensity / units.length**2 * units.time**3)
+
+
+@lower.register
+def _(part: ParametricNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(parametric=part.intensity * units.time**3)
+
+
+@lower.register
+def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
+    rate, size = part.rate * units.time * step, math.sqrt(part.mean_square) / units.speed
+    if rate > _MOST_IMPULSES:
+        raise ValueError(
+            f"{name} has {rate:.3g} impulses in a step, which are white noise: use WhiteNoise({part.intensity:g})."
+        )
+
+    def make(word: int, place: int, parts: int) -> Any:
+        return sources.Poisson(word, parts, rate / parts, size)
+
+    return Lowered(poisson=rate / step * size**2, forces=(Named(name, make, 0, "nothing"),))
+
+
+@lower.register
+def _(part: ColoredNoise, name: str, units: Units, step: float) -> Lowered:
+    variance = part.variance / units.length**2 * units.time**4
+    rate = step * units.time / part.correlation_time
+    law = sources.Filter(np.array([[-rate]]), np.array([[2.0 * rate * variance]]), np.ones(1))
+    return Lowered(forces=(_filtered(name, [law], step),))
+
+
+@lower.register
+def _(part: KanaiTajimiNoise, name: str, units: Units, step: float) -> Lowered:
+    w, twice = part.frequency * units.time * step, 2.0 * part.damping
+    # of the states w u and u', both in units of the white noise over a step
+    intensity = part.intensity / units.length**2 * units.time**3 / step
+    law = sources.Filter(
+        w * np.array([[0.0, 1.0], [-1.0, -twice]]), np.diag([0.0, intensity * w * w]), np.array([1.0, twice])
+    )
+    return Lowered(forces=(_filtered(name, [law], step),))
+
+
+@lower.register
+def _(part: Harmonic, name: str, units: Units, step: float) -> Lowered:
+    turn = part.frequency * units.time * step
+    impulse = step * part.amplitude / units.length * units.time**2 * float(np.sinc(0.5 * turn / math.pi))
+    make = lambda word, place, parts: sources.Harmonic(word, place, impulse, turn)  # noqa: E731
+    return Lowered(forces=(Named(name, make, 2, "feeds"),))
+
+
+@lower.register
+def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(temperature=part.temperature / units.speed**2)
+
+
+@lower.register
+def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
+    return Lowered(barriers=((name, Barrier(part.position / units.length, part.restitution, part.side)),))
+
+
+@lower.register
+def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
+    stiffness = part.stiffness * units.length ** (part.exponent - 1.0) * units.time**2
+    dissipation = part.dissipation * units.speed
+    contact = Contact(part.position / units.length, stiffness, part.exponent, dissipation, part.side)
+    return Lowered(contacts=((name, contact),))
+
+
+def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
+    single = sum(filter.output.size == 1 for filter in filters)
+    states = 2 * max(1, len(filters) - single + -(-single // 2))
+
+    def make(word: int, place: int, parts: int, more: float = 0.0) -> sources.Filtered:
+        from springpot.simulation.lowering.filters import filtered  # SciPy's linear algebra is slow to import
+
+        slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
+        return filtered(slower, word, place, step / parts, (white + more) / parts, parts=parts)
+
+    def join(word: int, place: int, parts: int, more: float) -> sources.Joined:
+        law = make(word, place, parts, more)
+        return sources.Joined(law, more / math.sqrt(parts) / max(float(law.newest[0]), 1e-300))
+
+    return Named(name, make, states, "feeds", join)
+
+
+def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int) -> Named:
+    """The noise that belongs to every dissipator: forces with the correlation kT times the kernel of their memory.
+
+    A springpot's kernel is a sum of exponentials from a fraction of a step on; what that leaves of its integral near
+    time 0 is white.  The sum is that of a run whose step is one of ``parts`` of this one.
+    """
+    from scipy import special  # slow to import, and most runs need none of it
+
+    step, steps = step / parts, steps * parts
+    theta, white, modes = total.temperature, 0.0, [(arm.strength, arm.rate * step) for arm in total.arms]
+    for order, coefficient in total.springpots:
+        if order == 1.0:
+            white += coefficient
+            continue
+        law = power_law_sum(order, _SHORTEST, float(max(steps, 2)), _THERMAL_TOLERANCE)
+        weights = coefficient * step**-order * law.weights / math.gamma(1.0 - order)
+        modes += zip(weights, law.rates, strict=True)
+        near = 4.0 * _SHORTEST  # within the range of the sum
+        whole = coefficient * step**-order * near ** (1.0 - order) / math.gamma(2.0 - order)
+        kept = sum(w * near * float(special.exprel(-s * near)) for w, s in zip(weights, law.rates, strict=True))
+        white += step * max(whole - kept, 0.0)
+    one = np.ones((1, 1))
+    filters = [
+        sources.Filter(-parts * rate * one, parts * 2.0 * rate * theta * strength * one, np.ones(1))
+        for strength, rate in modes
+        if rate > 0.0
+    ]
+    return _filtered(name, filters, parts * step, 2.0 * theta * white * parts * step)
+
+
+def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> tuple[Any, tuple[Named, ...]]:
+    """The sum of all forces in the kernel, and those of them that have a name, in the order of their work."""
+    named: list[Named] = []
+    if total.parametric > 0.0:
+        law = forces.Parametric(total.white * step, total.parametric * step, 0.5 * share * total.parametric * step)
+        parts: list[Any] = [law]
+        named.append(Named("parametric", lambda word, place, parts: law, 0, "expected"))
+    else:
+        parts = [forces.White(math.sqrt(total.white * step))]
+    coefficients = [step * k for k in total.springs]
+    if any(coefficients):
+        degree = max(n for n, k in enumerate(coefficients) if k != 0.0)
+        kind: Any = forces.Cubic if degree <= 3 else forces.Nonic
+        size = len(kind._fields)
+        spring = kind(*[*coefficients, *(0.0,) * size][:size])
+        parts.append(spring)
+        named.append(Named("springs", lambda word, place, parts: spring, 0, "springs"))
+    word, place = 1, 0
+    for force in total.forces:
+        if isinstance(parts[0], forces.White) and force.join is not None:
+            parts[0] = force.join(word, place, parts_of_step, total.white * step)
+            named.insert(0, force)
+        else:
+            parts.append(force.make(word, place, parts_of_step))
+            named.append(force)
+        word, place = word + sources.WORDS, place + force.states
+    if len(named) > MOST_FORCES or place > MOST_STATES:
+        raise ValueError(
+            f"the system has {len(named)} forces with {place} states of their own, but the kernel holds at most "
+            f"{MOST_FORCES} with {MOST_STATES}: leave some out."
+        )
+    whole = parts[-1]
+    for part in reversed(parts[:-1]):
+        whole = forces.Sum(part, whole)
+    return whole, tuple(named)
+
+
+def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: float) -> Any:
+    """The wall of the kernel.
+
+    Parameters
+    ----------
+    total : Lowered
+    speed : float
+        The largest one for which soft contacts are resolved.
+    spread : float
+        Standard deviation of the displacement, about.
+    unit : float
+        The kernel's unit of speed, in m/s.
+    step : float
+    """
+    low = [(name, wall) for name, wall in total.barriers if wall.side == "above"]
+    high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
+    near = all(walls.is_near(wall.position, spread) for _, wall in total.barriers)
+    if not total.contacts and not high:
+        return walls.Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit), near) if low else walls.NoWall(0.0)
+    below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
+    rules = rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
+    rigid = walls.Pair(below[1].position, above[1].position, *rules, near)
+    return _soft(total, rigid, speed, step) if total.contacts else rigid
+
+
+def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls.Soft:
+    if len(total.contacts) > MOST_CONTACTS:
+        raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
+    substeps = 1
+    for name, contact in total.contacts:
+        needed = math.ceil(min(0.5 * step / (contact_time(contact, speed) / _SUBSTEPS), 2.0 * _MOST_SUBSTEPS))
+        if needed > _MOST_SUBSTEPS:
+            raise ValueError(
+                f"{name} is so stiff that half a step would need more than {_MOST_SUBSTEPS} parts: use a Barrier, "
+                "which is the limit."
+            )
+        substeps = max(substeps, needed)
+    away = {"above": 1.0, "below": -1.0}
+    numbers = [(c.position, away[c.side], c.stiffness, c.exponent, c.dissipation) for _, c in total.contacts]
+    return walls.Soft(
+        max([rigid.low, *(c.position for _, c in total.contacts if c.side == "above")]),
+        min([rigid.high, *(c.position for _, c in total.contacts if c.side == "below")]),
+        rigid if total.barriers else walls.NoWall(0.0),
+        np.array(numbers).ravel(),
+        substeps,
+    )
+
+
+def contact_time(contact: Contact, speed: float) -> float:
+    """Duration of a free contact without loss that begins with this speed.
+
+    Examples
+    --------
+    >>> round(contact_time(Contact(0.0, 100.0), 1.0), 6)
+    0.510029
+    """
+    power = contact.exponent + 1.0
+    depth = (power * speed**2 / (2.0 * contact.stiffness)) ** (1.0 / power)
+    shape = math.gamma(1.0 + 1.0 / power) / math.gamma(0.5 + 1.0 / power)
+    return 2.0 * math.sqrt(math.pi) * shape * float(depth) / speed

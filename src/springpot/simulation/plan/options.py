@@ -1,0 +1,118 @@
+"""The settings of a run, declared once: Python, the command and studies take names, types and words from here."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+
+from annotated_types import Ge, Gt
+
+__all__ = ["DEFAULTS", "Derivative", "Options", "Scheme", "StartKind", "hints", "own_seed", "words"]
+
+Scheme = Literal["default", "grunwald"]
+StartKind = Literal["rest", "stationary"]
+Derivative = Literal["caputo", "riemann-liouville"]
+
+
+class Options(TypedDict, total=False):
+    """What a caller may give to a run, each with its words in the help of the command.
+
+    `springpot.simulation.simulate` says more of each one; `springpot.simulation.plan.settings.resolve` checks them.
+    """
+
+    paths: Annotated[int, Ge(1), "Number of independent paths"]
+    duration: Annotated[float | None, Gt(0.0), "End of the run, in s."]
+    step: Annotated[float | None, Gt(0.0), "Time step, in s."]
+    window: Annotated[tuple[float, float] | None, "Times between which averages are taken, in s."]
+    seed: Annotated[int, "Seed: the same seed gives the same paths, and other systems with it deviate alike"]
+    threads: Annotated[int | None, "Number of threads; as many as this process may use if not given."]
+    scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"]
+    start: Annotated[
+        StartKind | None,
+        "stationary: from the stationary mean of x, which pilot runs find; rest: from rest.  If not given: "
+        "stationary, but rest if an initial state or the Riemann-Liouville derivative is given, or if there is no "
+        "stationary state.",
+    ]
+    initial_position: Annotated[float | None, "x(0), in m; the run then starts from there."]
+    initial_velocity: Annotated[float | None, "x'(0), in m/s; the run then starts from there."]
+    derivative: Annotated[Derivative, "Definition of the derivative; the two differ if x(0) is not 0"]
+    memory_tolerance: Annotated[float, "Relative error allowed in the memory kernel"]
+    contact_tolerance: Annotated[float, "Scheme grunwald only: distance from the wall that counts as an impact, in m"]
+    record: Annotated[int, "Number of paths whose x and v are stored"]
+    record_every: Annotated[int | None, "Steps between two stored points of a path."]
+
+
+DEFAULTS: Options = {
+    "paths": 5000,
+    "duration": None,
+    "step": None,
+    "window": None,
+    "seed": 1,
+    "threads": None,
+    "scheme": "default",
+    "start": None,
+    "initial_position": None,
+    "initial_velocity": None,
+    "derivative": "caputo",
+    "memory_tolerance": 1e-6,
+    "contact_tolerance": 1e-5,
+    "record": 0,
+    "record_every": None,
+}
+"""What is taken where nothing is given; None where that depends on the rest."""
+
+
+def hints(*without: str) -> Mapping[str, Any]:
+    """The type of each setting, None allowed, with its limits; but for those named.
+
+    Examples
+    --------
+    >>> list(hints("paths"))[:2]
+    ['duration', 'step']
+    """
+    declared = get_type_hints(Options, include_extras=True)
+    return {name: _optional(hint) for name, hint in declared.items() if name not in without}
+
+
+def own_seed(seed: int, thing: Mapping[str, Any]) -> int:
+    """The seed of one thing among many that are simulated with one seed: with the same for all they would be off alike.
+
+    Parameters
+    ----------
+    seed : int
+    thing : dict
+        What it is, in plain values.
+
+    Returns
+    -------
+    int
+        From 0 to 2^63 - 1; for the same thing the same.
+
+    Examples
+    --------
+    >>> own_seed(1, {"order": 0.5}) == own_seed(1, {"order": 0.5}) != own_seed(1, {"order": 0.6})
+    True
+    """
+    # Python writes the shortest decimal that reads back as the same double: equal text, equal numbers
+    content = json.dumps({**thing, "seed": seed}, sort_keys=True)
+    return int.from_bytes(hashlib.sha256(content.encode()).digest()[16:24], "little") >> 1
+
+
+def words(name: str) -> str:
+    """What the help of the command says of a setting, its default included.
+
+    Examples
+    --------
+    >>> words("paths")
+    'Number of independent paths; 5000 if not given.'
+    """
+    text = next(word for word in get_args(hints()[name]) if isinstance(word, str))
+    return text if text.endswith(".") else f"{text}; {DEFAULTS[name]} if not given."  # type: ignore[literal-required]
+
+
+def _optional(hint: Any) -> Any:
+    assert get_origin(hint) is Annotated
+    kind, *rest = get_args(hint)
+    return Annotated[(kind | None, *rest)]

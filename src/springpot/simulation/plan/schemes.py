@@ -1,0 +1,131 @@
+"""The numerical schemes: their memory weights, and their constants in the kernel for one step size.
+
+`scheme_of` gives the class of a name, "default" or "grunwald".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.memory import direct
+from springpot.memory.weights import Family
+from springpot.simulation.kernel import questions as parts
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.plan.options import DEFAULTS, Scheme
+
+__all__ = ["Grunwald", "NumericalScheme", "Splitting", "scheme_of"]
+
+Floats = npt.NDArray[np.float64]
+
+
+class NumericalScheme(Protocol):
+    """What every scheme states of itself, and gives to the kernel.
+
+    Attributes
+    ----------
+    order : int
+        Of stationary moments in the step, without a wall.
+    default_step, coarsest_step : float
+        The default step, and the step above which errors of 1 % are expected, in units of the shortest time scale.
+    family : {"average", "grunwald"}
+        The memory weights.
+    keeps_the_law : bool
+        Whether the step leaves the stationary law of a dashpot, white noise and elastic walls as it is, however long.
+    """
+
+    order: ClassVar[int]
+    default_step: ClassVar[float]
+    coarsest_step: ClassVar[float]
+    family: ClassVar[Family]
+    keeps_the_law: ClassVar[bool]
+
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
+        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
+
+        ``answer`` is the sum of those of springpots and dashpots
+        (`springpot.simulation.kernel.questions.answer_of_springpot`).
+        """
+
+    def recent_weights(self, order: float) -> Floats:
+        """Weights of the four newest increments, in units of h^-alpha."""
+
+    def extra_weight(self, order: float) -> float:
+        """Extra weight of the second newest increment, which is in the modes already."""
+
+    def early_displacement(self, order: float, drive: float, step: float) -> float:
+        """Displacement at the first kick due to the Riemann-Liouville force, which is largest just before it."""
+
+
+@dataclass(frozen=True)
+class Splitting(NumericalScheme):
+    """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise.
+
+    Flights and elastic impacts keep the energy exactly.  With a dashpot, the kick between them, an implicit midpoint
+    rule, keeps the velocity normal with its exact variance q / (2 C) while x does not move.
+    """
+
+    order: ClassVar[int] = 2
+    default_step: ClassVar[float] = 0.01
+    coarsest_step: ClassVar[float] = 0.1
+    family: ClassVar[Family] = "average"
+    keeps_the_law: ClassVar[bool] = True
+
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
+        return parts.splitting(frequency, answer, step)
+
+    def recent_weights(self, order: float) -> Floats:
+        weights = direct(self.family, order, GROUP)
+        weights[:2] += parts.newest_weights_splitting(order)
+        return weights
+
+    def extra_weight(self, order: float) -> float:
+        return parts.newest_weights_splitting(order)[1]
+
+    def early_displacement(self, order: float, drive: float, step: float) -> float:
+        return -drive * step**2 * 0.5 * order / (2.0 - order)
+
+
+@dataclass(frozen=True)
+class Grunwald(NumericalScheme):
+    """The paper's: Grunwald-Letnikov derivative, Euler step; impact when x is near the wall or beyond and moves in.
+
+    Attributes
+    ----------
+    contact_tolerance : float
+        Largest distance of an impact from the wall, in m.
+    """
+
+    contact_tolerance: float = DEFAULTS["contact_tolerance"]
+
+    order: ClassVar[int] = 1
+    default_step: ClassVar[float] = 0.001
+    coarsest_step: ClassVar[float] = 0.005
+    family: ClassVar[Family] = "grunwald"
+    keeps_the_law: ClassVar[bool] = False
+
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
+        return parts.euler(frequency, step, self.contact_tolerance / length)
+
+    def recent_weights(self, order: float) -> Floats:
+        return direct(self.family, order, GROUP)
+
+    def extra_weight(self, order: float) -> float:
+        return 0.0
+
+    def early_displacement(self, order: float, drive: float, step: float) -> float:
+        return 0.0  # the force acts on the first step
+
+
+def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:
+    """The scheme of a name.
+
+    Examples
+    --------
+    >>> scheme_of("default"), scheme_of("grunwald").order
+    (Splitting(), 1)
+    """
+    return Splitting() if word == "default" else Grunwald(contact_tolerance)

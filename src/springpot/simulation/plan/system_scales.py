@@ -1,0 +1,449 @@
+"""The rates, times and sizes of a system: a rough guess of its stationary state, which sets step, duration and units.
+
+The energy is guessed by a balance: what the excitation feeds in at the system's own frequency, against what dampers,
+memory and walls take out, both for a Maxwell-Boltzmann law at an unknown temperature.  The step is set from the
+fastest motion of that law, the duration from its slowest; nothing else depends on the guess.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import (
+    Barrier,
+    ColoredNoise,
+    Contact,
+    Dashpot,
+    FractionalMaxwell,
+    Friction,
+    Harmonic,
+    KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
+    PoissonImpulses,
+    PolynomialDashpot,
+    RecordedExcitation,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.problem.parts.springpots import resonance
+from springpot.problem.parts.walls import restitution_at
+from springpot.problem.potential import Potential
+from springpot.problem.system import System
+from springpot.simulation.plan.scales import Scales, scales_of
+
+__all__ = [
+    "BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "is_symmetric", "oscillator_at_walls",
+    "scales_of_problem", "system_scales", "typical_frequency",
+]  # fmt: skip
+
+FloatArray = NDArray[np.float64]
+
+_FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
+_POINTS = 4001
+_LEAST_SHARE = 1e-200
+_NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
+
+
+@dataclass(frozen=True, eq=False)
+class BoltzmannLaw:
+    """exp(-U(x) / kT), on a grid of places between the walls.
+
+    Attributes
+    ----------
+    temperature : float
+        kT per unit mass.
+    places, shares : ndarray
+        The grid and the probability of each place.
+    """
+
+    temperature: float
+    places: FloatArray
+    shares: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """E[x]."""
+        return float(self.shares @ self.places)
+
+    @property
+    def variance(self) -> float:
+        """Of x."""
+        return float(self.shares @ (self.places - self.mean) ** 2)
+
+    @property
+    def frequency(self) -> float:
+        """That of the linear spring with the same variance; infinite if double precision shows none."""
+        return math.sqrt(self.temperature / self.variance) if self.variance > 0.0 else math.inf
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether its places differ, in double precision."""
+        return self.variance > 0.0 and bool(self.places[1] > self.places[0])
+
+    def density_at(self, place: float) -> float:
+        """p(x) at a place on the grid or at its end."""
+        spacing = float(self.places[1] - self.places[0])
+        return float(np.interp(place, self.places, self.shares)) / spacing if spacing > 0.0 else math.inf
+
+    def drawn(self, chance: FloatArray) -> FloatArray:
+        """Places below which x lies with these probabilities."""
+        edges = np.concatenate([[0.0], np.cumsum(0.5 * (self.shares[1:] + self.shares[:-1]))])
+        return np.interp(chance, edges / edges[-1], self.places)
+
+
+@dataclass(frozen=True, eq=False)
+class SystemScales(Scales):
+    """Rates, times and sizes of a system.
+
+    Attributes
+    ----------
+    flight_frequency : float
+        Of the linear spring that is followed exactly between kicks, in rad/s.
+    length : float
+        Root mean square displacement, by the guess, in m.
+    law : BoltzmannLaw
+        The guess.
+    """
+
+    flight_frequency: float
+    length: float
+    law: BoltzmannLaw
+
+
+def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
+    """The law of x at a temperature (per unit mass)."""
+    grid = _around_the_wells(potential)
+    depth = potential.energy(grid)
+    limit = float(depth.min()) + _FARTHEST * temperature
+    within = np.flatnonzero(depth <= limit)
+    low, high = (_edge(potential, grid[within[end]], sign, limit) for end, sign in ((0, -1.0), (-1, 1.0)))
+    if not math.isfinite(high - low):
+        raise ValueError(_NOT_HELD)
+    places = np.linspace(low, high, _POINTS)
+    energy = potential.energy(places)
+    weights = np.exp(-np.minimum((energy - energy.min()) / temperature, 700.0))
+    weights[[0, -1]] *= 0.5
+    return BoltzmannLaw(temperature, places, weights / weights.sum())
+
+
+@lru_cache(maxsize=16)
+def _around_the_wells(potential: Potential) -> FloatArray:
+    """Places between the walls: all where the potential is least, and a grid from the first to the last of them."""
+    powers = np.array(potential.coefficients[::-1])
+    # a power that matters only at lengths beyond all use has no root there, and a ratio of coefficients no overflow
+    roots = np.roots(np.where(np.abs(powers) > _LEAST_SHARE * np.abs(powers).max(), powers, 0.0))
+    real = roots[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))].real
+    touches = [contact.position for contact in potential.contacts]
+    low, high = max(potential.low, -1e300), min(potential.high, 1e300)
+    inside = [min(max(float(place), low), high) for place in (*real, *touches, 0.0)]
+    first, last = (_uphill(potential, end, sign) for end, sign in ((min(inside), -1.0), (max(inside), 1.0)))
+    grid = np.linspace(first, last, 2001)
+    force = potential.force(grid)
+    wells = [
+        _root(potential.force, grid[i], grid[i + 1]) for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
+    ]
+    return np.unique(np.concatenate([grid, inside, wells]))
+
+
+def _uphill(potential: Potential, start: float, sign: float) -> float:
+    """The first place from ``start`` on where the potential rises, or the wall."""
+    end = potential.low if sign < 0.0 else potential.high
+    place, reach = start, max(abs(start) * 1e-12, 1e-30)
+    while sign * float(potential.force(place)) < 0.0 and sign * (end - place) > 0.0:
+        place, reach = start + sign * reach, 2.0 * reach
+    return float(min(place, end) if sign > 0.0 else max(place, end))
+
+
+def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
+    """The farthest place on one side with less than this energy, or the wall."""
+    end = potential.low if sign < 0.0 else potential.high
+    reaches = max(abs(start) * 1e-12, 1e-30) * 2.0 ** np.arange(400.0)
+    places = start + sign * reaches
+    places = np.concatenate([[start], places[sign * (end - places) > 0.0], [end]])
+    with np.errstate(all="ignore"):  # the farthest may overflow
+        beyond = potential.energy(places) > energy
+    if not beyond.any():
+        return end
+    first = int(np.argmax(beyond))
+    return _root(lambda x: potential.energy(x) - energy, places[first - 1], places[first])
+
+
+def _root(function: Callable[[float], Any], low: float, high: float) -> float:
+    from scipy import optimize  # slow to import
+
+    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14))
+
+
+def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
+    """Power taken out by dampers, memory and walls per unit mass; at the frequency of the law if none is given."""
+    theta, w = law.temperature, law.frequency if frequency is None else frequency
+    rate, power = 0.0, 0.0
+    for part in unit.parts:
+        match part:
+            case Dashpot():
+                rate += part.coefficient
+            case PolynomialDashpot():
+                c1, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+                rate += c1
+                power += c2 * math.sqrt(8.0 / math.pi) * theta**1.5 + 3.0 * c3 * theta**2
+            case Friction():
+                power += part.force * math.sqrt(2.0 * theta / math.pi)
+            case VanDerPol():
+                rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
+            case Springpot() | FractionalMaxwell() | Maxwell():
+                rate += part.modulus(1j * w).imag / w
+            case PiezoelectricCircuit():
+                rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
+            case Barrier():
+                flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
+                power += flux * (1.0 - restitution_at(part, math.sqrt(2.0 * theta)) ** 2) * theta
+    return rate * theta + power
+
+
+def _fed_by_dampers(unit: System, law: BoltzmannLaw) -> float:
+    """What dampers with a negative part feed in: their net power says nothing of how fast the motion changes."""
+    theta, power = law.temperature, 0.0
+    for part in unit.parts:
+        match part:
+            case PolynomialDashpot():
+                c1, c2, _ = (*part.coefficients, 0.0, 0.0)[:3]
+                power += max(-c1, 0.0) * theta + max(-c2, 0.0) * math.sqrt(8.0 / math.pi) * theta**1.5
+            case VanDerPol():
+                power += part.coefficient * part.length**2 * theta
+    return power
+
+
+def _fed(unit: System, law: BoltzmannLaw) -> float:
+    """Power fed in by the excitation at this law, per unit mass."""
+    power, w = 0.0, law.frequency
+    for part in unit.parts:
+        match part:
+            case WhiteNoise() | PoissonImpulses():
+                power += 0.5 * part.intensity
+            case ColoredNoise() | KanaiTajimiNoise():
+                power += math.pi * part.density(w)
+            case RecordedExcitation():  # as noise that is white up to this frequency
+                power += 0.5 * math.pi * part.mean_square / w
+            case ParametricNoise():
+                power += 0.5 * part.intensity * (law.variance + law.mean**2)
+            case Harmonic():
+                rate = max(dissipated(unit, law) / law.temperature, 1e-9 * w)
+                away = (w * w - part.frequency**2) ** 2 + (rate * part.frequency) ** 2
+                power += 0.5 * part.amplitude**2 * rate * part.frequency**2 / away
+    return power
+
+
+@lru_cache(maxsize=16)
+def system_scales(system: System) -> SystemScales:
+    """The rates, times and sizes of a system.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import PolynomialSpring, Spring
+    >>> scales = system_scales(System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0)))
+    >>> round(scales.law.temperature, 6), round(scales.length, 3), round(scales.energy_time, 6)
+    (1.0, 0.684, 2.0)
+
+    Raises
+    ------
+    ValueError
+        If nothing holds the mass, or it moves less than numbers can tell.
+    """
+    unit = system.per_unit_mass
+    potential = unit.potential
+    if not potential.holds():
+        raise ValueError(_NOT_HELD)
+    theta = _temperature(unit, potential)
+    law = boltzmann_law(potential, theta)
+    if not law.is_resolved:
+        raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
+    linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
+    frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
+    smooth = replace(potential, contacts=())
+    curved = float(np.abs(smooth.curvature(law.places) - frequency**2).max())
+    near = law.places[law.shares > 0.01 * law.shares.max()]
+    rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
+    walls: list[Barrier | Contact] = [*unit.of(Barrier), *unit.of(Contact)]
+    rates += [_hops(smooth, law, frequency, wall) for wall in walls]
+    for part in unit.parts:
+        match part:
+            case Springpot() if part.coefficient > 0.0:
+                rates.append(part.coefficient ** (1.0 / (2.0 - part.order)))
+            case Dashpot():
+                rates.append(part.coefficient)
+            case PolynomialDashpot() | VanDerPol():
+                rates.append((dissipated(System(part), law) + 2.0 * _fed_by_dampers(System(part), law)) / theta)
+            case FractionalMaxwell():
+                rates.append(math.sqrt(part.spring.stiffness))
+            case Maxwell():
+                rates.append(math.sqrt(part.stiffness))
+            case PiezoelectricCircuit():
+                rates.append(math.sqrt(part.coupling**2 / part.capacitance))
+            case Harmonic():
+                rates.append(0.5 * part.frequency)
+    creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
+    # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
+    pots = [pot for pot in unit.of(Springpot) if pot.remembers]
+    stiffened = resonance(
+        law.frequency**2, [*pots, *unit.of(FractionalMaxwell), *unit.of(Maxwell), *unit.of(PiezoelectricCircuit)]
+    )
+    taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
+    energy_time = theta / taken if taken > 0.0 else math.inf
+    return SystemScales(
+        fastest_rate=max(rates),
+        energy_time=max(energy_time, _hopping_time(law, potential)),
+        creep_time=max([_overdamped_time(unit, law), *creep]),
+        forgetting_time=max(energy_time, 2.0 / law.frequency),
+        flight_frequency=frequency,
+        length=math.sqrt(law.variance + law.mean**2),
+        law=law,
+    )
+
+
+def _temperature(unit: System, potential: Potential) -> float:
+    """kT at which as much is fed in as is taken out; that of the thermal noise where there is one."""
+    if thermal := unit.of(ThermalNoise):
+        return thermal[0].temperature
+    size = _natural_energy(potential)
+    if not any(getattr(part, "intensity", 0.0) or getattr(part, "amplitude", 0.0) for part in unit.parts) and not (
+        unit.of(ColoredNoise, VanDerPol)
+    ):
+        return size
+    for powers in (np.linspace(12.0, -12.0, 97), np.linspace(45.0, -45.0, 181)):  # the second where size means nothing
+        last = math.nan
+        for theta in size * 10.0**powers:
+            law = boltzmann_law(potential, float(theta))
+            if not law.is_resolved:
+                break
+            surplus = _fed(unit, law) - dissipated(unit, law)
+            if surplus > 0.0 and not math.isnan(last):
+                return _root(lambda t: _surplus(unit, potential, t), float(theta), last)
+            if surplus > 0.0:
+                break
+            last = float(theta)
+    return size
+
+
+def _surplus(unit: System, potential: Potential, theta: float) -> float:
+    law = boltzmann_law(potential, theta)
+    return _fed(unit, law) - dissipated(unit, law)
+
+
+def _natural_energy(potential: Potential) -> float:
+    """An energy of the potential itself: of the room between the walls, or of a length of its own; 1 if it has none."""
+    ends = [end for end in (potential.low, potential.high) if math.isfinite(end)]
+    if len(ends) == 2:
+        places = np.linspace(ends[0], ends[1], 101)
+    else:
+        touches = [contact.position for contact in potential.contacts]
+        length = max((abs(end) for end in (ends or touches)), default=0.0) or 1.0
+        near = ends[0] if ends else 0.0
+        places = np.linspace(near - (potential.low != near) * length, near + (potential.high != near) * length, 101)
+    return float(np.ptp(potential.energy(places))) or 1.0
+
+
+def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
+    """Mean time to cross the highest barrier between two wells, by Kramers' rate; 0 for a single well."""
+    depth = potential.energy(law.places) / law.temperature
+    rising = np.sign(np.diff(depth))
+    tops = [i for i in range(1, depth.size - 1) if rising[i - 1] > 0.0 > rising[i]]
+    times = [0.0]
+    for top in tops:
+        climb = depth[top] - max(depth[:top].min(), depth[top:].min())
+        if climb > 1.0:
+            times.append(2.0 * math.pi / law.frequency * math.exp(min(float(climb), 700.0)))
+    return max(times)
+
+
+def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Barrier | Contact) -> float:
+    """Rate of the hops on a wall that the kicks press the mass against: they must be shared by many kicks.
+
+    With too few, each impact changes the energy at random, which heats a motion with little damping.
+    """
+    inwards = 1.0 if wall.side == "above" else -1.0
+    pressing = inwards * (float(potential.force(wall.position)) - frequency**2 * wall.position)
+    depth = float(potential.energy(wall.position) - potential.energy(law.places).min())
+    return max(pressing, 0.0) / math.sqrt(law.temperature) if depth < 5.0 * law.temperature else 0.0
+
+
+def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
+    """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
+    damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
+    return damping / w**2 if damping > w else 0.0
+
+
+def _creep_time(pot: Springpot, frequency: float) -> float:
+    """As that of an oscillator of this frequency."""
+    if not pot.remembers or pot.coefficient <= frequency ** (2.0 - pot.order):
+        return 0.0
+    logarithm = math.log(pot.coefficient / frequency**2) / pot.order
+    return math.exp(logarithm) if logarithm < 700.0 else math.inf
+
+
+def scales_of_problem(problem: Oscillator | System) -> Scales:
+    """The rates and times of an oscillator or a system."""
+    return scales_of(problem) if isinstance(problem, Oscillator) else system_scales(problem)
+
+
+def typical_frequency(problem: Oscillator | System) -> float:
+    """Omega of an oscillator; that of the linear spring with the guessed variance of x of a system."""
+    return problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
+
+
+def oscillator_at_walls(system: System) -> Oscillator | None:
+    """An oscillator with the walls of a system: their restitution, the white noise, and what presses the mass on them.
+
+    Near a wall only these matter for slow impacts.  None if the rigid walls differ in restitution, if that
+    depends on the speed, or if there is no wall.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
+    >>> alike = oscillator_at_walls(system)
+    >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)
+    (0.8, 2.0)
+    """
+    unit = system.per_unit_mass
+    walls = unit.of(Barrier)
+    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
+    numbers = {wall.restitution for wall in walls}
+    if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not intensity > 0.0:
+        return None
+    frequency = system_scales(system).law.frequency
+    directions = {"above": 1.0, "below": -1.0}
+    pressed = max(directions[wall.side] * float(unit.potential.force(wall.position)) for wall in walls)
+    barrier = Barrier(pressed / frequency**2, walls[0].restitution)
+    return Oscillator(frequency, barrier=barrier, excitation=WhiteNoise(intensity))
+
+
+def is_symmetric(system: System) -> bool:
+    """Whether E[x] = 0 because x and -x obey the same law.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> is_symmetric(System(Spring(1.0))), is_symmetric(System(Spring(1.0), Barrier(-1.0)))
+    (True, False)
+    """
+    potential = system.potential
+    odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
+    restitutions = {wall.restitution for wall in system.of(Barrier)}
+    contacts = system.of(Contact)
+    mirrored = {
+        replace(contact, position=-contact.position, side="above" if contact.side == "below" else "below")
+        for contact in contacts
+    }
+    return odd and len(restitutions) <= 1 and mirrored == {*contacts}

@@ -1,0 +1,313 @@
+"""The result of a run: values with errors, budgets, warnings and paths, also as a dict, a dataset and a file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.faults import name_results
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Contact
+from springpot.problem.quantities import units_of_system
+from springpot.problem.system import System
+from springpot.problem.units import UNITS
+from springpot.simulation.error.budget import Budget
+from springpot.simulation.estimate.step_biases import step_biases
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.start import Adapted
+from springpot.simulation.result.system_warnings import step_biases_of_system
+from springpot.simulation.watch.distributions import Distribution, sample_quantiles
+from springpot.simulation.watch.observables import COUNTED, EXTREMES
+from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.spectrum import Spectrum
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["PROBABILITIES", "Run"]
+
+PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The result of one simulation.
+
+    Attributes
+    ----------
+    oscillator : Oscillator or System
+    settings : Settings
+        Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
+    values, errors : dict
+        Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
+    budgets : dict
+        Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
+    diagnostics : dict
+        How it was computed: memory terms and their error, residual of the stationary start, chattering sequences that
+        ended at rest (``collapses``), versions, time.
+    warnings : tuple of str
+        One sentence for each reason to doubt a number.
+    time : ndarray, shape (points,)
+        Times of the recorded paths, in s; empty if none were recorded.
+    record : ndarray, shape (recorded, points, 2)
+        x and v of the recorded paths, at time 0 and after every ``record_every`` steps.
+    distributions : dict
+        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if requested.
+    extremes : dict
+        Smallest and largest x, largest speed and impact speed of each path in the window, if requested: arrays of shape
+        (paths,), taken at the ends of the steps and at the impacts.
+    spectrum : Spectrum or None
+        `springpot.simulation.Spectrum` of x in the window, if requested.
+    first_passages : dict
+        `springpot.simulation.PassageTimes` of each level requested, by quantity.
+    path_sums : ndarray, shape (paths, sums)
+        Sums over the window of each path, from which `springpot.extend` goes on; empty with ``rtol``.
+    adapted : Adapted or None
+        How x(0) of a stationary start was found.
+    """
+
+    oscillator: Oscillator | System
+    settings: Settings
+    values: dict[str, float]
+    errors: dict[str, float]
+    budgets: dict[str, Budget]
+    diagnostics: dict[str, Any]
+    warnings: tuple[str, ...]
+    time: npt.NDArray[np.float64]
+    record: npt.NDArray[np.float64]
+    distributions: dict[str, Distribution] = field(default_factory=dict)
+    extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    spectrum: Spectrum | None = None
+    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    adapted: Adapted | None = None
+
+    def __post_init__(self) -> None:
+        name_results(self, "values", "errors", "budgets", "distributions", "extremes", "first_passages")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the recorded paths, as plain numbers, strings, lists and dicts; NaN is None.
+
+        Returns
+        -------
+        dict
+            Every estimate and its ``_se`` by name, then ``oscillator``, ``settings``, ``diagnostics`` and ``warnings``.
+            Distributions and extremes are there as their quantiles at PROBABILITIES.
+
+        Examples
+        --------
+        >>> from springpot import run
+        >>> words = run(Oscillator(), paths=1, duration=1.0).to_dict()
+        >>> words["x_mean_se"] is None, words["settings"]["paths"]
+        (True, 1)
+        """
+        quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
+        biases = self._step_biases()
+        return {
+            **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
+            **({"probability": list(PROBABILITIES)} if quantiles else {}),
+            **{name: _finite(at) for name, (at, _) in quantiles.items()},
+            **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
+            **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
+            **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
+            **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
+            "oscillator": self.oscillator.to_dict(),
+            "settings": self.settings.to_dict(),
+            "diagnostics": self.diagnostics,
+            "warnings": list(self.warnings),
+        }
+
+    def _step_biases(self) -> dict[str, float | npt.NDArray[np.float64]]:
+        """Bounds on the step bias by name, for runs without budgets."""
+        if self.budgets:
+            return {}
+        if isinstance(self.oscillator, System):
+            return dict(step_biases_of_system(self.oscillator, self.settings.step, self.values))
+        return step_biases(
+            self.oscillator, self.settings.step, self.values, self.distributions, self.extremes, PROBABILITIES
+        )
+
+    def _numbers(self) -> dict[str, tuple[float, str, str]]:
+        """Every number by its public name: value, unit and description."""
+        numbers, biases = {}, self._step_biases()
+        for name, value in self.values.items():
+            unit = self._unit(name)
+            numbers[name] = value, unit, name.replace("_", " ")
+            numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
+            if name in self.budgets:
+                budget = self.budgets[name]
+                numbers[f"{name}_step_bias"] = budget.step_bias, unit, f"bound on the step's bias of {name}"
+                numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
+                numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
+                numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
+            elif name in biases:
+                numbers[f"{name}_step_bias"] = float(biases[name]), unit, f"bound on the step's bias of {name}"
+        for passage in self.first_passages.values():
+            numbers |= passage.numbers()
+        return numbers
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every estimate, by name; of an observable it is empty."""
+        return {name: self._unit(name) for name in self.values}
+
+    def _unit(self, name: str) -> str:
+        """The unit of an estimate; only the user knows that of an observable."""
+        if isinstance(self.oscillator, System):
+            return units_of_system(self.oscillator, name)
+        return UNITS.get(name) or COUNTED.get(name, "")
+
+    def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
+        """Survival curves and their times, by name: axis, numbers, unit."""
+        curves = {}
+        for name, passage in self.first_passages.items():
+            time, survival, error = passage.curve()
+            axis = f"{name}_first_passage_time"
+            curves[axis] = axis, time, "s"
+            curves[f"{name}_first_passage_survival"] = axis, survival, "1"
+            curves[f"{name}_first_passage_survival_se"] = axis, error, "1"
+        return curves
+
+    def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
+        """Quantiles at PROBABILITIES of distributions, extremes and passage times: values, errors, unit."""
+        quantiles = {
+            f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)
+            for name, sketch in self.distributions.items()
+        }
+        for name, samples in self.extremes.items():
+            quantiles[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
+        for name, passage in self.first_passages.items():
+            quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
+        return quantiles
+
+    def to_dataset(self) -> xarray.Dataset:
+        """An xarray Dataset: every estimate and its ``_se`` with units, the rest as attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `springpot.simulate` returns it.
+
+        Examples
+        --------
+        >>> from springpot import run
+        >>> run(Oscillator(), paths=8, duration=1.0).to_dataset()["impact_rate"].units
+        's-1'
+        """
+        import json
+
+        import pandas
+        import xarray
+
+        data: dict[str, Any] = {
+            name: ((), value, {"units": unit, "long_name": text})
+            for name, (value, unit, text) in self._numbers().items()
+        }
+        coordinates: dict[str, Any] = {}
+        if isinstance(self.oscillator, System) and (walls := self._by_wall(data)):
+            coordinates["barrier"] = ("barrier", walls)
+        biases = self._step_biases()
+        if self.settings.record:
+            coordinates["path"] = ("path", np.arange(self.settings.record))
+            coordinates["time"] = ("time", self.time, {"units": "s"})
+            data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
+            data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
+        for name, (at, error, unit) in self._quantiles().items():
+            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
+            data[name] = ("probability", at, {"units": unit})
+            data[f"{name}_se"] = ("probability", error, {"units": unit})
+            if name in biases:
+                data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
+        if (estimate := self.spectrum) is not None:
+            coordinates["frequency"] = ("frequency", estimate.frequency, {"units": "rad s-1"})
+            data["x_spectrum"] = (
+                "frequency",
+                estimate.density,
+                {"units": "m2 s rad-1", "resolution": estimate.resolution},
+            )
+            data["x_spectrum_se"] = ("frequency", estimate.standard_error, {"units": "m2 s rad-1"})
+        for name, (axis, column, unit) in self._curves().items():
+            (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
+        for name, sketch in self.distributions.items():
+            edges, density, error = sketch.density()
+            where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
+            coordinates[where] = (where, 0.5 * (edges[1:] + edges[:-1]), {"units": sketch.unit})
+            coordinates[f"{name}_bin_width"] = (where, np.diff(edges), {"units": sketch.unit})
+            data[f"{name}_density"] = (where, density, per_unit)
+            data[f"{name}_density_se"] = (where, error, per_unit)
+            if f"{name}_density" in biases:
+                data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
+        attributes = {
+            "oscillator": json.dumps(self.oscillator.to_dict()),
+            "settings": json.dumps(self.settings.to_dict()),
+            "diagnostics": json.dumps(self.diagnostics),
+            "warnings": list(self.warnings),
+            "Conventions": "CF-1.11",
+        }
+        # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that
+        variables, places = (
+            {
+                name: xarray.Variable(
+                    axes, (pandas.Index if name == axes else np.asarray)(values), attrs=dict(*words), fastpath=True
+                )
+                for name, (axes, values, *words) in columns.items()
+            }
+            for columns in (data, coordinates)
+        )
+        return xarray.Dataset(variables, places, attributes)
+
+    def _by_wall(self, data: dict[str, Any]) -> list[str]:
+        """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
+        system = self.oscillator
+        walls = [] if isinstance(system, Oscillator) else [
+            name for name, part in system.named() if isinstance(part, Barrier | Contact)
+        ]  # fmt: skip
+        for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
+            for ending in ("", "_se"):
+                names = [f"{wall}_{quantity}{ending}" for wall in walls]
+                if names and all(name in data for name in names):
+                    parts = [data.pop(name) for name in names]
+                    text = f"{'standard error of ' if ending else ''}{quantity.replace('_', ' ')} of each wall"
+                    attributes = {"units": parts[0][2]["units"], "long_name": text}
+                    data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
+        return walls
+
+    def save(self, path: str | Path, *, overwrite: bool = False, path_sums: bool = False) -> Path:
+        """Write the run to a file: see `springpot.simulation.result.save.save_run`, whose arguments are the same.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ValueError, OSError
+            As there.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from springpot import run
+        >>> run(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
+        'run.csv'
+        """
+        from springpot.simulation.result.save import save_run
+
+        return save_run(self, path, overwrite=overwrite, path_sums=path_sums)
+
+
+def _finite(numbers: list[float]) -> list[float | None]:
+    return [number if math.isfinite(number) else None for number in numbers]
+
+
+def _spectrum_words(spectrum: Spectrum) -> dict[str, list[float | None]]:
+    return {
+        "frequency": _finite(spectrum.frequency.tolist()),
+        "x_spectrum": _finite(spectrum.density.tolist()),
+        "x_spectrum_se": _finite(spectrum.standard_error.tolist()),
+    }

@@ -1,0 +1,1 @@
+"""Observers of paths: distributions, spectra, first passage, a user's own functions."""

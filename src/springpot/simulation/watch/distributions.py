@@ -1,0 +1,239 @@
+"""Distributions of x, v, amplitude and impact speed, counted during the run, and their quantiles.
+
+They are streaming sketches: counts in bins of 1/64 of an octave (Masson, Rim and Lee, "DDSketch", PVLDB 12, 2019, with
+bins linear in each octave).  Bins of x begin at the wall.  The bins do not depend on the data, so counts of different
+paths can be added in any order.  A quantile is interpolated in its bin, with a relative error below 0.1 % where the
+density is smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from springpot.problem.oscillator import Oscillator
+from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
+from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.paths.simulation import Simulation
+
+__all__ = ["SKETCHED", "Distribution", "distributions_in", "sample_quantiles", "sketches"]
+
+Floats = npt.NDArray[np.float64]
+
+FIRST = len(HEADER)
+_, _, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
+
+SKETCHED = {
+    "x": ("m", "m-1"), "v": ("m s-1", "s m-1"), "amplitude": ("m", "m-1"), "impact_speed": ("m s-1", "s m-1"),
+}  # fmt: skip
+"""Quantities whose distributions are estimated, their units and those of their densities."""
+
+_PARTS = 64  # bins in an octave
+_LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
+_BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
+_OFFSET = (127 + _LOWEST) * _PARTS - 1
+_SLOTS = {"x": 0, "v": 2 * _BINS, "amplitude": 4 * _BINS, "impact_speed": 5 * _BINS}
+_X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
+FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
+FEWEST_BATCHES = 10  # for a usable standard error
+SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
+
+
+def sketches(group_in_time_scales: float) -> Observer:
+    """Counts for the distributions of SKETCHED.
+
+    Parameters
+    ----------
+    group_in_time_scales : float
+        Length of four steps in units of the shortest time scale; samples are about ``SAMPLING`` of it apart.
+    """
+    every = max(1, int(SAMPLING / group_in_time_scales))
+    on_steps, on_impacts = _sketch_parts()
+    return Observer(on_steps, on_impacts, np.zeros(6 * _BINS), per_path=False, every=every)
+
+
+@njit(**INLINE)
+def _bin(value):
+    """Bin of a value without sign, by the bits of its single-precision number."""
+    place = (bits_of(f32(value)) >> i32(17)) - i32(_OFFSET)
+    return min(max(place, i32(0)), i32(_BINS - 1))
+
+
+@cache
+def _sketch_parts() -> tuple[Any, Any]:
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        j = max(low - n, 0)
+        if n + j < min(high, n + GROUP):
+            for lane in range(int(array[_LANES])):
+                here, speed = x[j * LANES + lane], v[j * LANES + lane]
+                away = here - array[_WALL]
+                array[_X + _bin(abs(away)) + (_BINS if away < 0.0 else 0)] += 1.0
+                array[_V + _bin(abs(speed)) + (_BINS if speed < 0.0 else 0)] += 1.0
+                reach = speed / array[_FREQUENCY]
+                array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
+
+    @callback(ON_IMPACTS)
+    def on_impacts(count, speed, lane, array):
+        if lane < array[_LANES]:
+            array[_SPEED + _bin(speed)] += count
+
+    return on_steps, on_impacts
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """An estimated distribution: counts in bins, separately for each batch of paths.
+
+    Attributes
+    ----------
+    unit, density_unit : str
+    edges : ndarray, shape (bins + 1,)
+    counts : ndarray, shape (batches, bins)
+    """
+
+    unit: str
+    density_unit: str
+    edges: Floats
+    counts: Floats
+
+    @property
+    def size(self) -> float:
+        """Number of samples."""
+        return float(self.counts.sum())
+
+    def density(self, bins: int = 80) -> tuple[Floats, Floats, Floats]:
+        """Density from the 0.01 % to the 99.99 % quantile.
+
+        Parameters
+        ----------
+        bins : int
+            Approximate number of bins.
+
+        Returns
+        -------
+        edges : ndarray, shape (n + 1,)
+            A subset of the edges of the counts.
+        density, standard_error : ndarray, shape (n,)
+            In one over the unit.
+
+        Examples
+        --------
+        >>> Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]])).density(2)[1]
+        array([0.5, 0.5])
+        """
+        if not self.size > 0.0:
+            return np.zeros(1), np.zeros(0), np.zeros(0)
+        shares = np.cumsum(self.counts.sum(axis=0)) / self.size
+        begin, end = int(np.searchsorted(shares, 1e-4)), int(np.searchsorted(shares, 1.0 - 1e-4)) + 1
+        edges = self.edges[begin : end + 1]
+        kept, width = [0], (edges[-1] - edges[0]) / bins
+        for i in range(1, edges.size):
+            if edges[i] >= edges[kept[-1]] + 0.999 * width or i == edges.size - 1:
+                kept.append(i)
+        counts = np.add.reduceat(self.counts[:, begin:end], kept[:-1], axis=1)
+        widths = np.diff(edges[kept])
+        return edges[kept], counts.sum(axis=0) / self.size / widths, self._error(counts) / widths
+
+    def quantile(self, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Quantiles and their standard errors, in the unit; NaN where nothing was counted.
+
+        Parameters
+        ----------
+        probability : array_like
+            In [0, 1], any shape.
+
+        Returns
+        -------
+        quantile, standard_error : ndarray
+            Of that shape.
+
+        Raises
+        ------
+        ValueError
+            If a probability is outside [0, 1].
+
+        Examples
+        --------
+        >>> distribution = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
+        >>> float(distribution.quantile(0.5)[0])
+        1.0
+        """
+        p = np.asarray(probability, dtype=float)
+        if np.any(~((p >= 0.0) & (p <= 1.0))):
+            raise ValueError(f"probability must be in [0, 1], not {probability!r}.")
+        if not self.size > 0.0:
+            return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
+        below = np.concatenate([np.zeros((len(self.counts), 1)), np.cumsum(self.counts, axis=1)], axis=1)
+        shares = below.sum(axis=0) / self.size
+        bins = np.clip(np.searchsorted(shares, p, side="left") - 1, 0, self.edges.size - 2)
+        inside = shares[bins + 1] - shares[bins]
+        part = np.clip(np.divide(p - shares[bins], inside, out=np.zeros_like(p), where=inside > 0.0), 0.0, 1.0)
+        width = np.diff(self.edges)[bins]
+        reached = below[:, bins] + part * self.counts[:, bins]
+        error = np.divide(self._error(reached) * width, inside, out=np.full_like(p, np.nan), where=inside > 0.0)
+        return np.asarray(self.edges[bins] + part * width), error
+
+    def _error(self, counts: Floats) -> Floats:
+        """Standard error of the ratio of sums of counts to the number of samples; batches are independent."""
+        batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)
+        if batches.size < FEWEST_BATCHES:
+            return np.full(counts.shape[1:], np.nan)
+        share = counts.sum(axis=0) / self.size
+        apart = counts[self.counts.sum(axis=1) > 0.0] - share * batches.reshape(-1, *(1,) * (counts.ndim - 1))
+        return np.asarray(np.sqrt(batches.size / (batches.size - 1.0) * (apart**2).sum(axis=0)) / self.size)
+
+
+def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
+    """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
+    units, problem = simulation.parts.units, simulation.problem
+    if isinstance(problem, Oscillator):
+        place = 0.0 if problem.barrier is None else problem.barrier.position
+    else:
+        place = simulation.parts.wall_position * units.length
+    octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
+    one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
+    both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
+    x, v = units.state
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
+    distributions = {}
+    for name, names in SKETCHED.items():
+        if name == "amplitude" and not problem.natural_frequency > 0.0:
+            continue
+        taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
+        if name in ("x", "v"):
+            negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]
+            taken, edges = np.concatenate([negative[:, ::-1], taken], axis=1), both_signs
+        filled = np.flatnonzero(taken.any(axis=0))
+        begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)
+        taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
+        if scale[name] < 0.0:
+            taken, edges = taken[:, ::-1], edges[::-1]
+        distributions[name] = Distribution(*names, edges + place if name == "x" else edges, taken)
+    return distributions
+
+
+def sample_quantiles(samples: Floats, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Quantiles of independent samples, and their standard errors from the binomial law of the ranks.
+
+    NaN samples are ignored.  A quantile with fewer than four samples beyond it has no error.
+
+    Examples
+    --------
+    >>> at, error = sample_quantiles(np.arange(101.0), [0.5, 0.99])
+    >>> at, error.round(1)
+    (array([50., 99.]), array([ 5., nan]))
+    """
+    p = np.asarray(probability, dtype=float)
+    samples = samples[~np.isnan(samples)]
+    if samples.size == 0:
+        return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
+    away = np.sqrt(p * (1.0 - p) / samples.size)
+    low, at, high = np.quantile(samples, np.clip([p - away, p, p + away], 0.0, 1.0))
+    return at, np.where(samples.size * p * (1.0 - p) < FEWEST_BEYOND, np.nan, 0.5 * (high - low))

@@ -1,0 +1,141 @@
+"""Numbers that are to be found: parts keep them, everything else takes them for their start."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import tomllib
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.machine.arguments import Free
+from springpot.problem.file import read_system, schema, to_toml
+from springpot.problem.free_numbers import free_numbers, restarted, with_values
+
+
+def marked() -> sp.System:
+    order, coefficient = sp.free("order", 0.5, (0.1, 0.9)), sp.free("C", 1.2, (0.1, 10.0))
+    return sp.System(
+        sp.Mass(0.2), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))), sp.Springpot(order, coefficient),
+        sp.PolynomialSpring((0.0, 0.0, sp.free("k3", 4e5, (0.0, 1e6)))),
+        sp.FractionalMaxwell(sp.Springpot(order, 0.3), sp.Spring(20.0)), sp.Barrier(-0.003, 0.7), sp.WhiteNoise(0.02),
+    )  # fmt: skip
+
+
+def test_parts_keep_what_is_free_in_order_and_once_for_each_name() -> None:
+    found = free_numbers(marked())
+    assert [*found] == ["k", "order", "C", "k3"]
+    assert found["order"] == 0.5
+    assert (found["C"].low, found["C"].high) == (0.1, 10.0)
+    oscillator = sp.Oscillator(sp.free("w", 2.0, (1.0, 3.0)), sp.Springpot(0.5, sp.free("c", 1.0, (0.0, 2.0))))
+    assert [*free_numbers(oscillator)] == ["w", "c"]
+    assert free_numbers(sp.Oscillator()) == {}
+
+
+def test_theory_and_simulation_take_the_start() -> None:
+    free, fixed = (
+        sp.Oscillator(2.0, sp.Springpot(sp.free("a", 0.4, (0.1, 0.9)), sp.free("c", 1.0, (0.5, 2.0)))),
+        (sp.Oscillator(2.0, sp.Springpot(0.4, 1.0))),
+    )
+    assert free == fixed
+    assert sp.theory.envelope(free).impact_rate == sp.theory.envelope(fixed).impact_rate
+    found = [sp.run(each, paths=8, duration=2.0, seed=3).values for each in (free, fixed)]
+    assert found[0] == found[1]
+    walls = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    stiffening = sp.PolynomialSpring((0.0, 0.0, sp.free("k3", 1.0, (0.0, 2.0))))
+    spring = sp.Spring(sp.free("k", 1.0, (0.5, 2.0)))
+    system = sp.System(spring, stiffening, sp.Dashpot(0.4), *walls, sp.WhiteNoise(1.0))
+    plain = with_values(system, {name: float(number) for name, number in free_numbers(system).items()})
+    found = [sp.run(each, paths=8, duration=0.5, seed=3).values for each in (system, plain)]
+    assert {k: repr(v) for k, v in found[0].items()} == {k: repr(v) for k, v in found[1].items()}
+
+
+def test_values_replace_free_numbers_wherever_they_stand() -> None:
+    found = with_values(marked(), {"order": 0.3, "k3": 1.0})
+    assert found.names == marked().names
+    assert found.of(sp.Springpot)[0].order == found.of(sp.FractionalMaxwell)[0].springpot.order == 0.3
+    assert found.of(sp.PolynomialSpring)[0].coefficients == (0.0, 0.0, 1.0)
+    assert [*free_numbers(found)] == ["k", "C"]
+    again = free_numbers(restarted(marked(), {"k": 90.0}))["k"]
+    assert (again, again.high) == (90.0, 200.0)
+    assert isinstance(again, Free)
+
+
+def test_copies_and_files_keep_what_is_free() -> None:
+    number = sp.free("k", 80.0, (10.0, 200.0))
+    for same in (copy.copy(number), copy.deepcopy(number), pickle.loads(pickle.dumps(number))):
+        assert repr(same) == "free('k', 80.0, (10.0, 200.0))"
+    text = sp.to_toml(marked())
+    assert "{ free = \"k\", start = 80.0, low = 10.0, high = 200.0 }" in text  # fmt: skip
+    import tomllib
+
+    content = tomllib.loads(text)
+    jsonschema.validate(content, schema())
+    again = sp.read_system(content)
+    assert again == marked()
+    assert repr(free_numbers(again)) == repr(free_numbers(marked()))
+    assert json.loads(json.dumps(marked().to_dict()))["parts"][1]["stiffness"] == 80.0
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: sp.free("a b", 1.0, (0.0, 2.0)), "name must be a word of letters"),
+        (lambda: sp.free("a", 3.0, (0.0, 2.0)), r"start must be in \[0, 2\], not 3. These are the bounds of a"),
+        (lambda: sp.free("a", 1.0, (2.0, 0.0)), r"bounds must be in ascending order, not \(2, 0\)"),
+        (lambda: sp.free("a", 1.0, 2.0), r"bounds must be two numbers, \(low, high\), not 2.0"),
+        (lambda: sp.free("a", "1", (0.0, 2.0)), "start must be a real number, not '1'"),
+        (lambda: sp.free("a", sp.free("b", 1.0, (0.0, 2.0)), (0.0, 2.0)), "start and bounds must be plain numbers"),
+        (lambda: sp.Springpot(sp.free("a", 0.5, (0.0, 2.0)), 1.0), r"order must be in \[0, 1\], not 2. This is a "
+         "bound of the free number a"),
+        (lambda: sp.Barrier(0.0, sp.free("r", 0.5, (0.0, 1.0))), r"restitution must be in \(0, 1\], not 0. This is"),
+        (lambda: sp.WhiteNoise.from_psd(sp.free("s", 0.5, (0.1, 1.0)), "g2/Hz"), "psd must not be the free number s"),
+        (lambda: free_numbers(sp.System(sp.Spring(sp.free("a", 1.0, (0.5, 2.0))),
+                                        sp.Dashpot(sp.free("a", 1.5, (0.5, 2.0))))), "a must have the same start"),
+        (lambda: with_values(marked(), {"ordre": 0.3}), "'ordre' is not a free number of the model: its free numbers "
+         "are k, order, C and k3; did you mean order"),
+        (lambda: with_values(marked(), {"order": 1.3}), r"springpot.order must be in \[0, 1\], not 1.3"),
+        (lambda: restarted(marked(), {"order": 0.95}), r"springpot.start must be in \[0.1, 0.9\], not 0.95"),
+        (lambda: sp.read_system({"parts": [{"kind": "spring", "stiffness": {"free": "k", "start": 1.0}}]}),
+         r"parts\[0\] \(spring\).stiffness needs low and high"),
+        (lambda: sp.read_system({"parts": [{"kind": "spring", "stiffness": {"free": "k", "start": 1.0, "low": 2.0,
+                                                                            "high": 3.0}}]}),
+         r"parts\[0\] \(spring\).stiffness.start must be in \[2, 3\], not 1"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_free_is_one_sentence(make: Any, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        make()
+
+
+def test_one_number_at_two_places() -> None:
+    """A symmetric gap by one free number: -gap was silently a fixed number."""
+    gap = sp.free("gap", 0.004, (0.001, 0.006))
+    spring = sp.Spring(2.0 * sp.free("k", 4.0, (1.0, 9.0)))
+    stops = sp.Barrier(-gap, 0.6), sp.Barrier(gap + 0.001, 0.6, side="below")
+    device = sp.System(sp.Mass(2.0), spring, *stops, sp.WhiteNoise(1.0))
+    assert {name: (float(n), n.low, n.high) for name, n in free_numbers(device).items()} == {
+        "gap": pytest.approx((0.004, 0.001, 0.006)), "k": pytest.approx((4.0, 1.0, 9.0)),
+    }  # fmt: skip
+    for model in (device, read_system(tomllib.loads(to_toml(device)))):
+        given = with_values(model, {"gap": 0.002, "k": 5.0})
+        assert [wall.position for wall in given.of(sp.Barrier)] == pytest.approx([-0.002, 0.003], rel=1e-12)
+        assert given.stiffness == 10.0
+        moved = restarted(model, {"gap": 0.005})
+        assert [wall.position for wall in moved.of(sp.Barrier)] == pytest.approx([-0.005, 0.006], rel=1e-12)
+        assert set(free_numbers(moved)) == {"gap", "k"}
+
+
+def test_a_multiple_of_a_free_number_is_fitted() -> None:
+    """The derivatives know it: both springs are k."""
+    k = sp.free("k", 50.0, (10.0, 500.0))
+    model = sp.System(sp.Spring(k), sp.Spring(2.0 * k), sp.Springpot(0.3, sp.free("C", 10.0, (1.0, 100.0))))
+    f = np.geomspace(0.1, 100.0, 30)
+    modulus = 300.0 + 20.0 * (2j * np.pi * f) ** 0.3
+    found = sp.fit(model, sp.MeasuredModuli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
+    assert found.values["k"] == pytest.approx(100.0, rel=1e-6)
