@@ -10,17 +10,8 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
-import springpot as sp
 from springpot.explorer.frames import unpack
-from springpot.problem.oscillator import as_system
-from springpot.simulation.monte_carlo import run_as_given
-from springpot.simulation.result.results import Run
 from tests.explorer.conftest import Server
-
-
-def simulated(problem: sp.System | sp.Oscillator, **given: Any) -> Run:
-    """A run as the page makes it: of the problem as a system, whatever it is."""
-    return run_as_given(as_system(problem), **given)
 
 
 def numbers(

@@ -28,7 +28,7 @@ from springpot.explorer.question import Opened
 from springpot.explorer.server import FIRST_MESSAGE_SECONDS, MOST_SESSIONS
 from springpot.explorer.session import Session
 from tests.explorer.conftest import Server, running
-from tests.explorer.talk import simulated, tab
+from tests.explorer.talk import tab
 from tests.signals import in_a_terminal
 
 
@@ -242,7 +242,7 @@ def test_what_is_asked_before_the_kernel_is_there_is_answered_with_it() -> None:
         return said
 
     said = asyncio.run(asked())
-    run = simulated(sp.Oscillator(barrier=None), paths=64)
+    run = sp.run(sp.Oscillator(barrier=None), paths=64)
     assert said["status"]["kernel"]
     assert said["estimates"]["values"]["x_mean_square"] == run.values["x_mean_square"]
 

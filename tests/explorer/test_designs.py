@@ -12,7 +12,7 @@ from springpot.explorer.protocol import Problem
 from springpot.explorer.question import Opened, question_of
 from springpot.problem.spectral_density import intensity_from_psd, psd_from_intensity
 from tests.explorer.conftest import Server
-from tests.explorer.talk import link, numbers, simulated
+from tests.explorer.talk import link, numbers
 from tests.explorer.talk import tab as talking
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 
@@ -113,7 +113,7 @@ def test_what_is_typed_in_these_units_is_asked_in_metres_and_seconds(context: Br
         q = float(words["white_noise-intensity"])
         assert float(page.locator("#field-white_noise-intensity").input_value()) == pytest.approx(2.0 * q, rel=1e-5)
     wall, noise = sp.Barrier(-0.0002, 0.7), sp.WhiteNoise(q)
-    run = simulated(sp.Oscillator(120.0, sp.Springpot(0.4, 300.0), wall, noise), paths=640, seed=1)
+    run = sp.run(sp.Oscillator(120.0, sp.Springpot(0.4, 300.0), wall, noise), paths=640, seed=1)
     with opened(context, server, shown) as again:
         assert again.page.locator("#field-barrier-position").input_value() == "-0.2"
         assert again.number("impact_rate") == run.values["impact_rate"]

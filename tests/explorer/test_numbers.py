@@ -14,8 +14,7 @@ from springpot.problem.oscillator import as_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
-from tests.explorer.talk import simulated
+from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
 FREQUENCY = 2.0
@@ -30,9 +29,8 @@ LOSSY = as_system(
 
 
 def gathered(system: sp.System, *, speeds: float = 0.0, **given: object) -> Gathering:
-    settings = resolve(system, **given)  # type: ignore[arg-type]
-    adapted = adapt(system, settings) if settings.start == "stationary" else None
-    gathering = Gathering(simulation_of(system, settings, adapted), speeds=speeds)
+    plan = plan_of(system, **given)  # type: ignore[arg-type]
+    gathering = Gathering(simulation_of(adapt(plan) if plan.settings.start == "stationary" else plan), speeds=speeds)
     while not gathering.complete:
         gathering.grow()
     return gathering
@@ -57,7 +55,7 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
     """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
     given = {"paths": 300, "seed": 11, "start": start}
     ours = gathered(system, **given)
-    run = simulated(system, distributions=True, **given)
+    run = sp.run(system, distributions=True, **given)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, run.values)
     np.testing.assert_equal(errors, run.errors)
@@ -68,10 +66,10 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
 
 
 def test_a_shown_path_is_a_path_of_the_run() -> None:
-    settings = resolve(LOSSY, paths=129, seed=5, start="rest")
-    simulation = simulation_of(LOSSY, settings)
-    run = simulated(LOSSY, paths=129, seed=5, record=129, start="rest")
-    assert blocks(settings) == 3
+    plan = plan_of(LOSSY, paths=129, seed=5, start="rest")
+    simulation = simulation_of(plan)
+    run = sp.run(LOSSY, paths=129, seed=5, record=129, start="rest")
+    assert blocks(plan.settings) == 3
     for number in range(3):
         shown = record(simulation, number)
         assert shown.path == 64 * number
@@ -83,10 +81,10 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
     """Within two in a hundred: the kernel also counts those between the ends of a step."""
     for system, frequency in ((as_system(sp.Oscillator()), 1.0), (LOSSY, FREQUENCY)):
         end = 100.0 / frequency
-        settings = resolve(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
-        found = simulation_of(system, settings).advance()
+        plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
+        found = simulation_of(plan).advance()
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
-        marked = sum(marks(system, settings.step, *path.T)[0].size for path in found.record)
+        marked = sum(marks(system, plan.settings.step, *path.T)[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02
 
@@ -94,8 +92,8 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
 def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, speeds=FREQUENCY**-2, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
-    times = growth_times(LOSSY, gathering.simulation.settings)
-    run = simulated(LOSSY, paths=256, seed=3, record=256, start="rest")
+    times = growth_times(gathering.simulation.plan)
+    run = sp.run(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / FREQUENCY) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
     width = times[1] - times[0]
@@ -106,8 +104,8 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
 
 
 def test_a_path_is_shown_once_and_whole() -> None:
-    settings = resolve(LOSSY, paths=64, start="rest")
-    shown = record(simulation_of(LOSSY, settings), 0)
+    plan = plan_of(LOSSY, paths=64, start="rest")
+    settings, shown = plan.settings, record(simulation_of(plan), 0)
     player = Player(shown, frequency=FREQUENCY)
     times, x, struck = [], [], []
     while not player.ended:

@@ -17,7 +17,6 @@ from springpot import cli
 from springpot.problem.oscillator import as_system
 from tests.explorer.conftest import Others, Server, running
 from tests.explorer.talk import link as link_of
-from tests.explorer.talk import simulated
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -123,7 +122,7 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
         assert early.page.locator("#status").inner_text() != "live"
         early.changed(lambda: early.page.locator("#field-springpot-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
-        run = simulated(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
+        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
         assert early.number() == run.values["amplitude_mean_square"]
 
 
@@ -416,7 +415,7 @@ def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
         )
     )
     oscillator = sp.Oscillator(2.0, sp.Springpot(0.7, 0.3), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.5))
-    run = simulated(oscillator, paths=1000, seed=9)
+    run = sp.run(oscillator, paths=1000, seed=9)
     for name in ("amplitude_mean_square", "x_mean", "v_mean_square", "impact_rate"):
         assert tab.number(name) == run.values[name]
         assert tab.number(name, name="error") == run.errors[name]

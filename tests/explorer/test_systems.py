@@ -22,9 +22,8 @@ from springpot.explorer.question import Opened, question_of
 from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
 from springpot.explorer.views import labels, sizes, view_of
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.explorer.conftest import Server, running
-from tests.explorer.talk import simulated
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 from tests.sizes import validation
@@ -118,7 +117,7 @@ def test_messages_of_a_system() -> None:
 def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
     """Numbers, errors, warnings and counts, to the last bit."""
     system = sp.read_system(USUAL)
-    ours, run = gathered(system, paths=192, seed=4), simulated(system, paths=192, seed=4, distributions=True)
+    ours, run = gathered(system, paths=192, seed=4), sp.run(system, paths=192, seed=4, distributions=True)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, run.values)
     np.testing.assert_equal(errors, run.errors)
@@ -130,10 +129,8 @@ def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
 
 def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
     system = sp.read_system(USUAL)
-    simulation = simulation_of(
-        system, resolve(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0))
-    )
-    run = simulated(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
+    simulation = simulation_of(plan_of(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0)))
+    run = sp.run(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
     shown = record(simulation, 0)
     np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
     marked = [marks(system, run.settings.step, *path.T) for path in run.record]
@@ -244,7 +241,7 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
     system = sp.read_system(file)
     serving = nullcontext(usual) if file == USUAL else running(str(file))
     with serving as server, opened(context, server, QUICK) as tab:
-        page, run = tab.page, simulated(system, paths=128, seed=1)
+        page, run = tab.page, sp.run(system, paths=128, seed=1)
         assert page.locator("#sliders [type=range]").count() == len(numbers(system))
         found = shown(tab)
         assert found.keys() - {"x_rms"} <= run.values.keys()
@@ -254,7 +251,7 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
         slider = next(iter(numbers(system)))
         tab.changed(lambda: page.locator(f"#slider-{slider}").press("ArrowRight"))
         value = float(page.locator(f"#field-{slider}").input_value())
-        other = simulated(changed(system, {slider: value}), paths=128, seed=1)
+        other = sp.run(changed(system, {slider: value}), paths=128, seed=1)
         assert shown(tab)["v_mean_square"] == other.values["v_mean_square"] != run.values["v_mean_square"]
         with page.expect_download() as loading:
             page.locator("#save-file").click()
@@ -425,5 +422,5 @@ def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
         tab.wait(f"springpotExplorer.generation > {asked_before}", seconds=5.0)
         tab.complete(asked_before)
         assert page.locator("#status").inner_text() == "live"
-        run = simulated(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
+        run = sp.run(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
         assert shown(tab)["x_mean"] == run.values["x_mean"]

@@ -95,10 +95,11 @@ class Engine:
     def have_kernel(self, system: System) -> None:
         """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
         from springpot.simulation.paths.simulation import simulation_of
-        from springpot.simulation.plan.settings import resolve
+        from springpot.simulation.plan.plan import plan_of
 
-        short = resolve(system, paths=1, start="rest", threads=1)
-        simulation = simulation_of(system, short).but(duration=short.step, window=(0.0, short.step))
+        plan = plan_of(system, paths=1, start="rest", threads=1)
+        step = plan.settings.step
+        simulation = simulation_of(plan.but(duration=step, window=(0.0, step)))
         kind = _kind_of(simulation.parts)
         if kind not in self._kernels:
             simulation.advance()

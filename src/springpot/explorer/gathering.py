@@ -9,16 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.oscillator import as_system
-from springpot.problem.system import System
+from springpot.simulation.estimate.samples import estimates_of
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
-from springpot.simulation.monte_carlo import doubts_of
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.plan.settings import Settings, default_start
-from springpot.simulation.plan.system_scales import scales_of_problem, typical_frequency
-from springpot.simulation.plan.transient import MOST_TRANSIENT
+from springpot.simulation.plan.plan import Plan
+from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["BINS", "Gathering", "growth_times"]
@@ -31,15 +28,16 @@ MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 Floats = npt.NDArray[np.float64]
 
 
-def growth_times(system: System, settings: Settings) -> Floats:
+def growth_times(plan: Plan) -> Floats:
     """Centres of the BINS of time over which the transient is shown, in s."""
-    steps = _growth_steps(system, settings)
+    steps = _growth_steps(plan)
     edges = np.ceil(np.arange(BINS + 1) * steps / BINS)
-    return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * settings.step)
+    return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * plan.settings.step)
 
 
-def _growth_steps(system: System, settings: Settings) -> int:
-    shown = max(SHOWN_RELAXATIONS * scales_of_problem(system).energy_time, 15.0 / typical_frequency(system))
+def _growth_steps(plan: Plan) -> int:
+    scales, settings = plan.motion.scales, plan.settings
+    shown = max(SHOWN_RELAXATIONS * scales.energy_time, 15.0 / scales.frequency)
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 
 
@@ -75,12 +73,11 @@ class Gathering:
 
     Examples
     --------
-    >>> from springpot import Dashpot, Spring, WhiteNoise
-    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot import Dashpot, Spring, System, WhiteNoise
+    >>> from springpot.simulation.plan.plan import plan_of
     >>> from springpot.simulation.paths.simulation import simulation_of
     >>> system = System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0))
-    >>> settings = resolve(system, paths=128, duration=10.0, step=0.02, start="rest")
-    >>> gathering = Gathering(simulation_of(system, settings))
+    >>> gathering = Gathering(simulation_of(plan_of(system, paths=128, duration=10.0, step=0.02, start="rest")))
     >>> while not gathering.complete:
     ...     gathering.grow()
     >>> gathering.estimates()[0]["x_mean_square"] > 0.5
@@ -92,9 +89,9 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._sketch = sketches(GROUP * settings.step * simulation.scales.fastest_rate)
+        self._sketch = sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate)
         self._counts = np.zeros((1, self._sketch.initial.size))
-        steps = _growth_steps(as_system(simulation.problem), settings)
+        steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
         self._growth, self._speeds = Observer(_growth_part(), None, np.zeros(2 * BINS), per_path=False), speeds
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
@@ -109,15 +106,7 @@ class Gathering:
     @property
     def stationary(self) -> bool:
         """Whether the averages are stationary, as in the theory."""
-        settings = self.simulation.settings
-        left = np.exp(-settings.window[0] / self.simulation.scales.relaxation_time)
-        there_is_one = default_start(self.simulation.problem)[0] == "stationary"
-        return there_is_one and settings.start == "stationary" and bool(left <= MOST_TRANSIENT or self._drawn)
-
-    @property
-    def _drawn(self) -> bool:
-        """Whether the paths start from the stationary law itself."""
-        return self.simulation.parts.law is not None
+        return self.simulation.plan.is_stationary
 
     def grow(self) -> None:
         """Simulate a few more blocks, for about AT_ONCE seconds."""
@@ -146,12 +135,12 @@ class Gathering:
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
-        return self.simulation.estimates(self._rows[: self.paths])
+        return estimates_of(self.simulation, self._rows[: self.paths])
 
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as in a run."""
         values, errors = self.estimates()
-        return doubts_of(self.simulation, values, errors, self._rows[: self.paths])
+        return tuple(doubts(self.simulation, values, errors, self._rows[: self.paths]))
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
-from springpot.problem.oscillator import as_system
 from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
 from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import LANES
@@ -64,9 +63,9 @@ def blocks(settings: Settings) -> int:
 
     Examples
     --------
-    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot.simulation.plan.plan import plan_of
     >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
-    >>> blocks(resolve(System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0)), paths=100))
+    >>> blocks(plan_of(System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0)), paths=100).settings)
     2
     """
     return -(-settings.paths // LANES)
@@ -86,7 +85,7 @@ def record(simulation: Simulation, number: int) -> Motion:
     length = min(simulation.settings.steps, MOST_STEPS) * step
     single = simulation.but(paths=1, record=1, threads=1, duration=length, window=(0.0, length))
     x, v = single.advance(skipped=number * LANES).record[0].T.copy()
-    system = as_system(simulation.problem)
+    system = simulation.plan.system
     return Motion(number * LANES, step, x, v, *marks(system, step, x, v), voltages(system, step, x))
 
 

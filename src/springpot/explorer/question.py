@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from springpot.explorer.copies import command_of, python_of
 from springpot.explorer.protocol import Problem
@@ -14,6 +15,9 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
+
+if TYPE_CHECKING:
+    from springpot.simulation.plan.motion import Motion
 
 __all__ = ["Opened", "Question", "paper_of", "question_of"]
 
@@ -78,11 +82,18 @@ class Question:
     file: str
 
     @cached_property
+    def motion(self) -> Motion:
+        """What is known of the motion before it is simulated."""
+        from springpot.simulation.plan.motion import motion_of
+
+        return motion_of(self.system)
+
+    @cached_property
     def start(self) -> StartKind:
         """The start of the page's run: from rest if there is no stationary state."""
-        from springpot.simulation.plan.settings import default_start
+        from springpot.simulation.plan.plan import default_start
 
-        return "rest" if self.wanted == "rest" else default_start(self.system)[0]
+        return "rest" if self.wanted == "rest" else default_start(self.motion)[0]
 
     @cached_property
     def paper(self) -> Dimensionless | None:
@@ -92,9 +103,7 @@ class Question:
     @property
     def frequency(self) -> float:
         """Radians per second of the motion, for the speed at which it is shown."""
-        from springpot.simulation.plan.system_scales import typical_frequency
-
-        return typical_frequency(self.system)
+        return self.motion.scales.frequency
 
 
 def paper_of(system: System) -> Dimensionless | None:

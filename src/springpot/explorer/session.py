@@ -208,10 +208,9 @@ class Session:
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
         from springpot.explorer.gathering import growth_times
-        from springpot.simulation.plan.settings import resolve
+        from springpot.simulation.plan.plan import plan_of
 
-        settings = await engine.simulate(resolve, system, paths=question.paths, start="rest", threads=1)
-        times = growth_times(system, settings)
+        times = growth_times(await engine.simulate(plan_of, system, paths=question.paths, start="rest", threads=1))
         curves = await think(answers.growth, system, found, times, from_rest=question.start == "rest")
         self._post("growth", times=times.tolist(), methods=curves)
 
@@ -221,28 +220,28 @@ class Session:
         from springpot.explorer.gathering import Gathering
         from springpot.simulation.estimate.stationary_start import adapt
         from springpot.simulation.paths.simulation import simulation_of
-        from springpot.simulation.plan.settings import resolve
+        from springpot.simulation.plan.plan import plan_of
 
-        settings = await engine.simulate(
-            resolve,
+        plan = await engine.simulate(
+            plan_of,
             system,
             paths=question.paths,
             seed=question.seed,
             start=question.start,
             threads=engine.threads,
         )
+        settings = plan.settings
         if settings.steps * settings.paths > MOST_WORK:
             raise ValueError(
                 f"paths: {settings.paths} paths of {settings.steps} steps take too long for a page: use at most "
                 f"{int(MOST_WORK / settings.steps)}, or the command."
             )
         await self._compiled(system)
-        adapted = None
         if settings.start == "stationary":
             self._post("searching")
             with stopping() as check:
-                adapted = await self._pilots.take(adapt, system, settings, progress=check)
-        simulation = await engine.simulate(simulation_of, system, settings, adapted)
+                plan = await self._pilots.take(adapt, plan, progress=check)
+        simulation = await engine.simulate(simulation_of, plan)
         growing = await engine.simulate(Gathering, simulation, speeds=_speeds(question))
         await asyncio.gather(self._show(question, growing), self._gather(growing))
 
@@ -277,7 +276,7 @@ class Session:
             report, densities, growth = await self._engine.simulate(_grown, growing)
             question = self._question
             assert question is not None
-            self._post("estimates", **report, **_of_parts(question.system, report["values"]))
+            self._post("estimates", **report, **_of_parts(question, report["values"]))
             self._slots["densities"] = frames.pack(frames.DENSITIES, question.generation, densities)
             self._slots["grown"] = frames.pack(frames.GROWTH, question.generation, growth)
 
@@ -322,12 +321,11 @@ def _speeds(question: Question) -> float:
     return 0.0 if question.paper is None else question.paper.natural_frequency**-2
 
 
-def _of_parts(system: System, values: dict[str, Any]) -> dict[str, Any]:
+def _of_parts(question: Question, values: dict[str, Any]) -> dict[str, Any]:
     """The numbers of the parts with their words and units, and why impacts cannot be counted."""
     from springpot.explorer.views import labels
-    from springpot.simulation.estimate.system_samples import uncountable
 
-    return {"labels": labels(system, [*values]), "undefined": uncountable(system)}
+    return {"labels": labels(question.system, [*values]), "undefined": question.motion.uncountable}
 
 
 async def _drop(work: asyncio.Future[Any]) -> None:

@@ -210,8 +210,8 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
 
     Examples
     --------
-    >>> found = sliders(System(Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
-    >>> [(one.name, one.begin, one.end) for one in found]
+    >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
+    >>> [(one.name, one.begin, one.end) for one in found[1:]]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
     """
     found, parts = list[Slider](), dict(system.named())

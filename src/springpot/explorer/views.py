@@ -12,7 +12,7 @@ from springpot.explorer.question import Opened, paper_of
 from springpot.explorer.sliders import Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import UNITS, units_of_system
+from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
 
 __all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
@@ -79,13 +79,14 @@ def paper_view(system: System) -> dict[str, Any] | None:
 
 def sizes(system: System) -> dict[str, float]:
     """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
-    from springpot.simulation.plan.system_scales import system_scales
+    from springpot.simulation.plan.motion import motion_of
 
-    law, potential = system_scales(system).law, system.potential
+    motion, potential = motion_of(system), system.potential
+    law = motion.law
     spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
     low, high = law.mean - _DEVIATIONS * spread, law.mean + _DEVIATIONS * spread
     return {
-        "frequency": law.frequency,
+        "frequency": motion.scales.frequency,
         "length": math.sqrt(law.variance + law.mean**2),
         "low": max(low, potential.low),
         "high": min(high, potential.high),
