@@ -123,7 +123,8 @@ def combine(levels: Levels) -> Estimates:
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
     plain = samples.pop("plain_rate", None)
-    values, errors = ({name: get(sample) for name, sample in samples.items()} for get in (_value, _error))
+    values = {name: sample.value(0.0) for name, sample in samples.items()}
+    errors = {name: sample.error(0.0) for name, sample in samples.items()}
     shares = {}
     for name in controlled_names(problem, samples):
         orders = orders_of_step(problem, name, settings.step)
@@ -160,14 +161,6 @@ def combine(levels: Levels) -> Estimates:
             fixed=budgets[name].memory_bias + budgets[name].transient,
         )
     return Estimates(values, errors, budgets, known)
-
-
-def _value(sample: _Samples) -> float:
-    return sample.value(0.0)
-
-
-def _error(sample: _Samples) -> float:
-    return sample.error(0.0)
 
 
 def _samples(levels: Levels) -> dict[str, _Samples]:
