@@ -88,6 +88,7 @@ def test_no_circle_of_imports() -> None:
 def test_the_files_that_the_contributing_page_names_exist() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([a-z_/]+(?:\.py|\.md|\.toml|\.js|/))`", text))
-    bases = (ROOT, SOURCE / "springpot", *(SOURCE / "springpot" / each for each in ("problem", "theory", "simulation", "evidence")))
+    inside = (SOURCE / "springpot" / each for each in ("", "problem", "theory", "simulation", "evidence"))
+    bases = (ROOT, *inside)
     missing = {name for name in named if not any((base / name).exists() for base in bases)}
     assert missing == set()

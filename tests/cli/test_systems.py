@@ -10,6 +10,7 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.problem.file import schema
+from springpot.problem.oscillator import as_system
 
 DUFFING = sp.System(
     sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5)), sp.Dashpot(0.4), sp.Barrier(-0.003),
@@ -87,7 +88,7 @@ def test_simulate_and_compare_a_file(place: str, capsys: pytest.CaptureFixture[s
 def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
     place = tmp_path / "oscillator.toml"
-    place.write_text(sp.to_toml(sp.System.of_oscillator(asked)))
+    place.write_text(sp.to_toml(as_system(asked)))
     flags = ["--paths", "64", "--duration", "2", "--start", "rest", "--json"]
     numbers = asked.numbers
     words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("side", "barrier")]
@@ -97,7 +98,7 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     from_flags = json.loads(capsys.readouterr().out)
     assert from_file["oscillator"] == from_flags["oscillator"]
     assert from_file["x_mean_square"] == from_flags["x_mean_square"] > 0.0
-    assert sp.run(sp.System.of_oscillator(asked), paths=64, duration=2.0, start="rest").oscillator == asked
+    assert sp.run(as_system(asked), paths=64, duration=2.0, start="rest").oscillator == asked
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ from springpot.simulation.error.budget import combine
 from springpot.simulation.error.levels import COARSEST_STEP, levels_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.slow_impacts import extrapolation_step, slow_impact_order
-from springpot.simulation.estimate.statistics import controlled, standard_error
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.settings import resolve
 from springpot.simulation.plan.transient import missing_variance, shares_missing
 from tests.sizes import validation

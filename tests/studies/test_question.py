@@ -19,9 +19,10 @@ import pytest
 import springpot as sp
 from springpot.machine.faults import FileError
 from springpot.simulation.plan.settings import COARSEST
+from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
-from springpot.studies.tasks import check_some, spread, task_at, tasks
+from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import TEMPLATE
 from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS

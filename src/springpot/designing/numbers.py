@@ -11,7 +11,7 @@ from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, with_numbers
 from springpot.problem.numbers import unit_of as number_unit
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 
 __all__ = ["Numbers", "as_simulated", "checked_model", "moved_numbers", "units_of_free"]
@@ -96,7 +96,7 @@ def units_of_free(model: Oscillator | System) -> dict[str, str]:
     if isinstance(model, Oscillator):
         if isinstance(model.natural_frequency, Free):
             found[model.natural_frequency.name] = {"rad s-1"}
-        model = System.of_oscillator(model)
+        model = as_system(model)
     for name, value in numbers_of(model).items():
         if isinstance(value, Free):
             found.setdefault(value.name, set()).add(number_unit(model, name))

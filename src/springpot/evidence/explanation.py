@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from springpot.machine.faults import few, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -68,7 +68,7 @@ def explain(problem: System | Oscillator) -> str:
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
     if isinstance(problem, Oscillator):
-        problem = System.of_oscillator(problem)
+        problem = as_system(problem)
     if not isinstance(problem, System):
         raise TypeError(f"problem must be a System or an Oscillator, not {shown(problem)}.")
     return "\n".join([*equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from springpot.machine.interrupt import leave_at_once
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int 
     >>> sp.explore(sp.System(sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0)))  # doctest: +SKIP
     """
     if isinstance(problem, Oscillator):
-        problem = System.of_oscillator(problem)
+        problem = as_system(problem)
     if not isinstance(problem, System):
         raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
     from springpot.explorer.question import Opened

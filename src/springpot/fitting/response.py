@@ -11,7 +11,7 @@ import numpy as np
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of, window_samples
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     Constant,
     Harmonic,
@@ -60,7 +60,7 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
     >>> found(np.array([1.0 / np.pi])).round(6).tolist()  # 2 q / (c w)^2 at resonance
     [2.0]
     """
-    system = System.of_oscillator(model) if isinstance(model, Oscillator) else model
+    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")

@@ -16,7 +16,7 @@ import numpy as np
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     ColoredNoise,
     FractionalMaxwell,
@@ -122,7 +122,7 @@ def state_space(model: System | Oscillator, of: Of, step: float, duration: float
     >>> own.rates.shape
     (32, 32)
     """
-    system = System.of_oscillator(model) if isinstance(model, Oscillator) else model
+    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
             raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")

@@ -13,7 +13,7 @@ from springpot.fitting.moduli import complex_modulus
 from springpot.machine.arguments import Free
 from springpot.machine.faults import listed
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import Mass
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
@@ -49,7 +49,7 @@ def response_of(
     >>> bool(abs(found[0] + 1.25j) < 1e-12)
     True
     """
-    companion_of(System.of_oscillator(model) if isinstance(model, Oscillator) else model)
+    companion_of(as_system(model) if isinstance(model, Oscillator) else model)
     mass: float = 1.0
     if isinstance(model, System):
         mass = next((part.value for part in model.of(Mass)), 1.0)

@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
-from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
+from springpot.machine.faults import listed, meant, nearest, shown
 from springpot.problem import parts as kinds
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
     Constant,
@@ -28,7 +28,6 @@ from springpot.problem.parts import (
     Springpot,
     ThermalNoise,
     VanDerPol,
-    WhiteNoise,
 )
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.potential import Potential
@@ -116,6 +115,7 @@ class System:
 
     Examples
     --------
+    >>> from springpot.problem.parts import WhiteNoise
     >>> device = System(Mass(0.2), Spring(80.0), Springpot(0.5, 1.2), Barrier(-0.003, 0.7), WhiteNoise(0.02))
     >>> device.names
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
@@ -134,26 +134,6 @@ class System:
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
-
-    @classmethod
-    def of_oscillator(cls, oscillator: Oscillator) -> System:
-        """An oscillator as a sum of its parts, per unit mass.
-
-        Parameters
-        ----------
-        oscillator : Oscillator
-
-        Returns
-        -------
-        System
-
-        Examples
-        --------
-        >>> System.of_oscillator(Oscillator()).canonical() == Oscillator()
-        True
-        """
-        wall = () if oscillator.barrier is None else (oscillator.barrier,)
-        return cls(Spring(oscillator.natural_frequency**2), oscillator.springpot, *wall, oscillator.excitation)
 
     def of(self, *kinds: type[Part]) -> tuple[Part, ...]:
         """The parts of these kinds, in the order given."""
@@ -258,7 +238,7 @@ class System:
         """
         return {"parts": [{"name": name, "kind": kind_of(part), **_numbers_of(part)} for name, part in self.named()]}
 
-    def canonical(self) -> Oscillator:
+    def canonical(self) -> Dimensionless:
         """The same problem as an `Oscillator`.
 
         Returns
@@ -272,37 +252,11 @@ class System:
 
         Examples
         --------
+        >>> from springpot.problem.parts import WhiteNoise
         >>> System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0)).canonical().springpot
         Springpot(order=1.0, coefficient=0.1)
         """
-        unit = self.per_unit_mass
-        for name, part in unit.named():
-            linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
-            if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
-                raise NotCoveredError(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
-            if isinstance(part, Barrier) and callable(part.restitution):
-                raise NotCoveredError(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
-        if len(unit.of(Barrier)) > 1:
-            raise NotCoveredError(
-                f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}."
-            )
-        pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
-        orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
-        if len(orders) > 1:
-            raise NotCoveredError(
-                f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
-                f"than one: {_CANONICAL}."
-            )
-        order = orders.pop() if orders else 1.0
-        coefficient = sum(pot.coefficient for pot in pots) + (unit.damping if order == 1.0 else 0.0)
-        if not unit.stiffness > 0.0:
-            raise NotCoveredError(f"the stiffness of the springs is {self.stiffness:g}, not positive: {_CANONICAL}.")
-        return Oscillator(
-            natural_frequency=unit.natural_frequency,
-            springpot=Springpot(order, coefficient),
-            barrier=next(iter(unit.of(Barrier)), None),
-            excitation=WhiteNoise(sum(noise.intensity for noise in unit.of(WhiteNoise))),
-        )
+        return Dimensionless.of(self)
 
 
 def _numbers_of(part: Any) -> dict[str, Any]:
@@ -319,17 +273,11 @@ def _is_function(value: object) -> bool:
     return callable(value) and not is_dataclass(value)
 
 
-_CANONICAL = (
-    "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall whose restitution "
-    "is a number, and white noise"
-)
-
-
 def _check_part(part: object, name: str = "") -> None:
     if isinstance(part, type) and part in KINDS.values():
         raise TypeError(f"a system's parts must be made with their numbers, as {part.__name__}(...), not the class.")
-    if isinstance(part, Oscillator):
-        raise TypeError("a system's parts must not be an Oscillator: System.of_oscillator(...) takes it apart.")
+    if isinstance(part, Dimensionless):
+        raise TypeError("a system's parts must not be an Oscillator, but the parts of which it is the sum.")
     if type(part) not in KINDS.values():
         if name:
             near = owners_of(name) or "."
