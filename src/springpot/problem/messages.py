@@ -73,7 +73,7 @@ class Kind:
     advice: str
 
 
-def say(name: str, **numbers: Any) -> Message:
+def say(name: str, /, **numbers: Any) -> Message:
     """The sentence of a message with its numbers.
 
     Examples
@@ -94,8 +94,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "coarse_step": Kind(
         _ACCURACY,
-        "step is {step:g} s, {ratio:.2g} of the shortest time scale: expect errors of about 1 % above {limit:g}; use at "
-        "most {most:.2g} s.",
+        "step is {step:g} s, {ratio:.2g} of the shortest time scale: expect errors of about 1 % above {limit:g}; use "
+        "at most {most:.2g} s.",
         "Use the step that the sentence names, or rtol=, which chooses it.",
     ),
     "coarse_step_of_transients": Kind(
@@ -133,45 +133,46 @@ MESSAGES: dict[str, Kind] = {
     ),
     "unchecked_start": Kind(
         _STATIONARY,
-        "the adapted start was taken from a rough theory and was not checked: long enough pilot runs would take too much "
-        "time.",
+        "the adapted start was taken from a rough theory and was not checked: long enough pilot runs would take too "
+        "much time.",
         "Use a longer run, and compare two windows of it.",
     ),
     "start_was_off": Kind(
         _STATIONARY,
-        "the adapted start was off by {off} of the root mean square displacement (standard error {error}) before its last "
-        "correction.",
+        "the adapted start was off by {off} of the root mean square displacement (standard error {error}) before its "
+        "last correction.",
         "Use more paths, or a longer run with a later window.",
     ),
     "energy_drifts": Kind(
         _STATIONARY,
-        "the mean energy still changed by {share} over the window ({errors:.0f} standard errors), so it is not stationary "
-        "yet: use a longer run and a later window.",
+        "the mean energy still changed by {share} over the window ({errors:.0f} standard errors), so it is not "
+        "stationary yet: use a longer run and a later window.",
         "Use a longer run and a later window.",
     ),
     "memory_of_start": Kind(
         _STATIONARY,
-        "the memory still acts of the start: its mean force is {share} of the springs' (0 in the stationary state) and "
-        "decays only like t^-{order:.2g}, so mean displacement and impact rate are not yet stationary (energies are barely "
-        "affected). Use start='stationary' for them.",
+        "the memory still acts of the start: its mean force is {share} of the springs' (0 in the stationary state) "
+        "and decays only like t^-{order:.2g}, so mean displacement and impact rate are not yet stationary (energies "
+        "are barely affected). Use start='stationary' for them.",
         "Use start='stationary'.",
     ),
     "energy_balance": Kind(
         _ACCURACY,
-        "the energy balance fails by {share} of the input power (standard error {error}): repeat the run with a finer step "
-        "before you trust it.",
+        "the energy balance fails by {share} of the input power (standard error {error}): repeat the run with a finer "
+        "step before you trust it.",
         "Repeat the run with a finer step.",
     ),
     "slow_impacts": Kind(
         _ACCURACY,
-        "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the step "
-        "misses slow impacts behind this lossy wall, and the error decreases only like step^{order:.2g}; energies are "
-        "correct. With rtol= the error is bounded.",
+        "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the "
+        "step misses slow impacts behind this lossy wall, and the error decreases only like step^{order:.2g}; "
+        "energies are correct. With rtol= the error is bounded.",
         "Use rtol=, or count only impacts that matter with slowest_counted_impact=.",
     ),
     "slow_impacts_of_some_wall": Kind(
         _ACCURACY,
-        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are correct.",
+        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are "
+        "correct.",
         "Use a finer step, or slowest_counted_impact=.",
     ),
     "slow_impact_quantiles": Kind(
@@ -185,7 +186,9 @@ MESSAGES: dict[str, Kind] = {
         "quantities does not name these results, which may be wrong by up to: {off}; name them to bound their errors.",
         "Name them in quantities=.",
     ),
-    "rtol_not_reached": Kind(_ACCURACY, "{sentence}", "Give a larger rtol or max_time; the sentence says what holds it up."),
+    "rtol_not_reached": Kind(
+        _ACCURACY, "{sentence}", "Give a larger rtol or max_time; the sentence says what holds it up.",
+    ),
     "observable_not_finite": Kind(
         _ACCURACY,
         "observable {name} is not a finite number: its function raised an error, or is not finite everywhere.",
@@ -208,14 +211,14 @@ MESSAGES: dict[str, Kind] = {
     ),
     "few_impacts": Kind(
         _RARE,
-        "{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric about its value: "
-        "only {seen} in {time} of all paths together.",
+        "{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric about its "
+        "value: only {seen} in {time} of all paths together.",
         "Use more or longer paths.",
     ),
     "far_wall": Kind(
         _PROBLEM,
-        "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, side "
-        "and unit.",
+        "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, "
+        "side and unit.",
         "Check position, side and unit; leave the wall out if it is meant.",
     ),
     "pressed_wall": Kind(
@@ -226,9 +229,9 @@ MESSAGES: dict[str, Kind] = {
     ),
     "chatter": Kind(
         _PROBLEM,
-        "{wall} is struck {rate:.3g} times per second, {often:.0f} times in a natural period: this is chatter near a wall, "
-        "or rattle in a narrow gap, of impacts that are mostly small; slowest_counted_impact of a run counts those that "
-        "are not.",
+        "{wall} is struck {rate:.3g} times per second, {often:.0f} times in a natural period: this is chatter near a "
+        "wall, or rattle in a narrow gap, of impacts that are mostly small; slowest_counted_impact of a run counts "
+        "those that are not.",
         "Give slowest_counted_impact=.",
     ),
     "no_effect": Kind(_NO_EFFECT, "{argument} has no effect{why}.", "Leave the argument out."),
