@@ -191,9 +191,9 @@ def test_a_link_in_dimensionless_numbers_knows_the_way_back(context: BrowserCont
         page.page.get_by_text("dimensionless", exact=True).click()
         page.page.locator("#copy-link").click()
         link = page.page.evaluate("navigator.clipboard.readText()")
-        assert page.page.locator("#tile-rate").inner_text().split()[1] == "Ω"
+        page.page.locator("#tile-rate").filter(has_text="Ω").wait_for()
     with opened(context, server, link.partition("#")[2]) as other:
-        assert other.page.locator("#tile-rate").inner_text().split()[1] == "Ω"
+        other.page.locator("#tile-rate").filter(has_text="Ω").wait_for()
         other.page.get_by_text("SI units", exact=True).click()
         other.page.locator("#copy-link").click()
         link = other.page.evaluate("navigator.clipboard.readText()")
