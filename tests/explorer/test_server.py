@@ -119,7 +119,7 @@ def test_nothing_outside_the_page_is_served(server: Server) -> None:
 
 def hostile_messages(count: int) -> list[str | bytes]:
     """Of all the kinds that we could think of, the same each time."""
-    draw = random.Random(1)
+    draw = random.Random(2)
     problem = {"kind": "problem", "generation": 1, "paths": 64}
     values = [
         '{"springpot-order": 7}', '{"springpot-order": 1e999}', '{"spring-stiffness": -1e300}', '["barrier", "spring"]',
@@ -205,6 +205,9 @@ def flood(attacker: Tab) -> None:
 
 @needs_proc
 def test_a_flood_is_shown_out(server: Server) -> None:
+    with tab(server) as large:  # what one question takes is no flood
+        large.say(**LONG)
+        large.until("estimates", complete=True)
     before = server.memory()
     with tab(server) as witness:
         witness.say(**SMALL)
