@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from springpot.designing import design, sensitivity
     from springpot.evidence.atlases import atlas
     from springpot.evidence.explanation import explain
+    from springpot.evidence.recommendation import recommended
+    from springpot.evidence.reliability import trust
     from springpot.explorer.commands import explore
     from springpot.fitting import (
         MeasuredFrequencyResponse,
@@ -107,12 +109,14 @@ __all__ = [
     "open_study",
     "read_data",
     "read_system",
+    "recommended",
     "run",
     "sensitivity",
     "simulate",
     "study",
     "theory",
     "to_toml",
+    "trust",
 ]  # fmt: skip
 _ROOMS = ("figures", "theory")
 _LATER = {
@@ -137,12 +141,14 @@ _LATER = {
     "open_study": "springpot.studies",
     "read_data": "springpot.fitting",
     "read_system": "springpot.problem.file",
+    "recommended": "springpot.evidence.recommendation",
     "to_toml": "springpot.problem.file",
     "run": "springpot.simulation",
     "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",
     "theory": "springpot.theory",
+    "trust": "springpot.evidence.reliability",
 }
 
 

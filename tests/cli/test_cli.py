@@ -157,7 +157,7 @@ def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) ->
     assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_shifted"]
     assert rows["amplitude_mean_square"][:2] == ["2.2963", "2.2963"]
     assert rows["amplitude_mean_square"][-1] == "m2"
-    assert out.splitlines()[-1] in ("* recommended here: closure", "* recommended here: envelope")
+    assert out.splitlines()[-1] in ("* recommended here: memory_closure", "* recommended here: envelope")
     assert "fokker_planck: The Fokker-Planck solution covers order 1" in out
 
 

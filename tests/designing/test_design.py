@@ -143,7 +143,7 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
         sp.Oscillator(1.0, sp.Springpot(0.3, c), sp.Barrier(-gap, 0.9))
         for c, gap in ((0.1, 0.5), (0.1, 9.0), (10.0, 0.5))
     )
-    assert chosen(near) in ("envelope", "closure")
+    assert chosen(near) in ("envelope", "memory_closure")
     assert chosen(near, far) == chosen(near, strong) == "monte_carlo"
     assert chosen(near, needed=("springpot_power",)) == "monte_carlo"
     assert chosen(damped(0.5), damped(5.0, 9.0)) == "exact"

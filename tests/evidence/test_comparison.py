@@ -30,7 +30,7 @@ from springpot.theory import (
     why_none_is_recommended,
 )
 from springpot.theory.registry import MAPPED
-from springpot.theory.reliability import JUDGED, map_warnings, read_map
+from springpot.evidence.reliability import JUDGED, map_warnings, read_map
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
@@ -38,15 +38,15 @@ from tests.sizes import validation
 
 def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     found = compare(oscillator(0.5, 1.0), rtol=0.02)
-    assert set(found.answers) == {"averaging_printed", "averaging", "averaging_shifted", "envelope", "closure"}
-    assert found.recommended in ("envelope", "closure")
+    assert set(found.answers) == {"averaging_printed", "averaging", "averaging_shifted", "envelope", "memory_closure"}
+    assert found.recommended in ("envelope", "memory_closure")
     value, budget = (of["amplitude_mean_square"] for of in (found.simulation.values, found.simulation.budgets))
     error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
     gap = found.gaps("averaging")["amplitude_mean_square"]
     assert gap.percent == pytest.approx(100.0 * (2.2963 / value - 1.0), abs=0.01)
     assert gap.standard_errors == pytest.approx((2.2963 - value) / error, rel=1e-3)
     assert 6.0 < gap.percent < 10.0  # the paper's formula is 8 % high here
-    assert abs(found.gaps("closure")["amplitude_mean_square"].percent) < 4.0
+    assert abs(found.gaps("memory_closure")["amplitude_mean_square"].percent) < 4.0
     answer = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert answer["methods"]["averaging"]["gap_percent"]["amplitude_mean_square"] == pytest.approx(gap.percent)
     assert "order" in answer["statements"]["exact"]
@@ -148,7 +148,7 @@ def test_the_best_method_is_as_good_as_is_claimed() -> None:
     def within(chosen: np.ndarray, most: float) -> tuple[int, int]:
         limits = {"amplitude_mean_square": most, "x_mean": 4.0, "impact_rate": 4.0}
         good = np.zeros(int(chosen.sum()), bool)
-        for method in ("envelope", "closure"):
+        for method in ("envelope", "memory_closure"):
             gaps = [np.abs(np.nan_to_num(cells[f"{method}:{name}"][chosen])) < limits[name] for name in JUDGED]
             good |= np.logical_and.reduce(gaps)
         return int(good.sum()), good.size
@@ -177,7 +177,7 @@ def test_on_a_cell_only_that_cell_counts() -> None:
             assert (name in trust(problem, "envelope").unjudged) == math.isnan(measured)
 
 
-APPROXIMATE = dict.fromkeys(("averaging", "envelope", "closure"), averaging(sp.Oscillator()))
+APPROXIMATE = dict.fromkeys(("averaging", "envelope", "memory_closure"), averaging(sp.Oscillator()))
 
 
 @pytest.mark.parametrize(
@@ -193,13 +193,13 @@ APPROXIMATE = dict.fromkeys(("averaging", "envelope", "closure"), averaging(sp.O
     ],
 )
 def test_nothing_is_recommended_where_the_map_has_no_cell_near(far: sp.Oscillator) -> None:
-    assert not trust(far, "closure").mapped
+    assert not trust(far, "memory_closure").mapped
     assert recommended(far, APPROXIMATE) == ""
     guess = best_guess(far, APPROXIMATE)
-    assert guess == "closure"
+    assert guess == "memory_closure"
     assert why_none_is_recommended(far, APPROXIMATE) == (
         "no method is recommended here, because the validity map has no cell near this oscillator. "
-        "The best guess is closure: compare with Monte Carlo before you use a number."
+        "The best guess is memory_closure: compare with Monte Carlo before you use a number."
     )
 
 
@@ -263,7 +263,7 @@ def test_densities_take_any_argument(order: float, restitution: float) -> None:
 
 def test_far_from_the_map_nothing_is_claimed() -> None:
     far = oscillator(0.5, 500.0)
-    assert not trust(far, "closure").mapped
+    assert not trust(far, "memory_closure").mapped
     assert "no cell near" in " ".join(map_warnings(far, "averaging"))
     assert trust(oscillator(0.5, 1e-6), "averaging").mapped  # lighter than any cell
     assert recommended(oscillator(0.5, 0.3, position=None), {}) == ""
@@ -276,7 +276,7 @@ def test_units_do_not_matter_to_trust() -> None:
     unit = oscillator(0.3, 0.5, 1.0, 1.0, -0.5, 0.8)
     length = math.sqrt(3.0 / 20.0**3)
     other = oscillator(0.3, 0.5 * 20.0**1.7, 20.0, 3.0, 0.5 * length, 0.8, "below")
-    for method in ("envelope", "closure"):
+    for method in ("envelope", "memory_closure"):
         assert trust(other, method).gaps == pytest.approx(trust(unit, method).gaps)
 
 
@@ -338,7 +338,7 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
         limits = {"amplitude_mean_square": amplitude, "x_mean": others, "impact_rate": others}
         return any(
             all(not abs(cells[f"{method}:{name}"][i]) > most for name, most in limits.items())
-            for method in ("envelope", "closure")
+            for method in ("envelope", "memory_closure")
         )
 
     near: dict[str, list[bool]] = {"light losses": [], "losses and gaps": []}

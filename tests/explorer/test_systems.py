@@ -326,7 +326,7 @@ def test_the_equation_and_what_is_not_covered(device: Tab) -> None:
     assert said.startswith("0.8 ẍ + 3200 x + 3·107 x3 + 150 D0.3 x")
     assert "x ≥ −0.006 m" in said
     silent = device.page.locator("#silent").inner_text()
-    assert "closure" in silent
+    assert "memory_closure" in silent
     assert "not covered: hardening cannot be part of an Oscillator" in silent
     assert device.theory("envelope", "lower_impact_rate") > 0.5
 

@@ -284,7 +284,7 @@ def test_a_strong_springpot_without_a_wall_against_the_exact_spectrum(c):
 
 
 def trusted(value):
-    return trust(value, "closure")
+    return trust(value, "memory_closure")
 
 
 @pytest.mark.parametrize("value", [3, None, "oscillator", Springpot(0.5, 1.0)])

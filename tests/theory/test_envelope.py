@@ -10,7 +10,7 @@ from scipy import integrate, stats
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
-from springpot.theory.methods.closure.quadrature import panel_rule
+from springpot.theory.methods.memory_closure.quadrature import panel_rule
 from springpot.theory.methods.envelope.balance import balance
 from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
 from springpot.theory.methods.envelope.method import envelope

@@ -9,7 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot.theory import NotCoveredError, best_guess, envelope, half_cycles, recommended, solve_all, trust
-from springpot.theory.cells import cell_of
+from springpot.evidence.cells import cell_of
 from tests.sizes import thinned
 
 SOFT = sp.PolynomialSpring((0.0, 0.0, -0.1))

@@ -19,8 +19,8 @@ from springpot.theory import (
     solve_all,
     trust,
 )
-from springpot.theory.cells import Cell, cell_of, system_of
-from springpot.theory.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
+from springpot.evidence.cells import Cell, cell_of, system_of
+from springpot.evidence.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
 from springpot.theory.solve import trusted
 from tests.sizes import validation
 

@@ -557,17 +557,17 @@ def test_all_methods_answer_or_say_why() -> None:
     answers, statements = solve_all(device)
     assert list(answers) == ["averaging_amplitude", "linearization", "envelope", "exact"]
     assert statements["linear"].endswith("not polynomial_spring.")
-    assert statements["closure"].startswith("polynomial_spring cannot be part of an Oscillator")
+    assert statements["memory_closure"].startswith("polynomial_spring cannot be part of an Oscillator")
     assert json.loads(json.dumps(answers["exact"].to_dict()))["x_mean_square"] == pytest.approx(0.46792, abs=1e-5)
     for system in (device, 3.0):
         with pytest.raises((NotCoveredError, TypeError)):
-            sp.theory.closure(system)
+            sp.theory.memory_closure(system)
 
 
 def test_a_system_that_is_an_oscillator_has_its_theory() -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
     assert sp.theory.envelope(as_system(asked)).moments == sp.theory.envelope(asked).moments
-    assert "closure" in solve_all(as_system(asked))[0]
+    assert "memory_closure" in solve_all(as_system(asked))[0]
 
 
 @pytest.mark.parametrize("damper", [sp.Dashpot(0.1), sp.Springpot(0.5, 0.1)])

@@ -88,9 +88,9 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
+        from springpot.evidence.recommendation import all_methods
         from springpot.problem.system import System
         from springpot.problem.units import UNITS
-        from springpot.theory import all_methods
 
     dicts = all_methods(problem)
     if json_:
@@ -174,6 +174,7 @@ def compare(
     with leave_at_once():
         from springpot.evidence.comparison import compare as set_side_by_side
         from springpot.evidence.comparison import observe
+        from springpot.evidence.reliability import warnings_of
 
     if plot is not None:
         check_picture(plot, "plot")
@@ -184,15 +185,13 @@ def compare(
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:
-        for sentence in result.answers[result.recommended].warnings:
+        for sentence in warnings_of(result.answers[result.recommended]):
             warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
-        from springpot.theory import Result
 
-        answers = {name: answer for name, answer in result.answers.items() if isinstance(answer, Result)}
-        save(draw_comparison(observed, answers), Path(plot))
+        save(draw_comparison(observed, result.answers), Path(plot))
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
@@ -507,9 +506,9 @@ def validity(
     if threads is not None and not simulate_again:
         raise ValueError("--threads has no effect without --simulate-again: nothing is computed.")
     with leave_at_once():
+        from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
         from springpot.figures.style import save
         from springpot.figures.validity import draw_gaps, draw_system_gaps
-        from springpot.theory.reliability import MAP_FILE, SYSTEMS_FILE
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.few_events import about_few, error_of_unseen
@@ -272,11 +272,14 @@ def _about_impacts(simulation: Simulation, values: dict[str, float], rows: npt.N
     problem = simulation.problem
     if not math.isfinite(values["x_mean_square"]):
         return
-    rates = {name: values[f"{name}_impact_rate" if name else "impact_rate"] for name in named_walls(problem)}
-    said = about_walls(problem, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
+    system = as_system(problem)
+    rates = {name: values.get(f"{name}_impact_rate", values["impact_rate"]) for name in named_walls(system)}
+    said = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from said.values()
     impacts = simulation.impacts(rows)
-    few = {name: impacts[name] for name, rate in rates.items() if math.isfinite(rate) and name not in said}
+    counted = [name for name, rate in rates.items() if math.isfinite(rate) and name not in said]
+    names = [name if name in impacts else "" for name in counted]  # of an oscillator: under an empty one
+    few = {name: impacts[name] for name in names}
     yield from about_few(few, simulation.watched(rows))
 
 

@@ -34,7 +34,8 @@ from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.parts import Barrier, Dashpot, Spring, WhiteNoise
+from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
@@ -305,7 +306,7 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
     try:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
         position = 0.0 if place == 0.0 else optimize.brentq(miss, min(far, 0.0), max(far, 0.0), rtol=1e-9)
-        truth = fokker_planck(Oscillator(springpot=Springpot(1.0, damping), barrier=Barrier(position, restitution)))
+        truth = fokker_planck(System(Spring(1.0), Dashpot(damping), WhiteNoise(1.0), Barrier(position, restitution)))
     except (ValueError, NotCoveredError):
         return np.full(_NONE.size, np.nan)
     light_balance, origin = light(position), max(position, 0.0)
