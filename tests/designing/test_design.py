@@ -150,7 +150,7 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
     assert chosen(damped(0.5), needed=("barrier_power",)) == "monte_carlo"
     hardening = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.3)
     colored = sp.System(*hardening, sp.ColoredNoise(1.0, 1.0))
-    assert sp.theory.trust(colored, "path_integration").worst < sp.theory.trust(colored, "envelope").worst
+    assert sp.trust(colored, "path_integration").worst < sp.trust(colored, "envelope").worst
     assert chosen(colored, needed=("x_mean_square",)) == "envelope"
 
 

@@ -26,6 +26,7 @@ from tests.explorer.conftest import Server, running
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 from tests.sizes import validation
+from tests.struck import rates_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext
@@ -174,7 +175,7 @@ def test_theory_of_a_system_for_the_page() -> None:
     found: dict[str, Any] = table(system, answers, {})
     exact = sp.theory.exact(system)
     assert found["recommended"] == "exact"
-    assert found["methods"]["exact"]["moments"]["barrier_1_impact_rate"] == pytest.approx(exact.barrier_impact_rate[0])
+    assert found["methods"]["exact"]["moments"]["barrier_1_impact_rate"] == pytest.approx(rates_of(exact)[0])
     density = np.array(found["methods"]["exact"]["densities"]["x"])
     assert np.trapezoid(density, found["places"]["x"]) == pytest.approx(1.0, abs=1e-3)
 

@@ -168,7 +168,7 @@ def test_a_spectrum_has_the_sums_and_the_curve() -> None:
     assert np.array_equal(value, run.spectrum.density)
     assert half == pytest.approx(1.96 * run.spectrum.standard_error)
     assert np.array_equal(axes.lines[-1].get_ydata(), closure.spectrum(FREQUENCIES))
-    assert [text for text in axes.get_legend_handles_labels()[1] if "Monte" not in text] == ["memory_closure"]
+    assert [text for text in axes.get_legend_handles_labels()[1] if "Monte" not in text] == ["memory closure"]
 
 
 def test_a_dataset_is_as_good_as_a_run() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from springpot.machine.faults import per_cent
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory import averaging, memory_closure, envelope, exact, fokker_planck
+from springpot.theory import averaging, envelope, exact, fokker_planck, memory_closure
 from springpot.theory.methods.memory_closure.quadrature import panel_rule
 from springpot.theory.result import NotCoveredError
 from tests.sizes import validation
@@ -62,7 +62,7 @@ def densities(result):
         if not hasattr(result, name):
             continue
         density = getattr(result, name)
-        if name == "impact_speed_density" and result.oscillator.barrier is None:
+        if name == "impact_speed_density" and result.paper.barrier is None:
             with pytest.raises(NotCoveredError):
                 density(1.0)
             continue
@@ -91,7 +91,7 @@ def integral(density, *, corner, low, high, panels=20_000, dip=0.0):
 
 
 def test_mass_is_one(result):
-    wall, omega = result.oscillator.barrier, result.oscillator.natural_frequency
+    wall, omega = result.paper.barrier, result.paper.natural_frequency
     place = 0.0 if wall is None else wall.position
     far = abs(place) + 16.0 * math.sqrt(result.amplitude_mean_square)
     for name, density in densities(result):
@@ -143,7 +143,7 @@ def test_any_argument_is_safe(result):
 
 def test_a_spectrum_takes_nothing_and_refuses_what_is_no_number():
     problems = (Oscillator(barrier=None), Oscillator())
-    for result in [method(problem) for method in (averaging, closure) for problem in problems]:
+    for result in [method(problem) for method in (averaging, memory_closure) for problem in problems]:
         for function in (result.spectrum, getattr(result, "correlation", result.spectrum)):
             assert function([]).shape == (0,)
             with pytest.raises(ValueError, match=r"must be finite|must be a time"):

@@ -452,7 +452,7 @@ def test_no_convergence_is_an_arithmetic_error(monkeypatch):
 
 def test_report():
     result = memory_closure(oscillator(0.3, 1.0, 0.8, -0.5))
-    assert isinstance(result, Closure)
+    assert isinstance(result, MemoryClosure)
     assert 1 < result.iterations < 20
     assert 0.0 < result.residual < 1e-6
     assert any("validity map" in warning for warning in result.warnings)
@@ -463,7 +463,7 @@ def test_report():
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
-        closure(1.0)
+    with pytest.raises(TypeError, match="system must be a System"):
+        memory_closure(1.0)
     with pytest.raises(NotCoveredError, match="no wall to strike"):
         memory_closure(free()).impact_speed_density(1.0)

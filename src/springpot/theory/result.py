@@ -77,7 +77,7 @@ class Moments:
     impact_rate: float
     impact_speed_mean: float
     impact_speed_mean_square: float
-    of_parts: Mapping[str, float] = field(default_factory=dict)
+    of_parts: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __getitem__(self, name: str) -> float:
         """A number by its name; NaN if there is none of this name."""
