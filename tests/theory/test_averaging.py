@@ -13,7 +13,7 @@ from scipy.integrate import quad
 
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import all_methods, recommended
-from springpot.evidence.reliability import trust
+from springpot.evidence.reliability import trust, warnings_of
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, as_system
 from springpot.simulation import run
 from springpot.theory import (
@@ -28,7 +28,7 @@ from springpot.theory import (
 )
 from springpot.theory.methods.averaging import harmonic_sum
 from springpot.theory.methods.exact import exact
-from springpot.theory.result import names_of_results
+from springpot.theory.result import MOMENTS, names_of_results
 
 
 def oscillator(alpha=0.5, coefficient=1.0, omega=1.0, q=1.0, barrier=Barrier()) -> Oscillator:  # noqa: B008

@@ -16,8 +16,8 @@ from springpot.problem.system import System
 from springpot.simulation import Run, run
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
-from springpot.simulation.plan.scales import scales_of
-from springpot.simulation.plan.settings import check_stationary, checked_seed, resolve
+from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.settings import checked_seed
 from springpot.theory import Result, solve_all
 from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS
@@ -235,10 +235,11 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
     >>> run.spectrum.frequency.size
     117
     """
-    paper = Dimensionless.of(checked_system(system))
-    relaxation = max(scales_of(paper).relaxation_time, 1.0 / paper.natural_frequency)
-    step = 4.0 * resolve(paper).step
-    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * paper.natural_frequency
+    system = checked_system(system)
+    plan = plan_of(system)
+    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / system.natural_frequency)
+    step = 4.0 * plan.settings.step
+    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * system.natural_frequency
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
     steps = min(math.ceil(window / step), LONGEST_WINDOW)
     skipped = math.ceil(5.0 * relaxation / step)
@@ -252,7 +253,7 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
         start="stationary",
         distributions=True,
         spectrum=frequencies,
-        seed=own_seed(checked_seed(seed), paper.to_dict()),
+        seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,
         progress=progress,
     )

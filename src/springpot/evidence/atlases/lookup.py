@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.quantities import UNITS
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
 
