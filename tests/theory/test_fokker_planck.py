@@ -199,7 +199,7 @@ def test_refusals_and_dictionary():
     with pytest.raises(TypeError, match="speed must be a real number"):
         result.impact_speed_density("a")
     answer = result.to_dict()
-    assert list(answer) == [*MOMENTS, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
+    assert list(answer) == [*result.numbers, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
     assert result.warnings == ()
     assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE_BELOW

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import rgamma
 
+from springpot.evidence.reliability import warnings_of
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.memory_closure import memory, steps
 from springpot.theory.methods.memory_closure.correlation import folded_spectrum, unfolded_correlation
@@ -455,7 +456,7 @@ def test_report():
     assert isinstance(result, MemoryClosure)
     assert 1 < result.iterations < 20
     assert 0.0 < result.residual < 1e-6
-    assert any("validity map" in warning for warning in result.warnings)
+    assert any("validity map" in warning for warning in warnings_of(result))
     assert memory_closure(oscillator(0.5, 0.1)).warnings == ()
     answer = json.loads(json.dumps(result.to_dict()))
     assert answer["iterations"] == result.iterations

@@ -27,7 +27,7 @@ from springpot.cli.flags import (
     problem_of,
     with_flags,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.faults import Stopped
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
@@ -88,29 +88,26 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     with leave_at_once():
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
-        from springpot.problem.quantities import UNITS
-        from springpot.problem.system import System
+        from springpot.problem.oscillator import as_system
+        from springpot.problem.quantities import units_of_system
+        from springpot.theory.result import names_of_results
 
-    dicts = all_methods(problem)
+    system = as_system(problem)
+    dicts = all_methods(system)
     if json_:
-        print_json({"oscillator" if file is None else "system": problem.to_dict(), **dicts})
+        print_json({"system": system.to_dict(), **dicts})
         return 0
-    if isinstance(problem, System):
-        print("\n".join(equation(problem)))
-    else:
-        print(f"oscillator: {plain(problem.to_dict())}")
+    print("\n".join(equation(system)))
     best, why_none = dicts.pop("recommended"), dicts.pop("why_none_is_recommended")
     answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    more = {"decay_rate": "s-1", "harvested_power": "W"}
-    units = {name: unit for name, unit in {**UNITS, **more}.items() if name in names(shown)}
+    units = {name: units_of_system(system, name) for name in names_of_results(system)} | {"decay_rate": "s-1"}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
+        if name in names(shown)
     ]
-    if isinstance(problem, System):
-        rows += walls(problem, shown)
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for statement in dict.fromkeys(silent.values()):
         print(f"{', '.join(name for name, reason in silent.items() if reason == statement)}: {statement}")
@@ -194,7 +191,7 @@ def compare(
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
-    print(_stated(problem))
+    print(_stated(result.system))
     gaps = {name: result.gaps(name) for name in result.answers}
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]

@@ -11,7 +11,6 @@ import numpy as np
 
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.simulation import Run, run
 from springpot.simulation.paths.simulation import Progress

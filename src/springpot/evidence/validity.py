@@ -27,7 +27,6 @@ from springpot.evidence.reliability import (
     exists,
     moment_of,
 )
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import run

@@ -92,7 +92,8 @@ def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts 
     --------
     >>> plain = balance(Problem(order=1.0, coefficient=0.2, position=0.0, restitution=0.8))
     >>> better, struck = changed(plain, impacts(plain))
-    >>> lossy = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
+    >>> parts = Spring(1.0), Dashpot(0.2), WhiteNoise(1.0), Barrier(restitution=0.8)
+    >>> lossy = fokker_planck(System(*parts))
     >>> bool(abs(struck.rate / lossy.impact_rate - 1.0) < 0.002)
     True
     """
