@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli, theory
+from springpot.problem.oscillator import as_system
 from springpot.problem.spectral_density import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
 from tests.sizes import validation
 

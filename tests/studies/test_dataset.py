@@ -13,7 +13,7 @@ import pytest
 import xarray
 
 import springpot as sp
-from springpot.problem.units import UNITS
+from springpot.problem.quantities import UNITS
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store

@@ -19,7 +19,7 @@ import pytest
 import springpot as sp
 from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import FileError
-from springpot.simulation.plan.settings import COARSEST
+from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
