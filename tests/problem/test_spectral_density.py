@@ -107,7 +107,7 @@ def test_what_a_device_becomes() -> None:
     [
         ({"gap": 0.01}, Barrier(-0.01), -1.0),
         ({"gap": 0.01, "side": "below"}, Barrier(0.01, side="below"), -1.0),
-        ({"gap": -0.01}, Barrier(0.01), 1.0),
+        ({"gap": -0.01}, Barrier(0.01, side="above"), 1.0),
         ({"gap": 0.0}, Barrier(0.0), 0.0),
         ({}, None, None),
         ({"gap": None}, None, None),
@@ -234,7 +234,7 @@ def test_help_shows_the_defaults_of_an_oscillator(capsys: pytest.CaptureFixture[
     shown = {
         "order": default.springpot.order, "coefficient": default.springpot.coefficient,
         "natural-frequency": default.natural_frequency, "intensity": default.excitation.intensity,
-        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": default.barrier.side,
+        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": "that of x = 0",
     }  # fmt: skip
     for name, value in shown.items():
         entries = [after.partition(" --")[0] for after in text.split(f" --{name} ")[1:]]

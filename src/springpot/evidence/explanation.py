@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from springpot.machine.faults import few, shown
 from springpot.problem.oscillator import Oscillator, as_system
@@ -88,12 +89,22 @@ def equation(system: System) -> Iterator[str]:
     for name, part in system.named():
         if isinstance(part, Barrier):
             relation = ">=" if part.side == "above" else "<="
-            yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.law()}"
+            yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.law()}{_preload(system, part)}"
+        elif isinstance(part, Contact) and (preload := _preload(system, part)):
+            yield f"soft contact ({name}){preload}"
         elif isinstance(part, PiezoelectricCircuit):
             yield (
                 f"V ({name}): {part.capacitance:.6g} V' + V / {part.resistance:.6g} = {part.coupling:.6g} x', "
                 f"R Cp = {part.time:.6g} s"
             )
+
+
+def _preload(system: System, wall: Barrier | Contact) -> str:
+    """The words of what presses the mass against a wall at the place of the wall; empty where a gap is left."""
+    alone = replace(system.potential, contacts=())
+    pressed = system.mass * float(alone.force(wall.position)) * (1.0 if wall.side == "above" else -1.0)
+    unit = "N" if system.of(Mass) else "m/s^2"
+    return f"; preload: the mass is pressed against it with {pressed:.6g} {unit}" if pressed > 0.0 else ""
 
 
 def _some(terms: list[str], between: str) -> str:

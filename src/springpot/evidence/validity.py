@@ -91,7 +91,7 @@ def _problem(cell: OscillatorCell | Cell) -> Oscillator | System:
     if isinstance(cell, Cell):
         return system_of(cell)
     order, c, restitution, position = cell
-    return Oscillator(springpot=Springpot(order, c), barrier=Barrier(position, restitution))
+    return Oscillator(springpot=Springpot(order, c), barrier=Barrier(position, restitution, side="above"))
 
 
 def simulate_cell(cell: OscillatorCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:

@@ -250,7 +250,7 @@ class Dimensionless(Part):
         intensity: float = 1.0,
         position: float = 0.0,
         restitution: float = 1.0,
-        side: Literal["above", "below"] = "above",
+        side: Literal["above", "below"] | None = None,
         barrier: bool = True,
     ) -> Dimensionless:
         """The oscillator with these numbers: those of `Springpot`, `Barrier`, `WhiteNoise` and its own.
@@ -264,7 +264,7 @@ class Dimensionless(Part):
         intensity : float
             Of the noise, in m^2 s^-3.
         position, restitution, side
-            Of the wall, in m and (1).
+            Of the wall, in m and (1); without a side the mass moves on that of x = 0.
         barrier : bool
             False: without the wall.
 

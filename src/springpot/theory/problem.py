@@ -178,7 +178,7 @@ def at_rest(oscillator: Oscillator) -> Moments:
     Examples
     --------
     >>> from springpot.problem.oscillator import Barrier, WhiteNoise
-    >>> at_rest(Oscillator(barrier=Barrier(0.5), excitation=WhiteNoise(0.0))).x_mean
+    >>> at_rest(Oscillator(barrier=Barrier(0.5, side="above"), excitation=WhiteNoise(0.0))).x_mean
     0.5
     """
     wall, side = oscillator.barrier, oscillator.direction

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, cast
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
@@ -79,9 +79,10 @@ class Barrier(Part):
     restitution : float, PowerRestitution or callable
         Coefficient r in (0, 1]: 1 for an elastic wall.  In a `springpot.System` also a law r(v) of the speed v before
         the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
-    side : {"above", "below"}
+    side : {"above", "below"}, optional
         The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
-        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.
+        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.  If it is not given, it is the
+        side of x = 0, so that a gap is left: above a wall at b <= 0, below one at b > 0.  A preload needs it.
 
     Raises
     ------
@@ -90,13 +91,13 @@ class Barrier(Part):
 
     Examples
     --------
-    >>> Barrier(position=-0.5, restitution=0.9)
-    Barrier(position=-0.5, restitution=0.9, side='above')
+    >>> Barrier(position=-0.5, restitution=0.9), Barrier(0.5).side
+    (Barrier(position=-0.5, restitution=0.9, side='above'), 'below')
     """
 
     position: float = 0.0
     restitution: float | PowerRestitution | RestitutionLaw = 1.0
-    side: Side = "above"
+    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
         put(self, position=real(self.position, "position", "It is the position of the wall."))
@@ -104,7 +105,7 @@ class Barrier(Part):
             _check_law(self.restitution)
         else:
             put(self, restitution=_fraction(self.restitution, "restitution", "An elastic wall has 1."))
-        _check_side(self.side)
+        put(self, side=_side(self.side, self.position))
 
     @property
     def is_elastic(self) -> bool:
@@ -139,8 +140,8 @@ class Contact(Part):
         p from 1 (a linear stop) to 3; 1.5 is Hertz's contact of two spheres.
     dissipation : float
         chi >= 0 of Hunt and Crossley, in s/m.
-    side : {"above", "below"}
-        The side on which the mass moves while it is free.
+    side : {"above", "below"}, optional
+        The side on which the mass moves while it is free; that of x = 0 if it is not given, as of a `Barrier`.
 
     Raises
     ------
@@ -166,7 +167,7 @@ class Contact(Part):
     stiffness: float
     exponent: float = 1.5
     dissipation: float = 0.0
-    side: Side = "above"
+    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
         put(
@@ -178,7 +179,7 @@ class Contact(Part):
             ),
             dissipation=unsigned(self.dissipation, "dissipation", "It is chi of k d^exponent (1 + chi d')."),
         )
-        _check_side(self.side)
+        put(self, side=_side(self.side, self.position))
 
     def per_mass(self, mass: float) -> Contact:
         """The same part of a system that is divided by its mass."""
@@ -249,6 +250,10 @@ def _fraction(value: object, name: str, hint: str) -> float:
     return finite_number(value, name, low=0.0, high=1.0, open_low=True, hint=hint)
 
 
-def _check_side(side: object) -> None:
+def _side(side: object, position: float) -> Side:
+    """The side on which the mass moves; not given, that of x = 0."""
+    if side is None:
+        return "below" if position > 0.0 else "above"
     if not isinstance(side, str) or side not in ("above", "below"):
         raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {shown(side)}.")
+    return cast(Side, side)

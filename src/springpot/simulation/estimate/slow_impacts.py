@@ -62,7 +62,7 @@ def extrapolation_step(oscillator: Oscillator) -> float:
     Examples
     --------
     >>> from springpot.problem.oscillator import Barrier
-    >>> round(extrapolation_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5))), 4)
+    >>> round(extrapolation_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5, side="above"))), 4)
     0.01
     """
     wall, q = oscillator.barrier, oscillator.excitation.intensity

@@ -424,7 +424,7 @@ def oscillator_at_walls(system: System) -> Oscillator | None:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
+    >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, side="above"), WhiteNoise(2.0))
     >>> alike = oscillator_at_walls(system)
     >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)
     (0.8, 2.0)
@@ -438,7 +438,7 @@ def oscillator_at_walls(system: System) -> Oscillator | None:
     frequency = system_scales(system).law.frequency
     directions = {"above": 1.0, "below": -1.0}
     pressed = max(directions[wall.side] * float(unit.potential.force(wall.position)) for wall in walls)
-    barrier = Barrier(pressed / frequency**2, walls[0].restitution)
+    barrier = Barrier(pressed / frequency**2, walls[0].restitution, side="above")
     return Oscillator(frequency, barrier=barrier, excitation=WhiteNoise(intensity))
 
 

@@ -278,7 +278,7 @@ def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
     Examples
     --------
     >>> from springpot.problem.oscillator import Barrier, Springpot
-    >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(position=1.0))
+    >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(1.0, side="above"))
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
     >>> round(exact(Oscillator(barrier=None)).x_mean_square, 6)
