@@ -13,8 +13,9 @@ from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
 from springpot.problem.parts import Force, WhiteNoise
+from springpot.problem.parts.registration import kind_of
 from springpot.problem.spectral_density import DensityUnit, Sides
-from springpot.problem.system import KINDS, System, kind_of, usual_names
+from springpot.problem.system import KINDS, System, usual_names
 
 __all__ = ["read_system", "schema", "to_toml"]
 

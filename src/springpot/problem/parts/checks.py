@@ -8,11 +8,11 @@ from typing import Any, Self
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Part", "coefficients", "positive", "put", "real", "signed", "unsigned"]
+__all__ = ["Checked", "coefficients", "positive", "put", "real", "signed", "unsigned"]
 
 
-class Part:
-    """What every part is: it says which argument was probably meant where it is given one that it does not have.
+class Checked:
+    """What every part and law is: it says which argument was meant where it is given one that it does not have.
 
     Examples
     --------

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import shown
-from springpot.problem.parts.checks import Part, positive, put, real, unsigned
+from springpot.machine.faults import listed, shown
+from springpot.problem.parts.checks import Checked, positive, put, real, unsigned
+from springpot.problem.parts.registration import Number, Part, kind_of, stated_numbers
 
 __all__ = [
-    "Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "restitution_of_missed",
-    "slow_restitution",
+    "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "Stop", "restitution_at",
+    "restitution_of_missed", "slow_restitution",
 ]  # fmt: skip
 
 _SLOW = 1e-9  # m/s
@@ -23,8 +24,32 @@ RestitutionLaw = Callable[[float], float]
 """A function of the speed before an impact, in m/s, that Numba can compile."""
 
 
+class Restitution(Checked):
+    """A law of restitution with numbers: what it states beside its fields, as a `Part` does.
+
+    In a file it is a table of its numbers with a ``law``, its name.
+    """
+
+    laws: ClassVar[dict[str, type[Restitution]]] = {}
+    numbers: ClassVar[dict[str, Any]]
+
+    def __init_subclass__(cls) -> None:
+        if missing := [name for name in ("__call__", "words") if getattr(cls, name) is getattr(Restitution, name)]:
+            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every law of restitution does.")
+        cls.numbers = stated_numbers(cls)
+        Restitution.laws[kind_of(cls).removesuffix("_restitution")] = cls
+
+    def __call__(self, speed: float) -> float:
+        """r at a speed in m/s."""
+        raise NotImplementedError
+
+    def words(self) -> str:
+        """The formula with its numbers, of the speed v."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class PowerRestitution(Part):
+class PowerRestitution(Restitution):
     """A restitution that falls with the speed of the impact: r(v) = min(1, restitution (v / speed)^-exponent).
 
     Parameters
@@ -51,9 +76,9 @@ class PowerRestitution(Part):
     0.35
     """
 
-    restitution: float
-    speed: float
-    exponent: float = 0.25
+    restitution: Annotated[float, Number("r", "restitution at", range="share")]
+    speed: Annotated[float, Number("v", "this speed", "m s-1")]
+    exponent: Annotated[float, Number("p", "falls with power", range="share")] = 0.25
 
     def __post_init__(self) -> None:
         put(
@@ -67,9 +92,34 @@ class PowerRestitution(Part):
         """r at a speed in m/s."""
         return min(1.0, self.restitution * (speed / self.speed) ** -self.exponent) if speed > 0.0 else 1.0
 
+    def words(self) -> str:
+        """The formula with its numbers."""
+        return f"min(1, {self.restitution:.6g} (v / {self.speed:.6g})^-{self.exponent:g})"
+
+
+class Stop(Part, abstract=True):
+    """A wall or a contact.
+
+    Attributes
+    ----------
+    rigid : bool
+    position : float
+    side : {"above", "below"}
+    """
+
+    rigid: ClassVar[bool]
+    if TYPE_CHECKING:
+        position: float
+        side: Side
+
+    @property
+    def inwards(self) -> float:
+        """The sign of its force on the mass."""
+        return 1.0 if self.side == "above" else -1.0
+
 
 @dataclass(frozen=True)
-class Barrier(Part):
+class Barrier(Stop):
     """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
 
     Parameters
@@ -95,8 +145,11 @@ class Barrier(Part):
     (Barrier(position=-0.5, restitution=0.9, side='above'), 'below')
     """
 
-    position: float = 0.0
-    restitution: float | PowerRestitution | RestitutionLaw = 1.0
+    said, glyph, powers, rigid = "wall", "stop", ("stop",), True
+    is_linear, remembers, is_thermal, is_odd = False, False, True, False
+
+    position: Annotated[float, Number("b", "position", "m", "signed")] = 0.0
+    restitution: Annotated[float | Restitution | RestitutionLaw, Number("r", "restitution", range="share")] = 1.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
@@ -108,26 +161,36 @@ class Barrier(Part):
         put(self, side=_side(self.side, self.position))
 
     @property
+    def dissipates(self) -> bool:
+        """Whether impacts take energy."""
+        return not self.is_elastic
+
+    @property
+    def has_function(self) -> bool:
+        """Whether its restitution is a function of the user."""
+        return callable(self.restitution) and not isinstance(self.restitution, Restitution)
+
+    @property
     def is_elastic(self) -> bool:
         """Whether no impact takes energy."""
         return self.restitution == 1.0
 
+    def line(self, name: str) -> str:
+        """Where it stands and what it does."""
+        relation = ">=" if self.side == "above" else "<="
+        return f"wall ({name}): x {relation} {self.position:.6g} m, restitution {self.law()}"
+
     def law(self) -> str:
         """The restitution in words."""
-        if isinstance(self.restitution, PowerRestitution):
-            r = self.restitution
-            return f"min(1, {r.restitution:.6g} (v / {r.speed:.6g})^-{r.exponent:g}) of the speed v"
+        if isinstance(self.restitution, Restitution):
+            return f"{self.restitution.words()} of the speed v"
         if callable(self.restitution):
             return f"{getattr(self.restitution, '__name__', 'a function')}(v) of the speed v"
         return f"{self.restitution:.6g}"
 
-    def per_mass(self, mass: float) -> Barrier:
-        """The same part of a system that is divided by its mass."""
-        return self
-
 
 @dataclass(frozen=True)
-class Contact(Part):
+class Contact(Stop):
     """A soft stop: beyond its position it pushes back with k d^p (1 + chi d'), where d is the penetration.
 
     Parameters
@@ -163,10 +226,13 @@ class Contact(Part):
     1.5
     """
 
-    position: float
-    stiffness: float
-    exponent: float = 1.5
-    dissipation: float = 0.0
+    said, glyph, powers, rigid = "soft contact", "stop", ("stop",), False
+    is_linear, remembers, is_odd = False, False, False
+
+    position: Annotated[float, Number("b", "position", "m", "signed")]
+    stiffness: Annotated[float, Number("k", "stiffness", "N m^-exponent")]
+    exponent: Annotated[float, Number("p", "exponent", range="exponent")] = 1.5
+    dissipation: Annotated[float, Number("χ", "dissipation", "s m-1")] = 0.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
@@ -181,9 +247,20 @@ class Contact(Part):
         )
         put(self, side=_side(self.side, self.position))
 
-    def per_mass(self, mass: float) -> Contact:
-        """The same part of a system that is divided by its mass."""
-        return replace(self, stiffness=self.stiffness / mass)
+    @property
+    def dissipates(self) -> bool:
+        """Whether chi is not 0."""
+        return self.dissipation > 0.0
+
+    @property
+    def is_thermal(self) -> bool:
+        """There is no matching noise for its dissipation."""
+        return not self.dissipates
+
+    @property
+    def soft_stop(self) -> Contact:
+        """Itself."""
+        return self
 
     def term(self) -> str:
         """Its force in the equation of motion."""
