@@ -13,7 +13,7 @@ import springpot as sp
 from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
 from springpot.fitting.transfer import response_of
-from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.paths.statistics import controlled
 from springpot.simulation.plan.settings import resolve
 from tests.fitting.test_fit import paths_of
 

@@ -20,7 +20,7 @@ from springpot.fitting.likelihood import Coordinates, slopes
 from springpot.fitting.moments import _statistic
 from springpot.fitting.simulated import Measured, MomentsLikelihood
 from springpot.machine.faults import FileError, Stopped
-from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.settings import resolve
 
 W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))

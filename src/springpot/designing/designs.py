@@ -20,11 +20,13 @@ from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import check_stationary, checked_seed
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import check_stationary
+from springpot.simulation.plan.settings import checked_seed
 from springpot.theory.registry import METHODS, SYSTEM_METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
@@ -127,7 +129,7 @@ def design(
     check_stationary(as_simulated(problem), "design")
     try:
         watch.say()
-        allowed = controllable(as_simulated(problem))
+        allowed = controllable(motion_of(as_system(as_simulated(problem))))
         check_names(limits, allowed)
         cost = checked_cost(minimize, free, allowed)
         space = Space(free)

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from springpot.machine.faults import meant, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 from springpot.theory import Result, best_guess, solve_all, solve_one
 from springpot.theory.methods.systems.result import SystemResult, walls_of
 from springpot.theory.solve import methods_for, trusted
@@ -98,7 +97,7 @@ def unit_of(problem: Oscillator | System, name: str) -> str:
     >>> unit_of(Oscillator(), "impact_rate")
     's-1'
     """
-    return units_of_system(problem, name) if isinstance(problem, System) else UNITS.get(name, "")
+    return units_of_system(as_system(problem), name)
 
 
 def _moments(result: Result | SystemResult) -> dict[str, float]:

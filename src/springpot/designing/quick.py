@@ -17,7 +17,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
-from springpot.simulation.plan.settings import check_stationary, resolve
+from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory import trust
 from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
 from springpot.theory.solve import methods_for
@@ -87,7 +87,7 @@ def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch:
     for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
-    run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * resolve(simulated[0], paths=PILOT_PATHS).steps
+    run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * plan_of(simulated[0], paths=PILOT_PATHS).settings.steps
     worst = {}
     for name in SYSTEM_MAPPED if isinstance(simulated[0], System) else MAPPED:
         trusted = [trust(model, name) for model in simulated] if methods[name].seconds <= run else []
@@ -110,7 +110,7 @@ def _by_chance(
     problem: Oscillator | System, space: Space, places: Floats, seed: int, threads: int | None, watch: Watch
 ) -> Quick:
     """Smooth surfaces through short runs at all places, on common random numbers."""
-    settings = resolve(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads)
+    settings = plan_of(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads).settings
     whole = float(len(places) * settings.paths * settings.steps)
     at, found = [], []
     for n, place in enumerate(places):

@@ -11,13 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
+from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
+from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.plan.start import Adapted
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["SampledRun", "sampled_run", "samples_of"]
@@ -73,22 +76,25 @@ def sampled_run(
 
     Examples
     --------
-    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot.simulation.plan.plan import plan_of
     >>> problem = Oscillator()
-    >>> found = sampled_run(problem, resolve(problem, paths=64, duration=20.0, seed=1, threads=1))
+    >>> found = sampled_run(problem, plan_of(problem, paths=64, duration=20.0, seed=1, threads=1).settings)
     >>> value, samples = found.samples["x_mean_square"]
     >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
     (64, True)
     """
-    if adapted is None and settings.start == "stationary":
-        adapted = adapt(problem, settings, progress=progress)
-    simulation = simulation_of(problem, settings, adapted)
-    observers = (sketches(GROUP * settings.step * simulation.scales.fastest_rate),) if distributions else ()
+    plan = Plan(motion_of(as_system(problem)), settings)
+    if adapted is not None:
+        plan = plan.started_at(adapted)
+    elif settings.start == "stationary":
+        plan = adapt(plan, progress=progress)
+    simulation = simulation_of(plan)
+    observers = (sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate),) if distributions else ()
     ensemble = simulation.advance(observers=observers, progress=progress)
-    samples = simulation.samples(ensemble.rows)
-    start = simulation.errors_of_the_start({name: value for name, (value, _) in samples.items()})
+    samples = estimate.samples_of(simulation, ensemble.rows)
+    start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
     counted = distributions_in(simulation, ensemble.observed[0]) if distributions else {}
-    return SampledRun(samples, start, adapted, counted)
+    return SampledRun(samples, start, plan.adapted, counted)
 
 
 def samples_of(

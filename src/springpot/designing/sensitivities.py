@@ -17,12 +17,13 @@ from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.designing.stencils import Stencil, extrapolated, stencil
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import NotCoveredError, few, meant
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
-from springpot.simulation.estimate.completed_rate import are_crowded
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import Settings, check_stationary, resolve
+from springpot.simulation.paths.statistics import standard_error
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.settings import Settings
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -106,9 +107,9 @@ def sensitivity(
     if not moved.values:
         raise ValueError("model must have a free number that is not 0: the others have no relative change.")
     if chosen == MONTE_CARLO:
-        settings = resolve(
+        settings = plan_of(
             as_simulated(problem), paths=paths, seed=seed, duration=duration, step=step, threads=threads
-        )  # fmt: skip
+        ).settings
         return _by_monte_carlo(problem, moved, names, settings, change, said, progress)
     return _by_theory(problem, moved, names, chosen, said, progress)
 
@@ -194,7 +195,7 @@ def _by_monte_carlo(
     for name in names:
         if name not in base:
             raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
-    if are_crowded(as_simulated(problem)) and any("impact_" in name for name in names):
+    if motion_of(as_system(as_simulated(problem))).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     values, errors, gains = _tables(names), _tables(names), _tables(names)
     for name in numbers.values:

@@ -14,17 +14,18 @@ from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
-from springpot.simulation.estimate.slow_impacts import impact_step_biases
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import Settings, check_stationary, resolve
-from springpot.simulation.plan.start import Adapted
-from springpot.simulation.result.system_warnings import step_biases_of_system
+from springpot.simulation.paths.statistics import controlled
+from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import Plan, check_stationary, plan_of
+from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
 __all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
@@ -75,7 +76,7 @@ class Case:
         problem = as_simulated(with_values(self.model, named))
         check_stationary(problem, "data of Statistics")
         settings, rough = _settings(problem, self.settings.seed, self.settings.threads)
-        start = adapt(problem, settings, paths=_PILOT_PATHS, progress=alive)
+        start = adapt(Plan(motion_of(as_system(problem)), settings), paths=_PILOT_PATHS, progress=alive).adapted
         return replace(self, settings=settings, rough=rough, start=start)
 
 
@@ -117,11 +118,10 @@ def case_of(
 
 def _settings(problem: Oscillator | System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
     """With the default step, and with a coarser one."""
-    fine = resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads)
+    fine = plan_of(problem, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
     step = fine.duration / max(round(fine.steps / _COARSER), 1)
-    return fine, resolve(
-        problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration
-    )  # fmt: skip
+    rough = plan_of(problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
+    return fine, rough.settings
 
 
 def moments_of(
@@ -160,7 +160,8 @@ def moments_of(
     check_stationary(problem, "data of Statistics")
     start = case.start
     if start is not None and start.pilots == 0:
-        start = adapt(problem, case.settings, paths=_PILOT_PATHS, progress=progress)
+        plan = Plan(motion_of(as_system(problem)), case.settings)
+        start = adapt(plan, paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:
         start = replace(start, position=_between_walls(problem, mean))
     settings = replace(case.rough if rough else case.settings, paths=paths)
@@ -188,9 +189,7 @@ def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, 
     known = {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"}
     if not known <= values.keys():
         return {}
-    if isinstance(problem, Oscillator):
-        return impact_step_biases(problem, step, dict(values))
-    return step_biases_of_system(problem, step, dict(values))
+    return impact_biases(motion_of(as_system(problem)), step, dict(values))
 
 
 def _between_walls(problem: Oscillator | System, x: float) -> float:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["FEWEST_PATHS", "MOST_FINER", "NORMAL", "Known", "Move", "Standing", "bias_range", "decide"]
+from springpot.simulation.paths.statistics import NORMAL
 
-NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
+__all__ = ["FEWEST_PATHS", "MOST_FINER", "Known", "Move", "Standing", "bias_range", "decide"]
+
 SURE = 3.0  # standard errors beyond which a difference between steps is bias
 ROOM = 1.5  # least ratio of the aim to the part of the error that neither paths nor a shorter step reduce
 MARGIN = 0.93  # of the aim, for which paths are planned: the difference of the steps changes from round to round

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from springpot.simulation.error.decision import NORMAL
+from springpot.simulation.paths.statistics import NORMAL
 
 __all__ = ["FEW", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
 

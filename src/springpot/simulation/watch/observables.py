@@ -19,7 +19,7 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, shown
-from springpot.problem.units import UNITS
+from springpot.problem.quantities import COMMON
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -78,13 +78,13 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
 
 def taken_names() -> set[str]:
     """Names that the results of a run use already."""
-    budgets = (f"{name}_{part}" for name in UNITS for part in ("step_bias", "memory_bias", "transient", "error"))
+    budgets = (f"{name}_{part}" for name in COMMON for part in ("step_bias", "memory_bias", "transient", "error"))
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
     biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
     extreme = (f"{name}_quantile" for name in EXTREMES)
     others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
-    attributes = ("oscillator", "settings", "diagnostics", "warnings")
-    return {*UNITS, *COUNTED, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+    attributes = ("system", "settings", "diagnostics", "warnings")
+    return {*COMMON, *COUNTED, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
 
 
 def _on_steps_of(function: Callable[..., float]) -> Any:
