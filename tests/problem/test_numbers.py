@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.numbers import label_of, numbers_of, unit_of, with_numbers
 from springpot.problem.parts import Force
-from springpot.problem.quantities import possible_results, units_of_system
 from springpot.problem.system import KINDS, System
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.settings import resolve
@@ -134,4 +134,4 @@ def test_the_results_of_a_run_are_among_those_foretold(system: System) -> None:
     assert found <= foretold
     allowed = {"damping_force_mean", "damping_power", "damping_virial", "amplitude_mean_square", "energy_residual"}
     assert foretold - found <= (allowed if system is PARTS_OF_RUNS[-1] else set())
-    assert all(units_of_system(system, name) for name in foretold)
+    assert all(unit_of_result(system, name) for name in foretold)

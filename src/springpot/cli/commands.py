@@ -87,7 +87,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
-        from springpot.problem.quantities import UNITS
+        from springpot.problem.catalogue import COMMON, unit_of
         from springpot.problem.system import System
         from springpot.theory import all_methods
 
@@ -103,8 +103,9 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    more = {"decay_rate": "s-1", "harvested_power": "W"}
-    units = {name: unit for name, unit in {**UNITS, **more}.items() if name in names(shown)}
+    known = [name for name in (*COMMON, "decay_rate") if name in names(shown)]
+    heavy = isinstance(problem, System) and problem.has_mass
+    units = {name: "s-1" if name == "decay_rate" else unit_of(name, heavy) for name in known}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
@@ -133,7 +134,7 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
     oscillator = oscillator_of(file, flags)
     with leave_at_once():
         from springpot.evidence.atlases import atlas as look_up
-        from springpot.problem.quantities import UNITS
+        from springpot.problem.catalogue import unit_of
         from springpot.theory.result import MOMENTS
 
     result = look_up(oscillator)
@@ -141,7 +142,7 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
         print_json({"oscillator": oscillator.to_dict(), **result.to_dict()})
         return 0
     print(f"oscillator: {plain(oscillator.to_dict())}")
-    rows = [[name, with_error(getattr(result, name), result.errors[name], UNITS[name])] for name in MOMENTS]
+    rows = [[name, with_error(getattr(result, name), result.errors[name], unit_of(name))] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
 

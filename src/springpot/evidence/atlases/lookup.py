@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.catalogue import unit_of
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.quantities import UNITS
 from springpot.problem.system import System
 from springpot.theory.problem import checked
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
@@ -247,4 +247,4 @@ def _scales(oscillator: Oscillator) -> dict[str, float]:
     length, speed = oscillator.length_scale, oscillator.speed_scale
     units = {"m": oscillator.direction * length, "m2": length**2, "m s-1": speed, "m2 s-2": speed**2,
              "s-1": oscillator.natural_frequency}  # fmt: skip
-    return {name: units[UNITS[name]] for name in MOMENTS}
+    return {name: units[unit_of(name)] for name in MOMENTS}

@@ -83,7 +83,7 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     """
     system, parts, settings = simulation.motion.system, simulation.parts, simulation.settings
     low, high = settings.window_steps
-    steps, time, mass = high - low, (high - low) * settings.step, system.mass
+    steps, time, mass = high - low, (high - low) * settings.step, system.inertia
     column = dict(zip(parts.columns, rows.T, strict=True))
     taken = taken_by_walls(system, column)
     found = {
@@ -226,7 +226,7 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
     found, harvested = {}, np.zeros(column["x"].size)
     for name, part in system.named():
         if isinstance(part, PiezoelectricCircuit):
-            square = column[f"voltage of {name}"] / max(instants, 1) * system.mass
+            square = column[f"voltage of {name}"] / max(instants, 1) * system.inertia
             found[f"{name}_voltage_mean_square"] = square
             harvested = harvested + square / part.resistance
     return {**found, "harvested_power": harvested} if found else {}
@@ -258,5 +258,5 @@ def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float
         energy = name.startswith(("x_mean_square", "v_", "amplitude", "damping")) or name.endswith("_power")
         errors[name] = (0.5 if energy else 1.0) * share * abs(value)
     errors |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
-    errors |= {"damping_force_mean": share * plan.system.mass * frequency**2 * size, "energy_residual": 0.0}
+    errors |= {"damping_force_mean": share * plan.system.inertia * frequency**2 * size, "energy_residual": 0.0}
     return {name: errors[name] for name in values}

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier, Contact
-from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
@@ -149,7 +149,7 @@ class Run:
 
     def _unit(self, name: str) -> str:
         """The unit of an estimate; only the user knows that of an observable."""
-        return COUNTED.get(name) or units_of_system(self.system, name)
+        return COUNTED.get(name) or unit_of_result(self.system, name)
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""

@@ -473,7 +473,7 @@ def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     v_square = spread.v_square
     omega = system.natural_frequency
-    harvested = law.average(rates.electric) * system.mass if problem.circuits else math.nan
+    harvested = law.average(rates.electric) * system.inertia if problem.circuits else math.nan
     return SystemMoments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=problem.origin + spread.mean,

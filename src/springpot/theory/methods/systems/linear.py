@@ -172,7 +172,7 @@ class LinearResponse(SystemResult):
         -1.25j
         """
         w = real_array(frequency, "frequency")
-        return np.asarray(1.0 / (self.system.mass * self.companion.dynamic_stiffness(w)))
+        return np.asarray(1.0 / (self.system.inertia * self.companion.dynamic_stiffness(w)))
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
@@ -347,7 +347,7 @@ def moments_of(system: System, companion: Companion) -> SystemMoments | str:
         impact_rate=0.0,
         impact_speed_mean=math.nan,
         impact_speed_mean_square=math.nan,
-        harvested_power=power * system.mass if companion.circuits and companion.temperature == 0.0 else math.nan,
+        harvested_power=power * system.inertia if companion.circuits and companion.temperature == 0.0 else math.nan,
     )
 
 

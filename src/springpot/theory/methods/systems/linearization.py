@@ -120,7 +120,7 @@ def linearization(system: System) -> Linearization:
         stationary = replace(
             stationary,
             amplitude_mean_square=stationary.x_mean_square + stationary.v_mean_square / omega**2,
-            harvested_power=stationary.harvested_power * system.mass,
+            harvested_power=stationary.harvested_power * system.inertia,
         )
     return Linearization(
         method="linearization",
@@ -128,8 +128,8 @@ def linearization(system: System) -> Linearization:
         stationary=stationary,
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
         warnings=warnings,
-        stiffness=companion.stiffness * system.mass,
-        damping=companion.damping * system.mass,
+        stiffness=companion.stiffness * system.inertia,
+        damping=companion.damping * system.inertia,
     )
 
 
