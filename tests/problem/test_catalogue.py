@@ -45,5 +45,5 @@ def test_units_with_and_without_a_mass() -> None:
 
 
 def test_observers_have_the_units_of_the_catalogue() -> None:
-    assert COUNTED == {name: unit_of(name) for name in COUNTED}
-    assert EXTREMES == {name: unit_of(f"{name}_quantile") for name in EXTREMES}
+    assert {name: unit_of(name) for name in COUNTED} == COUNTED
+    assert {name: unit_of(f"{name}_quantile") for name in EXTREMES} == EXTREMES

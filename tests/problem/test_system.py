@@ -230,6 +230,11 @@ def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place = tmp_path / "device.toml"
     place.write_text(sp.to_toml(EVERYTHING))
     assert sp.read_system(place) == EVERYTHING
+    yielding = sp.System(sp.Spring(1.0), sp.Barrier(-1.0, sp.PowerRestitution(sp.free("r", 0.7, (0.1, 0.9)), 0.1)))
+    place.write_text(sp.to_toml(yielding))
+    assert 'restitution = { law = "power", restitution = { free = "r"' in place.read_text()
+    assert sp.read_system(place) == yielding
+    assert sp.read_system({"parts": yielding.to_dict()["parts"]}) == yielding
     thermal = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0 / 3.0))
     place.write_text(sp.to_toml(thermal))
     assert sp.read_system(str(place)) == thermal
@@ -279,6 +284,14 @@ SPRING = {"kind": "spring", "stiffness": 80.0}
         (
             {"parts": [SPRING, {"kind": "barrier", "restitution": 2.0}]},
             "parts[1] (barrier).restitution must be in (0, 1]",
+        ),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "restitution": {"restitution": 0.5, "speed": 1.0}}]},
+            "parts[1] (barrier).restitution.law must be one of power, not None.",
+        ),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "restitution": {"law": "power", "speed": 1.0}}]},
+            "parts[1] (barrier).restitution needs restitution.",
         ),
         ({"parts": [SPRING | {"name": "my spring"}]}, "parts[0].name must be a word of letters, digits and _"),
         ({"parts": [SPRING | {"name": "a"}, SPRING | {"name": "a"}]}, "a is the name of two parts"),

@@ -75,7 +75,7 @@ def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
 
 
-_SPRINGS = {"when": "with springs", "of": _has_spring}
+_SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {"when": "with springpots, dashpots, arms or circuits", "of": _with("damping")}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
 from springpot.machine.faults import listed, meant, nearest, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Mass, ThermalNoise
+from springpot.problem.parts.checks import plain
 from springpot.problem.parts.registration import Part, kind_of
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import Stop
@@ -212,7 +213,7 @@ class System:
         >>> System(Spring(80.0)).to_dict()
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
-        return {"parts": [{"name": name, "kind": kind_of(part), **_numbers_of(part)} for name, part in self.named()]}
+        return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
 
     def canonical(self) -> Dimensionless:
         """The same problem as an `Oscillator`.
@@ -233,14 +234,6 @@ class System:
         Springpot(order=1.0, coefficient=0.1)
         """
         return Dimensionless.of(self)
-
-
-def _numbers_of(part: Any) -> dict[str, Any]:
-    """The fields of a part; a function as its name."""
-    return {
-        name: getattr(value, "__qualname__", repr(value)) if callable(value) else value
-        for name, value in asdict(part).items()
-    }
 
 
 def _check_part(part: object, name: str = "") -> None:

@@ -37,7 +37,8 @@ class Restitution(Checked):
         if missing := [name for name in ("__call__", "words") if getattr(cls, name) is getattr(Restitution, name)]:
             raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every law of restitution does.")
         cls.numbers = stated_numbers(cls)
-        Restitution.laws[kind_of(cls).removesuffix("_restitution")] = cls
+        name = kind_of(cls).removesuffix("_restitution")
+        cls.tag, Restitution.laws[name] = {"law": name}, cls
 
     def __call__(self, speed: float) -> float:
         """r at a speed in m/s."""
