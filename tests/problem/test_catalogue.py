@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import springpot as sp
-from springpot.problem.catalogue import CATALOGUE, COMMON, is_controlled, possible_results, unit_of, unit_of_result
+from springpot.problem.catalogue import CATALOGUE, is_controlled, possible_results, unit_of, unit_of_result
 from springpot.simulation.watch.observables import COUNTED, EXTREMES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -41,7 +41,6 @@ def test_units_with_and_without_a_mass() -> None:
     assert (unit_of("damping_virial", True), unit_of("damping_virial")) == ("J", "m2 s-2")
     assert (unit_of("x_density"), unit_of("v_density")) == ("m-1", "s m-1")
     assert unit_of("nothing") == ""
-    assert len(COMMON) == len({*COMMON})
 
 
 def test_observers_have_the_units_of_the_catalogue() -> None:

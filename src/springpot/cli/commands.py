@@ -87,7 +87,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
-        from springpot.problem.catalogue import COMMON, unit_of
+        from springpot.problem.catalogue import CATALOGUE, unit_of
         from springpot.problem.system import System
         from springpot.theory import all_methods
 
@@ -103,9 +103,8 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    known = [name for name in (*COMMON, "decay_rate") if name in names(shown)]
     heavy = isinstance(problem, System) and problem.has_mass
-    units = {name: "s-1" if name == "decay_rate" else unit_of(name, heavy) for name in known}
+    units = {entry.name: unit_of(entry.name, heavy) for entry in CATALOGUE if entry.name in names(shown)}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()

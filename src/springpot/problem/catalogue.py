@@ -14,7 +14,7 @@ from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
 from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
-__all__ = ["CATALOGUE", "COMMON", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
+__all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
 
 _OF = "<part>_"
 
@@ -35,6 +35,8 @@ class Quantity:
         When there is one, in words; with which option of `springpot.simulate`.
     of : callable
         Whether a part has it, or is what gives it to the system.
+    where : callable
+        Whether a system of such parts can have it.
     controlled : bool
         Whether ``rtol`` controls its error.
     dimensions : tuple of str
@@ -47,20 +49,26 @@ class Quantity:
     formula: str = ""
     when: str = "always"
     of: Callable[[Part], bool] = lambda part: True
+    where: Callable[[System], bool] = lambda system: True
     controlled: bool = True
     dimensions: tuple[str, ...] = ()
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
-        owners = [name for name, part in system.named() if self.of(part)]
+        owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
         if self.name.startswith(_OF):
             yield from (name + self.name[len(_OF) - 1 :] for name in owners)
         elif owners:
             yield self.name
 
 
-def _with(power: str) -> Callable[[Part], bool]:
-    return lambda part: power in part.powers
+def _with(*powers: str) -> Callable[[Part], bool]:
+    return lambda part: not {*powers}.isdisjoint(part.powers)
+
+
+def _balances(system: System) -> bool:
+    """Whether the balance of energy is a check, and no definition of what is fed in."""
+    return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
 
 
 def _has_spring(part: Part) -> bool:
@@ -79,7 +87,7 @@ _SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {"when": "with springpots, dashpots, arms or circuits", "of": _with("damping")}
-_CIRCUITS: dict[str, Any] = {"of": _is_circuit}
+_CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
 _SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
 _END: dict[str, Any] = {"controlled": False}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
@@ -99,7 +107,7 @@ CATALOGUE = (
     Quantity("damping_power", "W", "power that they take from the motion", r"\langle F v\rangle", **_DAMPING),
     Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_DAMPING, controlled=False),
     Quantity("<part>_power", "W", "power that the part feeds in, or, of a damper, takes", r"\langle F v\rangle",
-             "of excitations but white noise and impulses, and of nonlinear dampers", _with("work")),
+             "of excitations but white noise and impulses, and of nonlinear dampers", _with("taken", "fed", "work")),
     Quantity("input_power", "W", "power that all excitations feed in"),
     Quantity("<part>_power", "W", "power that the wall or contact takes", r"\langle (1 - r^2) (v^-)^2\rangle m\nu / 2",
              **_STOP),
@@ -107,7 +115,7 @@ CATALOGUE = (
              **_STOP),
     Quantity("energy_residual", "1", "what white noise and impulses are expected to feed in, less what is taken out "
              "and what the motion gains, over what is fed in: 0 within its error", "",
-             "with white noise, impulses or noise that multiplies x", _with("input"), controlled=False),
+             "with white noise or impulses, or if nothing is fed in", where=_balances, controlled=False),
     Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
              "of each circuit, without thermal noise", **_CIRCUITS),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
@@ -138,15 +146,13 @@ CATALOGUE = (
       for name, unit, said in (("x_minimum", "m", "smallest displacement"), ("x_maximum", "m", "largest displacement"),
                                ("v_largest", "m s-1", "largest speed"),
                                ("impact_speed_largest", "m s-1", "largest speed before an impact"))),
+    Quantity("decay_rate", "s-1", "rate at which small free motion decays", when="of `theory.averaging`", **_ASKED),
     Quantity("x_spectrum", "m2 s rad-1", "two-sided spectral density of x", r"S_x(\omega)", "`spectrum=`",
              dimensions=("frequency",), **_ASKED),
     Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
     Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
 )  # fmt: skip
 """The quantities of runs, in the order of their results; each has a twin ``_se``, its standard error."""
-
-COMMON = tuple(entry.name for entry in CATALOGUE if not entry.name.startswith(_OF) and not entry.dimensions)
-"""Names of single numbers that are not of one part."""
 
 
 @cache
@@ -197,6 +203,4 @@ def possible_results(system: System) -> tuple[str, ...]:
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
     ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
-    without = _is_circuit if system.of(ThermalNoise) else None
-    found = [name for entry in CATALOGUE if entry.of is not without for name in entry.names(system)]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(name for entry in CATALOGUE for name in entry.names(system)))

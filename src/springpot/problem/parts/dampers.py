@@ -79,7 +79,7 @@ class PolynomialDashpot(Part):
     " + 2 x'|x'|"
     """
 
-    said, glyph, powers = "polynomial dashpot", "dashpot", ("damping", "work")
+    said, glyph, powers = "polynomial dashpot", "dashpot", ("damping", "taken")
     remembers, dissipates, is_odd = False, True, True
 
     coefficients: Annotated[tuple[float, ...], Number("c", "v", "N", "signed", per="m s-1")]
@@ -135,7 +135,7 @@ class VanDerPol(Part):
     " + 0.1 (x^2 - 1) x'"
     """
 
-    said, glyph, powers = "van der pol", "dashpot", ("work",)
+    said, glyph, powers = "van der pol", "dashpot", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
 
     coefficient: Annotated[float, Number("μ", "coefficient", "N s m-3")]
@@ -178,7 +178,7 @@ class Friction(Part):
     " + 0.2 sgn(x')"
     """
 
-    said, glyph, powers = "friction", "friction", ("work",)
+    said, glyph, powers = "friction", "friction", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
 
     force: Annotated[float, Number("F", "force", "N")]

@@ -143,7 +143,7 @@ class ColoredNoise(Excitation):
     0.1592
     """
 
-    said, glyph, powers = "colored noise", "smooth", ("work",)
+    said, glyph, powers = "colored noise", "smooth", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     variance: Annotated[float, Number("s²", "variance", "N2")]
@@ -194,7 +194,7 @@ class KanaiTajimiNoise(Excitation):
     0.1592
     """
 
-    said, glyph, powers = "kanai tajimi noise", "smooth", ("work",)
+    said, glyph, powers = "kanai tajimi noise", "smooth", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     frequency: Annotated[float, Number("ω", "filter at", "rad s-1")]
@@ -291,7 +291,7 @@ class Harmonic(Excitation):
     20.0
     """
 
-    said, glyph, powers = "harmonic", "sine", ("work",)
+    said, glyph, powers = "harmonic", "sine", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     amplitude: Annotated[float, Number("F", "amplitude", "N")]
@@ -339,7 +339,7 @@ class RecordedExcitation(Excitation):
     (2.0, 3.0)
     """
 
-    said, glyph, powers = "recorded excitation", "rough", ("work",)
+    said, glyph, powers = "recorded excitation", "rough", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
 
     time: Annotated[tuple[float, ...], Number("t", "time", "s")]
@@ -541,7 +541,7 @@ class ThermalNoise(Excitation):
     0.7
     """
 
-    said, glyph, powers = "thermal noise", "rough", ("work",)
+    said, glyph, powers = "thermal noise", "rough", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     temperature: Annotated[float, Number("kT", "temperature", "J")]

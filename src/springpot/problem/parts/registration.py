@@ -22,9 +22,9 @@ __all__ = [
     "unit_times",
 ]  # fmt: skip
 
-Power = Literal["inertia", "stored", "damping", "work", "input", "stop"]
-"""What becomes of a part's power: none, or stored in a potential; taken by all that damps together; of either sign, a
-result of its own; the mean known beforehand, of white noise; or taken by a wall or contact."""
+Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
+"""What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
+of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""
 Range = Literal["positive", "signed", "share", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
@@ -226,7 +226,7 @@ class Part(Checked):
         Its words on the page.
     glyph : str
         How the page draws it.
-    powers : tuple of {"inertia", "stored", "damping", "work", "input", "stop"}
+    powers : tuple of {"inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"}
         What becomes of its power; of two if that depends on its numbers.
 
     Examples
