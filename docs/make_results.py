@@ -15,10 +15,12 @@ HEAD = """\
 
 <!-- written by docs/make_results.py -->
 
-Every number that a run can have, by its name. It has a standard error, under the same name with `_se`. `<part>` stands for the name of a part, as in
-`stop_impact_rate`; in the data set of `sp.simulate` the walls and contacts have the dimension `barrier`, as in `barrier_impact_rate`. Powers, forces
-and virials are those of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is the mass, $v^-$ the velocity before an
-impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the numbers that are marked have a bounded error, under their name with `_error`.
+Every number that a run can have, by its name. It has a standard error, under the same name with `_se`. `<part>` stands
+for the name of a part, as in `stop_impact_rate`; in the data set of `sp.simulate` the walls and contacts have the
+dimension `barrier`, as in `barrier_impact_rate`. Powers, forces and virials are those of the mass, or per unit mass in
+a system without a `Mass`: the second unit. $m$ is the mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per
+unit time, $r$ the restitution. With `rtol=` the numbers that are marked have a bounded error, under their name with
+`_error`.
 
 | name | unit | meaning | formula | when | `rtol` | dimensions |
 |---|---|---|---|---|---|---|

@@ -180,9 +180,9 @@ def test_a_device_on_the_command_line(command: str, capsys: pytest.CaptureFixtur
 def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> None:
     words = [*WORDS.replace("0.5", "1").split(), "--sides", "2", "--of", "force"]
     assert cli.main(["simulate", *words, "--paths", "100", "--duration", "2", "--json"]) == 0
-    asked = json.loads(capsys.readouterr().out)["oscillator"]
-    assert asked["barrier"] is None
-    assert asked["excitation"]["intensity"] == 1.0
+    asked = {part["kind"]: part for part in json.loads(capsys.readouterr().out)["system"]["parts"]}
+    assert "barrier" not in asked
+    assert asked["white_noise"]["intensity"] == 1.0
     assert cli.main(["compare", *words, "--rtol", "0.1", "--json"]) == 0
 
 

@@ -63,9 +63,8 @@ def _power(number: float) -> int:
 
 def walls(system: System, answers: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     """A row for the impact rate and mean speed of each wall, where there are several."""
-    from springpot.problem.parts import Barrier, Contact
 
-    places = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    places = [*system.stops]
     rows = []
     for quantity, unit in (("impact_rate", "s-1"), ("impact_speed_mean", "m s-1")):
         for place, wall in enumerate(places if len(places) > 1 else []):

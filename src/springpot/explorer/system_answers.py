@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.answers import POINTS, Floats, densities_of, plain, plain_number
-from springpot.problem.parts import Barrier, Contact
 from springpot.problem.system import System
 from springpot.theory.reliability import best_guess
 from springpot.theory.result import MOMENTS
@@ -78,7 +77,7 @@ def _moments(system: System, answer: Any) -> dict[str, float | None]:
     """The moments by name, those of each wall with the wall's name."""
     found = {name: getattr(answer, name) for name in MOMENTS}
     moments = answer.moments
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    walls = [*system.stops]
     rates = getattr(moments, "barrier_impact_rate", ()) or (found["impact_rate"],) * (len(walls) == 1)
     found |= {f"{name}_impact_rate": rate for name, rate in zip(walls, rates, strict=False)}
     found["harvested_power"] = getattr(moments, "harvested_power", math.nan)

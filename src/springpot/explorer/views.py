@@ -11,7 +11,7 @@ from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
 __all__ = ["labels", "opened_script", "sizes"]
@@ -62,7 +62,7 @@ def sizes(system: System) -> dict[str, float]:
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    walls = [*system.stops]
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:

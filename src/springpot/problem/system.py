@@ -14,7 +14,7 @@ from springpot.problem.parts import Mass, ThermalNoise
 from springpot.problem.parts.checks import plain
 from springpot.problem.parts.registration import Part, kind_of
 from springpot.problem.parts.springpots import resonance
-from springpot.problem.parts.walls import Stop
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
 
 __all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
@@ -126,9 +126,9 @@ class System:
         return [name for name, part in self.named() if part.has_function]
 
     @property
-    def stops(self) -> tuple[Stop, ...]:
-        """Its walls and contacts, in the order given."""
-        return self.of(Stop)
+    def stops(self) -> dict[str, Stop]:
+        """Its walls and contacts by name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Stop)}
 
     @property
     def has_mass(self) -> bool:
@@ -161,7 +161,7 @@ class System:
         size = max(1, *map(len, forces))
         coefficients = [sum(force[n] / self.inertia for force in forces if n < len(force)) + 0.0 for n in range(size)]
         last = max((n for n, c in enumerate(coefficients) if c != 0.0), default=0)
-        walls = [stop for stop in self.stops if stop.rigid]
+        walls = [stop for stop in self.of(Stop) if not isinstance(stop, SoftStop)]
         return Potential(
             tuple(coefficients[: last + 1]),
             tuple(part.soft_stop.per_mass(self.inertia) for part in self.parts if part.soft_stop is not None),
@@ -261,7 +261,7 @@ def _check_together(system: System) -> None:
     """What only the whole can know."""
     if len(system.parts) > MOST_PARTS:
         raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
-    if (contacts := sum(not stop.rigid for stop in system.stops)) > MOST_CONTACTS:
+    if (contacts := len(system.of(SoftStop))) > MOST_CONTACTS:
         raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {contacts}.")
     if len(system.of(Mass)) > 1:
         raise ValueError(
@@ -290,8 +290,7 @@ def _check_together(system: System) -> None:
 
 
 def _check_walls(system: System) -> None:
-    stops = [(name, part) for name, part in system.named() if isinstance(part, Stop)]
-    walls = [(name, stop) for name, stop in stops if stop.rigid]
+    walls = [(name, stop) for name, stop in system.stops.items() if not isinstance(stop, SoftStop)]
     for name, wall in walls:
         for other, before in walls:
             hidden = (before.position - wall.position) * wall.inwards >= 0.0
@@ -301,6 +300,6 @@ def _check_walls(system: System) -> None:
     low, high = system.potential.low, system.potential.high
     if not low < high:
         raise ValueError(f"the walls must leave room: x >= {low:g} and x <= {high:g} cannot both hold.")
-    for name, stop in stops:
-        if not stop.rigid and (stop.position <= low if stop.side == "above" else stop.position >= high):
+    for name, stop in system.stops.items():
+        if isinstance(stop, SoftStop) and (stop.position <= low if stop.side == "above" else stop.position >= high):
             raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")

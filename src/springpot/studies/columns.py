@@ -8,7 +8,7 @@ from typing import Any
 
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 from springpot.theory.result import MOMENTS
 
@@ -77,7 +77,7 @@ def unit_of_column(column: str, system: System | None) -> str:
 
 def walls_of(system: System) -> tuple[str, ...]:
     """Names of walls and contacts, in the order of the parts."""
-    return tuple(name for name, part in system.named() if isinstance(part, Barrier | Contact))
+    return tuple(system.stops)
 
 
 def numbers_of_answer(result: Any, system: System | None) -> tuple[float, ...]:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 from springpot.problem.messages import Message, say
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact
+from springpot.problem.parts import Barrier
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
 __all__ = ["about_walls", "named_walls"]
@@ -19,7 +20,7 @@ CLOSE = 3.0  # standard deviations between the mean of x and a wall that is pres
 CHATTER = 20.0  # impacts in a natural period
 
 
-def named_walls(problem: Oscillator | System) -> dict[str, Barrier | Contact]:
+def named_walls(problem: Oscillator | System) -> dict[str, Stop]:
     """The walls and contacts of a system by their names; that of an oscillator has an empty one.
 
     Examples
@@ -29,7 +30,7 @@ def named_walls(problem: Oscillator | System) -> dict[str, Barrier | Contact]:
     """
     if isinstance(problem, Oscillator):
         return {} if problem.barrier is None else {"": problem.barrier}
-    return {name: part for name, part in problem.named() if isinstance(part, Barrier | Contact)}
+    return problem.stops
 
 
 def about_walls(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, shown
@@ -13,8 +13,8 @@ from springpot.problem.parts.checks import Checked, positive, put, real, unsigne
 from springpot.problem.parts.registration import Number, Part, kind_of, stated_numbers
 
 __all__ = [
-    "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "Stop", "restitution_at",
-    "restitution_of_missed", "slow_restitution",
+    "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
+    "restitution_at", "restitution_of_missed", "slow_restitution",
 ]  # fmt: skip
 
 _SLOW = 1e-9  # m/s
@@ -103,12 +103,10 @@ class Stop(Part, abstract=True):
 
     Attributes
     ----------
-    rigid : bool
     position : float
     side : {"above", "below"}
     """
 
-    rigid: ClassVar[bool]
     if TYPE_CHECKING:
         position: float
         side: Side
@@ -117,6 +115,15 @@ class Stop(Part, abstract=True):
     def inwards(self) -> float:
         """The sign of its force on the mass."""
         return 1.0 if self.side == "above" else -1.0
+
+    def mirrored(self) -> Self:
+        """The same in the mirror, x -> -x."""
+        other: Side = "below" if self.side == "above" else "above"
+        return replace(self, position=-self.position, side=other)  # type: ignore[type-var]
+
+
+class SoftStop(Stop, abstract=True):
+    """A stop with a force, which its `soft_stop` has without what it dissipates."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +153,7 @@ class Barrier(Stop):
     (Barrier(position=-0.5, restitution=0.9, side='above'), 'below')
     """
 
-    said, glyph, powers, rigid = "wall", "stop", ("stop",), True
+    said, glyph, powers = "wall", "stop", ("stop",)
     is_linear, remembers, is_thermal, is_odd = False, False, True, False
 
     position: Annotated[float, Number("b", "position", "m", "signed")] = 0.0
@@ -191,7 +198,7 @@ class Barrier(Stop):
 
 
 @dataclass(frozen=True)
-class Contact(Stop):
+class Contact(SoftStop):
     """A soft stop: beyond its position it pushes back with k d^p (1 + chi d'), where d is the penetration.
 
     Parameters
@@ -227,7 +234,7 @@ class Contact(Stop):
     1.5
     """
 
-    said, glyph, powers, rigid = "soft contact", "stop", ("stop",), False
+    said, glyph, powers = "soft contact", "stop", ("stop",)
     is_linear, remembers, is_odd = False, False, False
 
     position: Annotated[float, Number("b", "position", "m", "signed")]

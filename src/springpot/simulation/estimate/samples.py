@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from springpot.problem.parts import (
     Barrier,
-    Contact,
     FractionalMaxwell,
     Maxwell,
     PiezoelectricCircuit,
     Springpot,
     ThermalNoise,
 )
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
@@ -171,7 +171,7 @@ def _at_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floa
     whole = column["impacts"], column["impact_speeds"], column["impact_speed_squares"]
     contacts, found, left = itertools.count(), {}, ""
     for name, part in system.named():
-        if isinstance(part, Contact):
+        if isinstance(part, SoftStop):
             found[name] = _sums(column, f"contact {next(contacts)}")
         elif isinstance(part, Barrier) and part.side == "below" and "upper impacts" in column:
             found[name] = _sums(column, "upper")
@@ -196,7 +196,7 @@ def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple
         if isinstance(part, Barrier) and not callable(part.restitution):
             _, speeds, squares = struck[name]
             taken[name] = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
-        elif isinstance(part, Barrier | Contact):
+        elif isinstance(part, Stop):
             side = "lower" if part.side == "above" else "upper"
             where = side if isinstance(part, Barrier) else f"contact {next(contacts)}"
             taken[name] = column[f"{where} loss"], column[f"{where} momentum"]
@@ -205,7 +205,7 @@ def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple
 
 def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:
     """Impact speeds, and rate and speed of every wall."""
-    if not system.of(Barrier, Contact):
+    if not system.stops:
         return {}
     found = {
         "impact_speed_mean": ratio(column["impact_speeds"], column["impacts"]),

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from springpot.machine.faults import name_results
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import Barrier, Contact
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
@@ -252,7 +251,7 @@ class Run:
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
-        walls = [name for name, part in self.system.named() if isinstance(part, Barrier | Contact)]
+        walls = [*self.system.stops]
         for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
             for ending in ("", "_se"):
                 names = [f"{wall}_{quantity}{ending}" for wall in walls]

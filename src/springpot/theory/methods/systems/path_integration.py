@@ -424,7 +424,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
     x_square, v_square = float(law.weights @ x**2), float(law.weights @ v**2)
     rates, means, squares = [], [], []
     struck = iter(law.chain.impacts(law.weights))
-    for wall in system.of(Barrier, Contact):
+    for wall in system.stops.values():
         rate = mean = square = math.nan
         if isinstance(wall, Barrier):
             rate, first, second = next(struck)
@@ -444,8 +444,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
 
 
 def _warnings(unit: System, found: SystemMoments) -> Iterator[str]:
-    rates = dict(zip((name for name, part in unit.named() if isinstance(part, Barrier | Contact)),
-                     found.barrier_impact_rate, strict=True))  # fmt: skip
+    rates = dict(zip(unit.stops, found.barrier_impact_rate, strict=True))
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.machine.faults import shown
-from springpot.problem.parts import Barrier, Contact
 from springpot.problem.parts.checks import put
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 from springpot.theory.result import MOMENTS, Moments, NoStationaryStateError, about_walls_of, no_answer
 from springpot.theory.walls import named_walls
@@ -148,6 +148,6 @@ def checked_system(system: object) -> System:
     return system
 
 
-def walls_of(system: System) -> tuple[Barrier | Contact, ...]:
+def walls_of(system: System) -> tuple[Stop, ...]:
     """Walls and contacts in the order of the parts."""
-    return system.of(Barrier, Contact)
+    return system.of(Stop)
