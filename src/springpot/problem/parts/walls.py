@@ -34,15 +34,25 @@ class Restitution(Checked):
     numbers: ClassVar[dict[str, Any]]
 
     def __init_subclass__(cls) -> None:
-        if missing := [name for name in ("__call__", "words") if getattr(cls, name) is getattr(Restitution, name)]:
+        if missing := [name for name in ("formula", "words") if getattr(cls, name) is getattr(Restitution, name)]:
             raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every law of restitution does.")
         cls.numbers = stated_numbers(cls)
         name = kind_of(cls).removesuffix("_restitution")
         cls.tag, Restitution.laws[name] = {"law": name}, cls
 
+    @staticmethod
+    def formula(speed: float, *numbers: float) -> float:
+        """r at a speed in m/s, of the fields in their order: a function that Numba can compile."""
+        raise NotImplementedError
+
     def __call__(self, speed: float) -> float:
         """r at a speed in m/s."""
-        raise NotImplementedError
+        return self.formula(speed, *self.values)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Its numbers, in the order of its fields."""
+        return tuple(getattr(self, name) for name in self.numbers)
 
     def words(self) -> str:
         """The formula with its numbers, of the speed v."""
@@ -89,9 +99,10 @@ class PowerRestitution(Restitution):
             exponent=_fraction(self.exponent, "exponent", "Metals that yield have 1/4."),
         )
 
-    def __call__(self, speed: float) -> float:
-        """r at a speed in m/s."""
-        return min(1.0, self.restitution * (speed / self.speed) ** -self.exponent) if speed > 0.0 else 1.0
+    @staticmethod
+    def formula(v: float, restitution: float, speed: float, exponent: float) -> float:  # type: ignore[override]
+        """r at a speed v."""
+        return min(1.0, restitution * (v / speed) ** -exponent) if v > 0.0 else 1.0
 
     def words(self) -> str:
         """The formula with its numbers."""
