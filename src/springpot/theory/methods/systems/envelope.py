@@ -29,7 +29,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.balance import Labels, saturated
@@ -405,7 +405,7 @@ def _check_covered(unit: System) -> None:
     for name, part in unit.named():
         if isinstance(part, Harmonic):
             raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
 
 
