@@ -25,6 +25,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
@@ -265,7 +266,7 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
     return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
 

@@ -29,7 +29,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.balance import Labels, saturated
@@ -388,7 +388,7 @@ def check_system_covered(system: System) -> Problem | str:
     for name, part in unit.named():
         if isinstance(part, Harmonic):
             raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
     if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
@@ -472,7 +472,7 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     omega = system.natural_frequency
     struck = at_walls(system, [hit.rate for hit in hits], [hit.mean for hit in hits], [hit.square for hit in hits])
     if problem.circuits and not problem.unit.of(ThermalNoise):
-        struck["of_parts"]["harvested_power"] = law.average(rates.electric) * system.mass
+        struck["of_parts"]["harvested_power"] = law.average(rates.electric) * system.inertia
     return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=problem.origin + spread.mean,

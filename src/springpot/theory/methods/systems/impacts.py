@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Contact,
     KanaiTajimiNoise,
     ParametricNoise,
     PoissonImpulses,
@@ -180,7 +179,7 @@ def with_sudden_losses(
     unit = problem.unit
     walls = tuple(named_walls(unit).values())
     noises = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, ThermalNoise)
-    if len(walls) != 1 or isinstance(walls[0], Contact) or walls[0].is_elastic or noises or is_smooth(unit):
+    if len(walls) != 1 or not isinstance(walls[0], Barrier) or walls[0].is_elastic or noises or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])
     often = weight * np.isfinite(struck[0]) / cycles.period

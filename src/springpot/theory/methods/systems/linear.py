@@ -173,7 +173,7 @@ class LinearResponse(Result):
         -1.25j
         """
         w = real_array(frequency, "frequency")
-        return np.asarray(1.0 / (self.system.mass * self.companion.dynamic_stiffness(w)))
+        return np.asarray(1.0 / (self.system.inertia * self.companion.dynamic_stiffness(w)))
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
@@ -354,7 +354,7 @@ def moments_of(system: System, companion: Companion) -> Moments | str:
         impact_rate=0.0,
         impact_speed_mean=math.nan,
         impact_speed_mean_square=math.nan,
-        of_parts={"harvested_power": power * system.mass} if harvests else {},
+        of_parts={"harvested_power": power * system.inertia} if harvests else {},
     )
 
 
