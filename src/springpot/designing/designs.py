@@ -8,11 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated, checked_model, units_of_free
+from springpot.designing.numbers import checked_system, units_of_free
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.quick import places_of, quick_quantities
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simulated
+from springpot.designing.samples import as_simulated
 from springpot.designing.search import Model
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.designing.watch import Watch
@@ -20,12 +21,11 @@ from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.settings import check_stationary, checked_seed
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
+from springpot.theory.solve import methods_for
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
 
@@ -35,7 +35,7 @@ AT_BOUND = 1e-4  # of the whole range
 
 
 def design(
-    model: System | Oscillator,
+    model: System,
     minimize: Cost,
     subject_to: Mapping[str, tuple[float | None, float | None]],
     *,
@@ -52,7 +52,7 @@ def design(
 
     Parameters
     ----------
-    model : System or Oscillator
+    model : System
         With numbers marked by `springpot.free`, and a stationary state.
     minimize : str or callable
         The name of a quantity (``"v_mean_square"``) or of a free number, or a function of all of them by name.
@@ -112,8 +112,8 @@ def design(
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
     """
-    problem = checked_model(model, "model")
-    free = free_numbers(problem)
+    system = checked_system(model)
+    free = free_numbers(system)
     if not free:
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
     limits = checked_limits(subject_to, free)
@@ -124,27 +124,27 @@ def design(
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     watch = Watch(max_time, progress, MOST_ROUNDS)
-    check_stationary(as_simulated(problem), "design")
+    check_stationary(system, "design")
     try:
         watch.say()
-        allowed = controllable(as_simulated(problem))
+        allowed = controllable(as_simulated(system))
         check_names(limits, allowed)
         cost = checked_cost(minimize, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
-        chosen, quick = quick_quantities(problem, space, places, method, tuple(needed), seed, threads, watch)
+        chosen, quick = quick_quantities(system, space, places, method, tuple(needed), seed, threads, watch)
         pilot = Model(space, quick, cost, 1e-4)
         if missing := set(needed).difference(*(pilot.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing))))
-        exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
+        exact = chosen != MONTE_CARLO and methods_for(system)[chosen].exact
         plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
-        measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
+        measure = simulated(system, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
         found = rounds(plan, measure)
     except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
     watch.end()
-    return _told(problem, plan, found, chosen)
+    return _told(system, plan, found, chosen)
 
 
 def _missing(method: str, names: str) -> str:
@@ -153,7 +153,7 @@ def _missing(method: str, names: str) -> str:
     return f"method must have the results that are limited, and {method} has no {names} between the bounds."
 
 
-def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str) -> Design:
+def _told(system: System, plan: Plan, found: Searched, method: str) -> Design:
     """What was found, with its warnings."""
     cost, wanted, best, margin = plan.pilot.cost, plan.wanted, found.best, found.margin
     said = [*found.warnings]
@@ -170,7 +170,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
             f"{per_cent(plan.cost_rtol)}: a smaller rtol helps."
         )
     ends = {}
-    for name, number in free_numbers(problem).items():
+    for name, number in free_numbers(system).items():
         width = AT_BOUND * (number.high - number.low)
         if abs(best.values[name] - number.low) <= width or abs(best.values[name] - number.high) <= width:
             ends[name] = "low" if abs(best.values[name] - number.low) <= width else "high"
@@ -178,7 +178,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
                 f"{name} is at its {'lower' if ends[name] == 'low' else 'upper'} bound, {best.values[name]:.6g}."
             )
     return Design(
-        with_values(problem, best.values),
+        with_values(system, best.values),
         best.values,
         best.quantities,
         best.errors,
@@ -193,7 +193,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
         found.least,
         plan.limits,
         cost,
-        units_of_free(problem),
+        units_of_free(system),
     )
 
 

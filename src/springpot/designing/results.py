@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
 from springpot.machine.faults import few, listed, meant, name_results, per_cent
 from springpot.machine.plain import plain
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ class Design:
 
     Attributes
     ----------
-    model : System or Oscillator
+    model : System
         With the chosen values in place of the free numbers.
     values : dict
         They, by name.
@@ -139,7 +138,7 @@ class Design:
     warnings : tuple of str
     """
 
-    model: System | Oscillator
+    model: System
     values: dict[str, float]
     quantities: dict[str, float]
     errors: dict[str, float]
@@ -171,7 +170,7 @@ class Design:
         >>> sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
         'm2 s-2'
         """
-        return {name: unit_of(self.model, name) for name in self.quantities} | dict(self._units)
+        return {name: units_of_system(self.model, name) for name in self.quantities} | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
         """The least cost against one limit, the other limits as they are.

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated
 from springpot.designing.pooling import Measured, Pooled, pooled
 from springpot.designing.promises import each_probability, impossible, promise_of, tightened
 from springpot.designing.results import Round
@@ -20,7 +19,6 @@ from springpot.designing.statement import Limit, cost_of
 from springpot.designing.watch import Watch
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import run
 
@@ -288,7 +286,7 @@ def _finer(plan: Plan, above: float, errors: dict[str, float], latest: dict[str,
 
 
 def simulated(
-    problem: Oscillator | System,
+    system: System,
     pilot: Model,
     controlled: tuple[str, ...],
     *,
@@ -304,7 +302,7 @@ def simulated(
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
         try:
             result = run(
-                as_simulated(with_values(problem, found.values)),
+                with_values(system, found.values),
                 rtol=rtol, max_time=watch.left, seed=seeds[number], threads=threads,
                 progress=lambda fraction: watch.round(number, fraction), **wanted,
             )  # fmt: skip

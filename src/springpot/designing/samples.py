@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
@@ -20,7 +22,7 @@ from springpot.simulation.plan.settings import Settings
 from springpot.simulation.plan.start import Adapted
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
-__all__ = ["SampledRun", "sampled_run", "samples_of"]
+__all__ = ["SampledRun", "as_simulated", "sampled_run", "samples_of"]
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +49,16 @@ class SampledRun:
     distributions: Mapping[str, Distribution]
 
 
+def as_simulated(system: System) -> Any:
+    """The problem as the engine takes it, which knows the paper's oscillator by another type."""
+    try:
+        return Dimensionless.of(system)
+    except NotCoveredError:
+        return system
+
+
 def sampled_run(
-    problem: Oscillator | System,
+    system: System,
     settings: Settings,
     *,
     adapted: Adapted | None = None,
@@ -59,7 +69,7 @@ def sampled_run(
 
     Parameters
     ----------
-    problem : Oscillator or System
+    system : System
     settings : Settings
     adapted : Adapted, optional
         A stationary start that is known already; if left out, pilot runs find it.
@@ -73,13 +83,15 @@ def sampled_run(
 
     Examples
     --------
+    >>> from springpot.problem.parts import Dashpot, PolynomialSpring, WhiteNoise
     >>> from springpot.simulation.plan.settings import resolve
-    >>> problem = Oscillator()
-    >>> found = sampled_run(problem, resolve(problem, paths=64, duration=20.0, seed=1, threads=1))
+    >>> system = System(PolynomialSpring((1.0, 0.0, 1.0)), Dashpot(0.5), WhiteNoise(1.0))
+    >>> found = sampled_run(system, resolve(system, paths=64, duration=20.0, seed=1, threads=1))
     >>> value, samples = found.samples["x_mean_square"]
     >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
     (64, True)
     """
+    problem = as_simulated(system)
     if adapted is None and settings.start == "stationary":
         adapted = adapt(problem, settings, progress=progress)
     simulation = simulation_of(problem, settings, adapted)
@@ -92,9 +104,9 @@ def sampled_run(
 
 
 def samples_of(
-    problem: Oscillator | System, settings: Settings, progress: Progress | None = None, done: int = 0, runs: int = 1
+    system: System, settings: Settings, progress: Progress | None = None, done: int = 0, runs: int = 1
 ) -> dict[str, tuple[float, Floats, float]]:
     """Value, samples path by path and error of the start of every result; ``done`` of ``runs`` runs are done."""
     part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
-    run = sampled_run(problem, settings, progress=part)
+    run = sampled_run(system, settings, progress=part)
     return {name: (value, own, run.start[name]) for name, (value, own) in run.samples.items()}

@@ -182,7 +182,7 @@ class Explorer:
     def restart(self, u: FloatArray) -> None:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
-        self.cases = [case.begun_at(named, self.telling.alive) for case in self.cases]
+        self.cases = [case.started_at(named, self.telling.alive) for case in self.cases]
 
     def steps(self, u: FloatArray) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""

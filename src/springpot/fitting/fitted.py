@@ -12,14 +12,14 @@ import numpy as np
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import LeastSquares, Likelihood
-from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import as_system
 from springpot.problem.system import KINDS, System, kind_of
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def fit(
 
     Parameters
     ----------
-    model : System, Oscillator, part or function, or a list of them
+    model : System, part or function, or a list of them
         With numbers marked by `springpot.free`.  Of a list the model with the smallest Bayesian information criterion
         is returned, with a table of all.  For `MeasuredImpacts` it can be a function r(v, ...) of the speeds before
         impact, whose other arguments have free numbers as their defaults.  Of `MeasuredStatistics` there may be several
@@ -113,15 +113,7 @@ def fit(
     work = _Work(seed, _checked_paths(paths), threads, progress, stop)
     if data is None:
         return _fit(*_pairs(model), work)
-    if not isinstance(
-        data,
-        MeasuredModuli
-        | MeasuredSpectrum
-        | MeasuredFrequencyResponse
-        | MeasuredRecord
-        | MeasuredImpacts
-        | MeasuredStatistics,
-    ):
+    if not isinstance(data, Data):
         raise TypeError(f"data must be {_KINDS}, not {shown(data)}.")
     if paths is not None and not isinstance(data, MeasuredStatistics):
         raise ValueError("paths must not be given: only data of Statistics are simulated.")
@@ -181,6 +173,7 @@ def _best_of(models: Sequence[Any], data: Data, work: _Work) -> Fit:
 
 
 def _fit(model: Any, data: Any, work: _Work) -> Fit:
+    model = tuple(map(as_system, model)) if isinstance(model, tuple) else as_system(model)
     likelihood = _likelihood(model, data, work)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
@@ -198,12 +191,13 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
         part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
         covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
     likelihood.go_on()
-    in_model = {name: value for name, value in named.items() if name in free_numbers_of(model)}
+    # a function keeps its free numbers as its arguments
+    numbers_of_model = {} if callable(model) else free_numbers(model)
+    in_model = {name: value for name, value in named.items() if name in numbers_of_model}
     moving = int(best.moves.sum())
     bic, aicc = _criteria(likelihood, best.deviance, theta)
     return Fit(
-        model=with_values(model, in_model) if isinstance(model, System | Oscillator | tuple)
-        or type(model) in KINDS.values() else model,
+        model=with_values(model, in_model) if in_model else model,
         data=data,
         values=named,
         errors=dict(zip(own.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
@@ -241,25 +235,14 @@ def _check_influence(likelihood: Likelihood) -> None:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
 
-def free_numbers_of(model: Any) -> dict[str, Any]:
-    """The free numbers of a model; of a function none, because it keeps them as its arguments.
-
-    Examples
-    --------
-    >>> free_numbers_of(lambda v: v)
-    {}
-    """
-    return {} if callable(model) else {**free_numbers(model)}
-
-
 def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
     if isinstance(data, MeasuredStatistics | tuple):
         from springpot.fitting.settling import settled
 
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
-            if not isinstance(each, System | Oscillator):
-                raise TypeError(f"model must be a System or an Oscillator for data of Statistics, not {shown(each)}.")
+            if not isinstance(each, System):
+                raise TypeError(f"model must be a System for data of Statistics, not {shown(each)}.")
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         return settled(cases, work.seed, work.paths, work.threads, work.progress, work.stop)
     if isinstance(data, MeasuredImpacts):
@@ -268,8 +251,8 @@ def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
         return ImpactLikelihood(law_of(model), data)
     if type(model) in KINDS.values():
         model = System(model)
-    if not isinstance(model, System | Oscillator):
-        raise TypeError(f"model must be a System, an Oscillator or a part, not {shown(model)}.")
+    if not isinstance(model, System):
+        raise TypeError(f"model must be a System or a part, not {shown(model)}.")
     if isinstance(data, MeasuredModuli):
         from springpot.fitting.moduli import ModuliLikelihood
 

@@ -262,6 +262,10 @@ class LeastSquares(Likelihood):
         found = self.pearson(theta)
         return float(found @ found) / max(self.size - moving, 1)
 
+    def extras(self, theta: FloatArray) -> dict[str, float]:
+        """The relative error, where it was estimated."""
+        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
+
     def limits(self) -> tuple[FloatArray, FloatArray]:
         """Coordinates between which the minimum is searched."""
         return self.coordinates.low, self.coordinates.high

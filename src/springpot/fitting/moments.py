@@ -9,15 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated
-from springpot.designing.samples import SampledRun, sampled_run
+from springpot.designing.samples import SampledRun, as_simulated, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
-from springpot.simulation.estimate.slow_impacts import impact_step_biases
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.statistics import controlled
 from springpot.simulation.kernel.watching import BATCHES
@@ -43,7 +40,7 @@ class Case:
 
     Attributes
     ----------
-    model : System or Oscillator
+    system : System
         With free numbers.
     data : MeasuredStatistics
     settings, rough : Settings
@@ -53,7 +50,7 @@ class Case:
         Its stationary start; x(0) of other numbers is moved from there.
     """
 
-    model: System | Oscillator
+    system: System
     data: MeasuredStatistics
     settings: Settings
     rough: Settings
@@ -64,18 +61,21 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
+    def system_at(self, named: Mapping[str, float]) -> System:
+        """With these values of its numbers; a ValueError where there is no stationary state."""
+        system = with_values(self.system, named)
+        check_stationary(system, "data of Statistics")
+        return system
+
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
-        problem = as_simulated(with_values(self.model, named))
-        check_stationary(problem, "data of Statistics")
-        return _settings(problem, self.settings.seed, self.settings.threads)[1].steps
+        return _settings(self.system_at(named), self.settings.seed, self.settings.threads)[1].steps
 
-    def begun_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
+    def started_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
         """The same with step, duration and start for these numbers; ``alive`` is called again and again."""
-        problem = as_simulated(with_values(self.model, named))
-        check_stationary(problem, "data of Statistics")
-        settings, rough = _settings(problem, self.settings.seed, self.settings.threads)
-        start = adapt(problem, settings, paths=_PILOT_PATHS, progress=alive)
+        system = self.system_at(named)
+        settings, rough = _settings(system, self.settings.seed, self.settings.threads)
+        start = adapt(as_simulated(system), settings, paths=_PILOT_PATHS, progress=alive)
         return replace(self, settings=settings, rough=rough, start=start)
 
 
@@ -97,7 +97,7 @@ class Moments:
 
 
 def case_of(
-    model: System | Oscillator,
+    system: System,
     data: MeasuredStatistics,
     named: Mapping[str, float],
     seed: int,
@@ -111,17 +111,16 @@ def case_of(
     ValueError
         If there is no stationary state.
     """
-    settings, rough = _settings(as_simulated(with_values(model, named)), seed, threads)
-    return Case(model, data, settings, rough).begun_at(named, alive)
+    settings, rough = _settings(with_values(system, named), seed, threads)
+    return Case(system, data, settings, rough).started_at(named, alive)
 
 
-def _settings(problem: Oscillator | System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
+def _settings(system: System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
     """With the default step, and with a coarser one."""
+    problem = as_simulated(system)
     fine = resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads)
     step = fine.duration / max(round(fine.steps / _COARSER), 1)
-    return fine, resolve(
-        problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration
-    )  # fmt: skip
+    return fine, resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
 
 
 def moments_of(
@@ -156,15 +155,15 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    problem = as_simulated(with_values(case.model, named))
-    check_stationary(problem, "data of Statistics")
-    start = case.start
+    system, start = case.system_at(named), case.start
     if start is not None and start.pilots == 0:
-        start = adapt(problem, case.settings, paths=_PILOT_PATHS, progress=progress)
+        start = adapt(as_simulated(system), case.settings, paths=_PILOT_PATHS, progress=progress)
     elif start is not None and mean is not None:
-        start = replace(start, position=_between_walls(problem, mean))
+        for wall in system.of(Barrier):
+            mean = max(mean, wall.position) if wall.side == "above" else min(mean, wall.position)
+        start = replace(start, position=mean)
     settings = replace(case.rough if rough else case.settings, paths=paths)
-    run = sampled_run(problem, settings, adapted=start, distributions=case.has_quantiles, progress=progress)
+    run = sampled_run(system, settings, adapted=start, distributions=case.has_quantiles, progress=progress)
     found = [_statistic(name, run, groups) for name in case.data.names]
     return Moments(
         np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), run.samples["x_mean"][0]
@@ -184,21 +183,9 @@ def groups_of(paths: int, *, quantiles: bool) -> int:
 
 def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
     """Bounds on the biases that the step leaves, by name."""
-    problem, step = as_simulated(with_values(case.model, named)), case.settings.step
-    known = {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"}
-    if not known <= values.keys():
+    if not {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"} <= values.keys():
         return {}
-    if isinstance(problem, Oscillator):
-        return impact_step_biases(problem, step, dict(values))
-    return step_biases_of_system(problem, step, dict(values))
-
-
-def _between_walls(problem: Oscillator | System, x: float) -> float:
-    walls = (problem.barrier,) if isinstance(problem, Oscillator) else problem.of(Barrier)
-    for wall in walls:
-        if wall is not None:
-            x = max(x, wall.position) if wall.side == "above" else min(x, wall.position)
-    return x
+    return step_biases_of_system(with_values(case.system, named), case.settings.step, dict(values))
 
 
 def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArray]:

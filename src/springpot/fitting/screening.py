@@ -8,14 +8,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from springpot.designing.numbers import as_simulated
 from springpot.designing.quantities import chosen_method, theory_values
 from springpot.fitting.exploring import Explorer, misfit_of
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.moments import Case
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 
 __all__ = ["screened"]
@@ -60,11 +58,11 @@ def screened(explorer: Explorer, best: FloatArray) -> list[FloatArray]:
 
 def _method(case: Case, named: Mapping[str, float]) -> str:
     """The quickest method of theory that has an answer for a model; none is the empty string."""
-    problem = as_simulated(with_values(case.model, named))
-    if _asked(case, theory_values(problem, "envelope")[0])[0].size:
+    system = with_values(case.system, named)
+    if _asked(case, theory_values(system, "envelope")[0])[0].size:
         return "envelope"
     try:
-        return chosen_method(problem, "theory")[0]
+        return chosen_method(system, "theory")[0]
     except ValueError:
         return ""
 
@@ -73,15 +71,15 @@ def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapp
     """As `springpot.fitting.exploring.misfit_of`, of what theory knows; infinite where it knows nothing."""
     total, known = 0.0, 0
     for case, method in zip(cases, methods, strict=True):
-        values, kept = _asked(case, _by_theory(as_simulated(with_values(case.model, named)), method))
+        values, kept = _asked(case, _by_theory(with_values(case.system, named), method))
         total += misfit_of(values, case.data.values[kept], case.data.errors[kept])
         known += values.size
     return total / known if known else math.inf
 
 
-def _by_theory(problem: System | Oscillator, method: str) -> dict[str, float]:
+def _by_theory(system: System, method: str) -> dict[str, float]:
     try:
-        return theory_values(problem, method)[0] if method else {}
+        return theory_values(system, method)[0] if method else {}
     except (ValueError, TypeError, NotCoveredError):
         return {}
 

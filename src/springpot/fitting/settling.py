@@ -21,7 +21,6 @@ from springpot.fitting.simulated import Measured, MomentsLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
@@ -42,7 +41,7 @@ _STARTS = 2
 
 
 def settled(
-    cases: Sequence[tuple[System | Oscillator, MeasuredStatistics]],
+    cases: Sequence[tuple[System, MeasuredStatistics]],
     seed: int = 1,
     paths: int | None = None,
     threads: int | None = None,
@@ -53,7 +52,7 @@ def settled(
 
     Parameters
     ----------
-    cases : sequence of (model, MeasuredStatistics)
+    cases : sequence of (System, MeasuredStatistics)
         With free numbers; those of one name are one number.
     seed : int
         Of all runs.
@@ -71,10 +70,10 @@ def settled(
     Stopped
         If it was stopped before there was a surface.
     """
-    free = tuple(free_numbers(tuple(model for model, _ in cases)).values())
+    free = tuple(free_numbers(tuple(system for system, _ in cases)).values())
     own, telling = Coordinates(free), Telling(progress, stop)
     start = own.named(np.array([float(number) for number in free]))
-    seeds = [own_seed(seed, {"case": n, **with_values(model, start).to_dict()}) for n, (model, _) in enumerate(cases)]
+    seeds = [own_seed(seed, {"case": n, **with_values(system, start).to_dict()}) for n, (system, _) in enumerate(cases)]
     begun = [case_of(*case, start, each, threads, telling.alive) for case, each in zip(cases, seeds, strict=True)]
     search = _Search(Explorer(begun, own, seed, paths, telling), Measured.of([data for _, data in cases]))
     try:

@@ -24,7 +24,8 @@ class Free(float):
     low, high : float
         Its bounds.
     times, plus, power : float
-        It is ``times * number ** power + plus`` of the number of that name; ``low`` and ``high`` are those of the result.
+        It is ``times * number ** power + plus`` of the number of that name; ``low`` and ``high`` are those of the
+        result.
 
     Notes
     -----

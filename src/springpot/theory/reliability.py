@@ -38,6 +38,7 @@ __all__ = [
     "best_guess",
     "exists",
     "map_warnings",
+    "mapped_methods",
     "read_map",
     "recommended",
     "trust",
@@ -215,6 +216,11 @@ def trust(problem: Oscillator | System, method: str) -> Trust:
     unjudged = tuple(name for name in names if not np.isfinite(gaps[name]).all())
     expected = {name: _expected(gaps[name], weights[near]) for name in names}
     return Trust(expected, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
+
+
+def mapped_methods(problem: Oscillator | System) -> tuple[str, ...]:
+    """The methods that are on the validity map to which a problem belongs."""
+    return _place(problem)[0].methods
 
 
 def _place(problem: Oscillator | System) -> tuple[_Map, dict[str, float] | None]:
