@@ -16,6 +16,7 @@ from springpot.machine.faults import few, listed, meant, name_results, per_cent
 from springpot.machine.plain import plain
 from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
+from springpot.simulation.estimate.few_events import chance_below
 
 if TYPE_CHECKING:
     import xarray
@@ -45,6 +46,26 @@ class Promise:
     value: float
     error: float
     probability: float
+
+    @classmethod
+    def of(cls, limit: Limit, value: float, error: float) -> Promise:
+        """The promise of a limit whose quantity has this value and error; NaN without an error, as without events.
+
+        Examples
+        --------
+        >>> round(Promise.of(Limit("impact_rate", 0.2, True), 0.19, 0.01).probability, 4)
+        0.8413
+        """
+        from scipy import stats
+
+        if not error > 0.0:
+            probability = math.nan
+        elif value == 0.0:  # of an event that was not seen
+            probability = chance_below(limit.bound, error) if limit.upper else 0.0
+        else:
+            distance = limit.bound - value if limit.upper else value - limit.bound
+            probability = float(stats.norm.cdf(distance / error))
+        return cls(str(limit), value, error, probability)
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,7 +72,7 @@ def sampled_run(
     system : System
     settings : Settings
     adapted : Adapted, optional
-        A stationary start that is known already; if left out, pilot runs find it.
+        A stationary start that is known already; if left out, approximation runs find it.
     distributions : bool
     progress : callable
         Called with the fraction of this run.

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, checked_system, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import as_simulated, samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
-from springpot.designing.stencils import Stencil, extrapolated, stencil
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
 from springpot.problem.system import System

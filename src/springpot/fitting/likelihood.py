@@ -215,10 +215,6 @@ class Likelihood(ABC):
             "the errors of the others hold for this value of it."
         )
 
-    def go_on(self) -> None:
-        """Nothing stops it from now on: the fit has ended, and what is asked of it later is answered."""
-        self.stop = None
-
 
 class LeastSquares(Likelihood):
     """A sum of squares of residuals that are independent and of equal variance: 1 where it is known."""

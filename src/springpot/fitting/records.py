@@ -13,8 +13,8 @@ from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.response import response
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
+from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.machine.arguments import Free
 from springpot.machine.faults import Stopped

@@ -19,7 +19,7 @@ from springpot.fitting.likelihood import (
     slopes,
 )
 from springpot.fitting.motion_data import MeasuredSpectrum
-from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
+from springpot.fitting.spectral_density import Density, correlations_of_bins, folded, response, windowed
 from springpot.machine.arguments import Free
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import as_simulated, samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
-from springpot.designing.watch import Watch
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
@@ -20,11 +20,11 @@ from springpot.theory import trust
 from springpot.theory.reliability import mapped_methods
 from springpot.theory.solve import methods_for
 
-__all__ = ["leading", "places_of", "quick_quantities", "smooth"]
+__all__ = ["approximated", "leading", "places_of", "smooth"]
 
 Floats = NDArray[np.float64]
 
-Quick = Callable[[Mapping[str, float]], dict[str, float]]
+Quantities = Callable[[Mapping[str, float]], dict[str, float]]
 """From numbers by name to quantities by name; empty where there is no answer."""
 
 PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
@@ -32,25 +32,25 @@ LARGEST_GAP = 30.0  # per cent on the validity map, up to which a method leads a
 SECONDS_OF_A_RUN, SECONDS_OF_A_STEP = 0.05, 2e-8  # of a path; nominal, for a choice must not depend on the machine
 
 
-def quick_quantities(
+def approximated(
     system: System, space: Space, places: Floats, method: str | None, needed: Sequence[str], seed: int,
-    threads: int | None, watch: Watch,
-) -> tuple[str, Quick]:  # fmt: skip
+    threads: int | None, work: DesignProgress,
+) -> tuple[str, Quantities]:  # fmt: skip
     """The method of the search, and quantities by it.
 
     If ``method`` is None, one that is trusted and has the ``needed`` quantities: see `leading`.
     """
-    watch.step()
+    work.step()
     if method is None:
         models = [model for place in places if (model := _at(system, space.values(place))) is not None]
-        name = leading(models, needed, watch)
+        name = leading(models, needed, work)
     else:
         name = chosen_method(with_values(system, space.values(places[0])), method)[0]
     if name == MONTE_CARLO:
-        return name, _by_chance(system, space, places, seed, threads, watch)
+        return name, _by_chance(system, space, places, seed, threads, work)
 
     def by_theory(values: Mapping[str, float]) -> dict[str, float]:
-        watch.step()
+        work.step()
         try:
             return theory_values(with_values(system, values), name)[0]
         except (ValueError, TypeError, NotCoveredError):
@@ -59,7 +59,7 @@ def quick_quantities(
     return name, by_theory
 
 
-def leading(systems: Sequence[System], needed: Sequence[str], watch: Watch) -> str:
+def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgress) -> str:
     """The method that may lead a search through all of these; Monte Carlo if there is none.
 
     It has the ``needed`` quantities, and is exact, or the validity map has cells near all of them, with gaps up to
@@ -68,19 +68,19 @@ def leading(systems: Sequence[System], needed: Sequence[str], watch: Watch) -> s
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
-    >>> watch, held = Watch(None, None, 1), (Spring(4.0), Springpot(0.5, 0.2), WhiteNoise(1.0))
-    >>> [leading([System(*held, Barrier(-gap, 0.9))], (), watch) for gap in (0.1, 5.0)]
+    >>> work, held = DesignProgress(None, None, 1), (Spring(4.0), Springpot(0.5, 0.2), WhiteNoise(1.0))
+    >>> [leading([System(*held, Barrier(-gap, 0.9))], (), work) for gap in (0.1, 5.0)]
     ['envelope', 'monte_carlo']
     """
     if not systems:
         return MONTE_CARLO
 
     def answers(name: str) -> bool:
-        watch.step()
+        work.step()
         known = [theory_values(system, name)[0] for system in systems[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
-    methods = methods_for(systems[0])
+    methods = methods_for(as_simulated(systems[0]))
     for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
@@ -105,8 +105,8 @@ def _at(system: System, values: Mapping[str, float]) -> System | None:
 
 
 def _by_chance(
-    system: System, space: Space, places: Floats, seed: int, threads: int | None, watch: Watch
-) -> Quick:
+    system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress
+) -> Quantities:
     """Smooth surfaces through short runs at all places, on common random numbers."""
     settings = resolve(as_simulated(system), paths=PILOT_PATHS, seed=seed, threads=threads)
     whole = float(len(places) * settings.paths * settings.steps)
@@ -114,7 +114,7 @@ def _by_chance(
     for n, place in enumerate(places):
 
         def part(fraction: float, n: int = n) -> None:
-            watch.short_run(fraction, n, len(places), whole)
+            work.short_run(fraction, n, len(places), whole)
 
         try:
             own = samples_of(with_values(system, space.values(place)), settings, part)
@@ -125,7 +125,7 @@ def _by_chance(
     surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
-        watch.step()
+        work.step()
         try:
             with_values(system, values)
         except (ValueError, TypeError):

@@ -64,7 +64,7 @@ class Case:
     def system_at(self, named: Mapping[str, float]) -> System:
         """With these values of its numbers; a ValueError where there is no stationary state."""
         system = with_values(self.system, named)
-        check_stationary(system, "data of Statistics")
+        check_stationary(system, "a fit to MeasuredStatistics")
         return system
 
     def steps_at(self, named: Mapping[str, float]) -> int:
