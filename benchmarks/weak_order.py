@@ -26,8 +26,8 @@ from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.figures.style import COLORS, save
 from springpot.machine.processors import threads_available
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.settings import resolve
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]

@@ -13,13 +13,14 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from springpot.simulation.plan.system_scales import scales_of_problem
+
 import springpot as sp
 from benchmarks.weak_order import Change, read, text, write
 from springpot.machine.processors import threads_available
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.settings import resolve
-from springpot.simulation.plan.system_scales import scales_of_problem
 
 __all__ = ["CASES", "Case", "change", "measure"]
 

@@ -42,7 +42,7 @@ def test_comparisons_of_unlike_systems_have_unlike_seeds(monkeypatch: pytest.Mon
 
 
 def test_cells_of_the_map_have_seeds_by_the_same_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    taken = _seeds_taken(monkeypatch, validity, "stationary")
+    taken = _seeds_taken(monkeypatch, validity, "run")
     for cell in ((0.5, 1.0, 1.0, 0.0), (0.5, 1.0, 0.8, 0.0)):
         with pytest.raises(InterruptedError):
             validity.simulate_cell(cell)

@@ -20,8 +20,8 @@ from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedSta
 from springpot.fitting.simulated_moments import _statistic
 from springpot.fitting.simulated_runs import SimulatedRuns
 from springpot.machine.faults import FileError, Stopped
-from springpot.simulation.estimate.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.paths.statistics import standard_error
+from springpot.simulation.plan.plan import plan_of
 
 W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))
 
@@ -68,7 +68,7 @@ def test_a_surface_is_that_of_its_runs_and_so_are_its_slopes_and_errors(form: Fo
 
 def test_statistics_are_those_of_a_run_with_their_errors() -> None:
     problem = struck(1.0, 1.0)
-    run = sampled_run(problem, resolve(problem, paths=4096, duration=40.0, seed=3), distributions=True)
+    run = sampled_run(plan_of(problem, paths=4096, duration=40.0, seed=3), distributions=True)
     quantile, error = run.distributions["impact_speed"].quantile(0.9)
     value, samples = _statistic("impact_speed_quantile_0.9", run, 64)
     assert (value, samples.mean()) == (pytest.approx(float(quantile)), pytest.approx(value))

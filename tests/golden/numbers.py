@@ -281,7 +281,6 @@ STUDY: dict[str, Any] = {
 WAYS: dict[str, dict[str, Any]] = {
     "plain": {"paths": 128, "duration": 20.0, "step": 0.02},
     "rtol": {"rtol": 0.1},
-    "scaled": {"path_times": 2e3},
 }
 
 

@@ -14,8 +14,8 @@ import pytest
 import springpot as sp
 from springpot.simulation import CONTROLLED, run
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.settings import resolve
 
 from ..sizes import validation

@@ -9,8 +9,8 @@ import pytest
 
 import springpot as sp
 from springpot.simulation.estimate.controls import controls_of
-from springpot.simulation.estimate.statistics import controlled, standard_error
 from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.settings import resolve
 from tests.sizes import validation
 

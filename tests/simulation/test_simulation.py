@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from springpot.simulation.plan.start import Adapted
 
 import springpot as sp
 from springpot.simulation.kernel.block import COLUMNS
@@ -11,7 +12,6 @@ from springpot.simulation.lowering.compose import compose
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.scales import scales_of
 from springpot.simulation.plan.settings import resolve
-from springpot.simulation.plan.start import Adapted
 
 PROBLEM = sp.Oscillator(
     natural_frequency=3.0,

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit
+from springpot.simulation.plan.system_scales import system_scales
+from springpot.simulation.result.system_warnings import step_biases_of_system
 
 import springpot as sp
 from springpot.problem.parts import WhiteNoise
@@ -26,8 +28,6 @@ from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.settings import resolve
-from springpot.simulation.plan.system_scales import system_scales
-from springpot.simulation.result.system_warnings import step_biases_of_system
 from tests.sizes import validation
 
 from .problems import assert_agrees

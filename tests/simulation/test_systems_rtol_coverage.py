@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from springpot.simulation.estimate.system_samples import uncountable
 
 import springpot as sp
-from springpot.simulation.estimate.system_samples import uncountable
 
 pytestmark = pytest.mark.validation
 

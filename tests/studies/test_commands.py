@@ -96,7 +96,7 @@ def test_check_of_ten_million_tasks_takes_no_longer(tmp_path: Path, capsys: pyte
 
 DEAR = [  # one task of each takes minutes
     {"paths": 100_000, "duration": 5000.0, "step": 0.005},
-    validation({"path_times": 1e9}),
+    validation({"paths": 10_000_000, "duration": 60.0, "step": 0.05}),
     validation({"paths": 4096, "duration": 20_000.0, "step": 0.01}),
     validation({"rtol": 2e-4}),
 ]
@@ -222,7 +222,7 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 def test_status_loads_nothing_heavy(made: Path) -> None:
     code = (
         f"import sys; from springpot.cli import main; main(['study', 'status', {str(made / 'runs.zarr')!r}])\n"
-        "print(sorted({'numba', 'xarray', 'matplotlib', 'scipy', 'zarr', 'distributed'} & set(sys.modules)))"
+        "print(sorted({'numba', 'xarray', 'matplotlib', 'scipy', 'distributed'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert done.stdout.splitlines()[-1] == "[]", done.stderr

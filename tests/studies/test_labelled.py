@@ -16,8 +16,8 @@ import xarray
 
 import springpot as sp
 from springpot.studies import running
-from springpot.studies.estimate import status
 from springpot.studies.export import export
+from springpot.studies.labelled import status
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
 from tests.sizes import validation

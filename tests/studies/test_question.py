@@ -19,9 +19,10 @@ import pytest
 import springpot as sp
 from springpot.machine.faults import FileError
 from springpot.simulation.plan.settings import COARSEST
+from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
-from springpot.studies.tasks import check_some, spread, task_at, tasks
+from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import TEMPLATE
 from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS
@@ -129,7 +130,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     (
         MONTE_CARLO | {"monte_carlo": {}},
-        "monte_carlo: say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration.",
+        "monte_carlo: say how: rtol = 0.02, or settings such as paths and duration.",
     ),
     (
         MONTE_CARLO | {"monte_carlo": {"rtol": 0.1, "paths": 5}},

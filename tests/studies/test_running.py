@@ -22,7 +22,7 @@ import pytest
 
 from springpot import cli
 from springpot.studies import running, tasks
-from springpot.studies.estimate import status
+from springpot.studies.labelled import status
 from springpot.studies.question import read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store

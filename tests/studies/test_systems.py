@@ -221,7 +221,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"zipped": {"barrier": {"parts.upper.position": [0.1]}}}, "zipped axis 'barrier' needs a name of its own"),
     ({"quantities": ["left_impact_rate"]}, "quantities, number 1: must be 'amplitude_mean_square', "),
     ({"fixed": {"order": 0.5}}, "fixed is for oscillators: the system has its numbers, so change them there."),
-    ({"monte_carlo": {"path_times": 1e5}}, "monte_carlo.path_times is for oscillators: give rtol, or settings"),
+    ({"monte_carlo": {"path_times": 1e5}}, "'path_times' is not a key of [monte_carlo]"),
     ({"system": "nowhere.toml"}, "system: there is no file 'nowhere.toml'."),
     ({"system": 3}, "system: must be the place of a system's file in quotes, or a System, not 3."),
     (

@@ -32,7 +32,6 @@ from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, 
 from springpot.machine.faults import Stopped
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for
-from springpot.problem.oscillator import Oscillator
 
 if TYPE_CHECKING:
     from springpot.problem.system import System
@@ -88,8 +87,8 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
+        from springpot.problem.quantities import UNITS
         from springpot.problem.system import System
-        from springpot.problem.units import UNITS
         from springpot.theory import all_methods
 
     dicts = all_methods(problem)
@@ -134,7 +133,7 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
     oscillator = oscillator_of(file, flags)
     with leave_at_once():
         from springpot.evidence.atlases import atlas as look_up
-        from springpot.problem.units import UNITS
+        from springpot.problem.quantities import UNITS
         from springpot.theory.result import MOMENTS
 
     result = look_up(oscillator)
@@ -316,13 +315,17 @@ def simulate(
         raise ValueError("--every needs --record, the number of paths to save.")
     given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
+        from springpot.problem.oscillator import as_system
         from springpot.simulation import run
-        from springpot.simulation.plan.settings import default_start
+        from springpot.simulation.plan.motion import motion_of
+        from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
 
     written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
-    adapted = rtol is not None or (settings.start or default_start(problem, given)[0]) == "stationary"
+    adapted = (
+        rtol is not None or (settings.start or default_start(motion_of(as_system(problem)), given)[0]) == "stationary"
+    )
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         result = run(problem, **given, progress=bar)
     answer = result.to_dict()
@@ -333,7 +336,7 @@ def simulate(
     if json_:
         print_json(answer)
         return _exit_code(answer["diagnostics"])
-    print(_stated(result.oscillator))
+    print(_stated(result.system))
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer, result.units)
     for place in written:
@@ -341,13 +344,11 @@ def simulate(
     return _exit_code(answer["diagnostics"])
 
 
-def _stated(problem: Oscillator | System) -> str:
-    """The problem in one line: the numbers of an oscillator, the equation of a system."""
-    if isinstance(problem, Oscillator):
-        return f"oscillator: {plain(problem.to_dict())}"
+def _stated(system: System) -> str:
+    """The equation of a system."""
     from springpot.evidence.explanation import equation
 
-    return "\n".join(["system:", *(f"  {line}" for line in equation(problem))])
+    return "\n".join(["system:", *(f"  {line}" for line in equation(system))])
 
 
 def _exit_code(diagnostics: Mapping[str, Any]) -> int:

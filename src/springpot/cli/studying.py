@@ -183,7 +183,7 @@ def status(store: _Store, *, json_: Json = False) -> int:
 
     Example: springpot study status dampers.zarr
     """
-    from springpot.studies.estimate import status as look
+    from springpot.studies.labelled import status as look
     from springpot.studies.store import open_store
 
     opened = open_store(store)

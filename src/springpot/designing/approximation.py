@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
-from springpot.designing.samples import as_simulated, samples_of
+from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
-from springpot.simulation.plan.settings import check_stationary, resolve
+from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory import trust
 from springpot.theory.reliability import mapped_methods
 from springpot.theory.solve import methods_for
@@ -80,11 +80,11 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
         known = [theory_values(system, name)[0] for system in systems[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
-    methods = methods_for(as_simulated(systems[0]))
+    methods = methods_for(systems[0])
     for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
-    steps = resolve(as_simulated(systems[0]), paths=PILOT_PATHS).steps
+    steps = plan_of(systems[0], paths=PILOT_PATHS).settings.steps
     run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * steps
     worst = {}
     for name in mapped_methods(systems[0]):
@@ -108,7 +108,7 @@ def _by_chance(
     system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress
 ) -> Quantities:
     """Smooth surfaces through short runs at all places, on common random numbers."""
-    settings = resolve(as_simulated(system), paths=PILOT_PATHS, seed=seed, threads=threads)
+    settings = plan_of(system, paths=PILOT_PATHS, seed=seed, threads=threads).settings
     whole = float(len(places) * settings.paths * settings.steps)
     at, found = [], []
     for n, place in enumerate(places):

@@ -14,7 +14,6 @@ from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, rounds, simulated
-from springpot.designing.samples import as_simulated
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.machine.arguments import finite_number
@@ -24,7 +23,9 @@ from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.system import System
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import check_stationary, checked_seed
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import check_stationary
+from springpot.simulation.plan.settings import checked_seed
 from springpot.theory.solve import methods_for
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
@@ -127,7 +128,7 @@ def design(
     check_stationary(system, "design")
     try:
         work.say()
-        allowed = controllable(as_simulated(system))
+        allowed = controllable(motion_of(system))
         check_names(limits, allowed)
         cost = checked_cost(minimize, free, allowed)
         space = Space(free)

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, checked_system, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
-from springpot.designing.samples import as_simulated, samples_of
+from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
 from springpot.problem.system import System
-from springpot.simulation.estimate.completed_rate import are_crowded
-from springpot.simulation.estimate.statistics import standard_error
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import Settings, check_stationary, resolve
+from springpot.simulation.paths.statistics import standard_error
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.settings import Settings
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -105,9 +106,7 @@ def sensitivity(
     if not moved.values:
         raise ValueError("model must have a free number that is not 0: the others have no relative change.")
     if chosen == MONTE_CARLO:
-        settings = resolve(
-            as_simulated(system), paths=paths, seed=seed, duration=duration, step=step, threads=threads
-        )  # fmt: skip
+        settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
         return _by_monte_carlo(system, moved, names, settings, change, said, progress)
     return _by_theory(system, moved, names, chosen, said, progress)
 
@@ -203,7 +202,7 @@ def _by_monte_carlo(
     for name in names:
         if name not in base:
             raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
-    if are_crowded(system) and any("impact_" in name for name in names):
+    if motion_of(system).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     values, errors, gains = _tables(names), _tables(names), _tables(names)
     for name in numbers.values:

@@ -14,8 +14,8 @@ from springpot.problem.system import System
 from springpot.simulation import Run, run
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
-from springpot.simulation.plan.scales import scales_of
-from springpot.simulation.plan.settings import check_stationary, checked_seed, resolve
+from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.settings import checked_seed
 from springpot.theory import Result, best_guess, solve_all
 from springpot.theory.methods.systems.result import SystemResult
 from springpot.theory.result import MOMENTS
@@ -238,8 +238,9 @@ def observe(
     >>> run.spectrum.frequency.size
     117
     """
-    relaxation = max(scales_of(oscillator).relaxation_time, 1.0 / oscillator.natural_frequency)
-    step = 4.0 * resolve(oscillator).step
+    plan = plan_of(oscillator)
+    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / oscillator.natural_frequency)
+    step = 4.0 * plan.settings.step
     frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * oscillator.natural_frequency
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
     steps = min(math.ceil(window / step), LONGEST_WINDOW)

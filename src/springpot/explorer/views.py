@@ -11,9 +11,8 @@ from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import units_of_system
+from springpot.problem.quantities import UNITS, units_of_system
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 
 __all__ = ["labels", "opened_script", "sizes"]
 

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 from springpot.figures.data import as_dataset
 from springpot.figures.stationary import density, spectrum
 from springpot.figures.style import new_grid
-from springpot.problem.oscillator import Oscillator
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.system import System
 from springpot.theory import Result
 
 if TYPE_CHECKING:
@@ -56,7 +58,7 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     handles: dict[str, Any] = {}
     for panel in panels[:5]:
         handles |= dict(zip(*reversed(panel.get_legend_handles_labels()), strict=True))
-    title = _title(observed.oscillator) if isinstance(observed.oscillator, Oscillator) else ""
+    title = _title(observed.system)
     panels[5].legend(handles.values(), handles.keys(), loc="center left", frameon=False, title=title)
     return figure
 
@@ -64,7 +66,11 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
 _SHOWN = ("x", "v", "amplitude", "impact_speed")
 
 
-def _title(o: Oscillator) -> str:
+def _title(system: System) -> str:
+    try:
+        o = Dimensionless.of(system)
+    except NotCoveredError:
+        return ""
     wall = "no wall" if o.barrier is None else f"$b$ = {o.barrier.position:g} m, $r$ = {o.restitution:g}"
     return (
         rf"$\alpha$ = {o.springpot.order:g}, $C$ = {o.springpot.coefficient:g} s$^{{\alpha-2}}$"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.file import read_system
 from springpot.theory import Result
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
 
 __all__ = [
-    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "oscillator_of", "recorded", "results", "spacing_in_steps",
+    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "paper_of", "recorded", "results", "spacing_in_steps",
     "walls_of",
 ]  # fmt: skip
 
@@ -43,25 +44,27 @@ def as_dataset(data: Data) -> xarray.Dataset:
     True
     """
     dataset: Any = data.to_dataset() if hasattr(data, "to_dataset") else data
-    if not hasattr(dataset, "data_vars") or "oscillator" not in dataset.attrs:
+    if not hasattr(dataset, "data_vars") or "system" not in dataset.attrs:
         raise TypeError(f"data must be what springpot.run or springpot.simulate returned, not {type(data).__name__}.")
     return cast("xarray.Dataset", dataset)
 
 
-def oscillator_of(data: xarray.Dataset) -> Oscillator:
-    """The oscillator of a Dataset, read back from its attributes.
+def paper_of(data: xarray.Dataset) -> Dimensionless:
+    """The paper's problem of a Dataset, read back from its attributes.
+
+    Raises
+    ------
+    NotCoveredError
+        If the Dataset is of another system.
 
     Examples
     --------
     >>> import springpot as sp
     >>> oscillator = sp.Oscillator(2.0, sp.Springpot(0.3, 0.5), sp.Barrier(-0.5, 0.8, "below"))
-    >>> oscillator_of(as_dataset(sp.run(oscillator, paths=1, duration=1.0))) == oscillator
-    True
+    >>> paper_of(as_dataset(sp.run(oscillator, paths=1, duration=1.0))).natural_frequency
+    2.0
     """
-    content = json.loads(data.attrs["oscillator"])
-    if "parts" in content:
-        raise ValueError("data must be of an Oscillator for this picture, not of a system of other parts.")
-    return Oscillator.from_dict(content)
+    return Dimensionless.of(read_system(json.loads(data.attrs["system"])))
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ class Wall:
 
 
 def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
-    """The walls and contacts of a Dataset, of an oscillator or a system.
+    """The walls and contacts of a Dataset.
 
     Examples
     --------
@@ -94,11 +97,8 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.run(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
-    content = json.loads(data.attrs["oscillator"])
-    if "parts" in content:
-        found = [part for part in content["parts"] if part["kind"] in ("barrier", "contact")]
-    else:
-        found = [] if content["barrier"] is None else [{"kind": "barrier", **content["barrier"]}]
+    parts = json.loads(data.attrs["system"])["parts"]
+    found = [part for part in parts if part["kind"] in ("barrier", "contact")]
     return tuple(
         Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier") for part in found
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, oscillator_of, recorded, results
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, paper_of, recorded, results
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
@@ -176,7 +176,7 @@ def _from_rest(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArr
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
     _, time, x, v = recorded(dataset)
-    oscillator = oscillator_of(dataset)
+    oscillator = paper_of(dataset)
     if json.loads(dataset.attrs["settings"])["start"] != "rest" and oscillator.barrier is not None:
         raise ValueError("data must be of a run from rest: simulate with start='rest'.")
     return oscillator, time, x, v

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, as_dataset, oscillator_of
+from springpot.figures.data import Data, as_dataset, paper_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
 from springpot.problem.oscillator import Oscillator
@@ -119,7 +119,7 @@ def against(
         curve, name = _curve(method, oscillators, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
         method_curve(axes, name, place, curve, color=color, label=label_of)
-    points = [(_number(oscillator_of(each), parameter), each) for each in map(as_dataset, runs)]
+    points = [(_number(paper_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
         at, datasets = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in datasets]

@@ -9,19 +9,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.samples import SampledRun, as_simulated, sampled_run
+from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
-from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import controlled
+from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.settings import Settings, check_stationary, resolve
-from springpot.simulation.plan.start import Adapted
-from springpot.simulation.result.system_warnings import step_biases_of_system
+from springpot.simulation.paths.statistics import controlled
+from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import Plan, check_stationary, plan_of
+from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
 __all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
@@ -75,7 +76,7 @@ class Case:
         """The same with step, duration and start for these numbers; ``alive`` is called again and again."""
         system = self.system_at(named)
         settings, rough = _settings(system, self.settings.seed, self.settings.threads)
-        start = adapt(as_simulated(system), settings, paths=_PILOT_PATHS, progress=alive)
+        start = adapt(Plan(motion_of(system), settings), paths=_PILOT_PATHS, progress=alive).adapted
         return replace(self, settings=settings, rough=rough, start=start)
 
 
@@ -117,10 +118,10 @@ def case_of(
 
 def _settings(system: System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
     """With the default step, and with a coarser one."""
-    problem = as_simulated(system)
-    fine = resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads)
+    fine = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
     step = fine.duration / max(round(fine.steps / _COARSER), 1)
-    return fine, resolve(problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
+    rough = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
+    return fine, rough.settings
 
 
 def moments_of(
@@ -155,15 +156,14 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    system, start = case.system_at(named), case.start
+    motion, start = motion_of(case.system_at(named)), case.start
     if start is not None and start.pilots == 0:
-        start = adapt(as_simulated(system), case.settings, paths=_PILOT_PATHS, progress=progress)
+        start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:
-        for wall in system.of(Barrier):
-            mean = max(mean, wall.position) if wall.side == "above" else min(mean, wall.position)
-        start = replace(start, position=mean)
-    settings = replace(case.rough if rough else case.settings, paths=paths)
-    run = sampled_run(system, settings, adapted=start, distributions=case.has_quantiles, progress=progress)
+        start = replace(start, position=min(max(mean, motion.low), motion.high))
+    plan = Plan(motion, replace(case.rough if rough else case.settings, paths=paths))
+    plan = plan if start is None else plan.started_at(start)
+    run = sampled_run(plan, distributions=case.has_quantiles, progress=progress)
     found = [_statistic(name, run, groups) for name in case.data.names]
     return Moments(
         np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), run.samples["x_mean"][0]
@@ -185,7 +185,7 @@ def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, 
     """Bounds on the biases that the step leaves, by name."""
     if not {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"} <= values.keys():
         return {}
-    return step_biases_of_system(with_values(case.system, named), case.settings.step, dict(values))
+    return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
 def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArray]:

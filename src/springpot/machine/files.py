@@ -15,8 +15,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
-import google_crc32c
-
 from springpot.machine.faults import FileError
 
 if TYPE_CHECKING:
@@ -24,17 +22,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Damaged",
-    "checksum",
     "make_room",
     "netcdf_of",
     "open_text",
     "partial_name",
-    "read_chunk",
     "read_file",
     "read_text",
     "remove_orphans",
     "write",
-    "write_chunk",
 ]
 
 KEPT_BY_OTHERS = 3600.0  # s after which a half-written file of another machine is an orphan
@@ -43,35 +38,6 @@ ATTEMPTS = 3
 
 class Damaged(ValueError):
     """A file exists, but its content is damaged."""
-
-
-def checksum(body: bytes) -> int:
-    """CRC-32C."""
-    return int(google_crc32c.value(body))
-
-
-def write_chunk(path: str, body: bytes) -> None:
-    """Write a chunk in the format of Zarr's codecs ``bytes`` and ``crc32c``."""
-    write(path, body + checksum(body).to_bytes(4, "little"))
-
-
-def read_chunk(path: str, size: int) -> bytes | None:
-    """A chunk's body, or None if there is no such file.
-
-    Raises
-    ------
-    Damaged
-        If it is not a file, or its length or its checksum is wrong.
-    """
-    content = read_file(path, size + 4)
-    if content is None:
-        return None
-    if len(content) != size + 4:
-        raise Damaged("its length is wrong")
-    body = content[:-4]
-    if checksum(body) != int.from_bytes(content[-4:], "little"):
-        raise Damaged("its checksum is wrong")
-    return body
 
 
 def read_file(path: str, largest: int) -> bytes | None:

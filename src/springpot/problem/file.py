@@ -217,8 +217,9 @@ def _free(table: Mapping[str, Any], where: str) -> Free:
             raise ValueError(f"{'times' if times == 0.0 else 'power'} must not be 0: then the number is not free.")
         if power != 1.0 and not number.low > 0.0:
             raise ValueError("low must be greater than 0 of a number with a power.")
-        raised = number if power == 1.0 else number**power
-        return raised if (times, plus) == (1.0, 0.0) else times * raised + plus  # type: ignore[no-any-return]
+        raised: Any = number if power == 1.0 else number**power
+        found: Free = raised if (times, plus) == (1.0, 0.0) else times * raised + plus
+        return found
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
 

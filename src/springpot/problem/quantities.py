@@ -28,16 +28,16 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System
 
-__all__ = ["UNCONTROLLED", "possible_results", "units_of_system"]
+__all__ = ["UNCONTROLLED", "UNITS", "is_controlled", "possible_results", "units_of_system"]
 
 UNCONTROLLED = ("_end", "damping_force_mean", "_virial", "energy_residual", "contact_penetration")
 """Endings of results that ``rtol`` does not control."""
 
-_UNITS = {
+UNITS = {
     "x_mean": "m", "x_mean_square": "m2", "v_mean_square": "m2 s-2", "amplitude_mean_square": "m2",
     "impact_rate": "s-1", "impact_speed_mean": "m s-1", "impact_speed_mean_square": "m2 s-2",
     "contact_share": "1", "contact_penetration": "m", "energy_residual": "1", "voltage_mean_square": "V2",
-    "x_mean_end": "m", "x_mean_square_end": "m2", "v_mean_square_end": "m2 s-2",
+    "x_mean_end": "m", "x_mean_square_end": "m2", "v_mean_square_end": "m2 s-2", "amplitude_mean_square_end": "m2",
 }  # fmt: skip
 
 _WORKING = (
@@ -62,13 +62,24 @@ def units_of_system(system: System, name: str) -> str:
     >>> units_of_system(System(Mass(2.0), Spring(1.0)), "damping_power"), units_of_system(System(Spring(1.0)), "x_mean")
     ('W', 'm')
     """
-    if name in _UNITS:
-        return _UNITS[name]
+    if name in UNITS:
+        return UNITS[name]
     heavy = bool(system.of(Mass))
     for end, units in (("_power", ("m2 s-3", "W")), ("force_mean", ("m s-2", "N")), ("virial", ("m2 s-2", "J"))):
         if name.endswith(end):
             return units[heavy]
-    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
+    return next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+
+
+def is_controlled(name: str) -> bool:
+    """Whether ``rtol`` can control a result.
+
+    Examples
+    --------
+    >>> is_controlled("x_mean"), is_controlled("x_mean_end")
+    (True, False)
+    """
+    return not name.endswith(UNCONTROLLED)
 
 
 def possible_results(system: System) -> tuple[str, ...]:
@@ -103,5 +114,6 @@ def possible_results(system: System) -> tuple[str, ...]:
         *(["contact_share", "contact_penetration"] if system.of(Contact) else []),
         *of_walls,
         "x_mean_end", "x_mean_square_end", "v_mean_square_end",
+        *(["amplitude_mean_square_end"] if system.of(Spring, PolynomialSpring) else []),
     ]  # fmt: skip
     return tuple(dict.fromkeys(found))

@@ -14,8 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from springpot.problem.units import UNITS
-    from springpot.simulation.error.budget import CONTROLLED, Budget
+    from springpot.simulation.error.budget import Budget
     from springpot.simulation.monte_carlo import run, simulate
     from springpot.simulation.result.load import load_run
     from springpot.simulation.result.results import Run
@@ -24,11 +23,10 @@ if TYPE_CHECKING:
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "CONTROLLED", "UNITS", "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",
+    "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",
 ]  # fmt: skip
 _PLACES = {
-    "problem.units": ("UNITS",),
-    "simulation.error.budget": ("CONTROLLED", "Budget"),
+    "simulation.error.budget": ("Budget",),
     "simulation.result.load": ("load_run",),
     "simulation.result.results": ("Run",),
     "simulation.monte_carlo": ("run", "simulate"),

@@ -1,11 +1,11 @@
-"""`run` and `simulate`: one simulation, from an oscillator or a system to results with standard errors."""
+"""`run` and `simulate`: one simulation, from a system to results with standard errors."""
 
 from __future__ import annotations
 
 import math
 import platform
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
@@ -14,59 +14,43 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.machine.faults import few, listed, meant, shown
+from springpot.problem.messages import say
+from springpot.problem.oscillator import as_system
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
-from springpot.simulation.estimate.few_events import about_few, error_of_unseen
+from springpot.simulation.estimate.few_events import error_of_unseen
+from springpot.simulation.estimate.samples import estimates_of, impacts_of, watched_time
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.statistics import standard_error
+from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.block import COLUMNS
-from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
-from springpot.simulation.plan.options import Options
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.paths.statistics import standard_error
+from springpot.simulation.plan.options import Options, Requests
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run
-from springpot.simulation.result.system_warnings import doubts_of_system
 from springpot.simulation.result.warnings import (
-    about_default_start,
     about_observables,
+    about_options,
     about_quantiles,
     about_uncontrolled_impacts,
     doubts,
-    without_effect,
 )
-from springpot.simulation.watch.distributions import Distribution
 from springpot.simulation.watch.first_passage import from_the_start
-from springpot.simulation.watch.requested import Observable, Requested, requested
-from springpot.theory.walls import about_walls, named_walls
+from springpot.simulation.watch.requested import Requested, requested
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["diagnostics_of", "doubts_of", "run", "run_as_given", "simulate"]
+__all__ = ["diagnostics_of", "run", "simulate"]
 
-_DEFAULT_QUANTITIES = ("amplitude_mean_square",)
-_OWN_ARGUMENTS = (
-    "rtol", "quantities", "observables", "impact_observables", "distributions", "spectrum", "first_passage",
-    "slowest_counted_impact", "progress",
+_OF_RTOL = ("quantities", "max_time")
+_WATCHED = (
+    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
 )  # fmt: skip
 
 
-def run(
-    oscillator: Oscillator | System,
-    *,
-    rtol: float | None = None,
-    quantities: Sequence[str] = ("amplitude_mean_square",),
-    max_time: float | None = None,
-    observables: Mapping[str, Observable] | None = None,
-    impact_observables: Mapping[str, Observable] | None = None,
-    distributions: bool = False,
-    spectrum: npt.ArrayLike | None = None,
-    first_passage: Mapping[str, Any] | None = None,
-    slowest_counted_impact: float | None = None,
-    progress: Progress | None = None,
-    **given: Unpack[Options],
-) -> Run:
+def run(system: System, **given: Unpack[Requests]) -> Run:
     """Simulate, and return a plain `Run`.  See `simulate` for the arguments, which are the same.
 
     It raises no Python warnings: they are in the result's ``warnings``.
@@ -87,82 +71,34 @@ def run(
     >>> result.values["x_mean"] > 0.0
     True
     """
-    return run_as_given(
-        _as_oscillator(oscillator),
-        rtol=rtol,
-        quantities=quantities,
-        max_time=max_time,
-        observables=observables,
-        impact_observables=impact_observables,
-        distributions=distributions,
-        spectrum=spectrum,
-        first_passage=first_passage,
-        slowest_counted_impact=slowest_counted_impact,
-        progress=progress,
-        **given,
-    )
-
-
-def run_as_given(
-    problem: Oscillator | System,
-    *,
-    rtol: float | None = None,
-    quantities: Sequence[str] = ("amplitude_mean_square",),
-    max_time: float | None = None,
-    observables: Mapping[str, Observable] | None = None,
-    impact_observables: Mapping[str, Observable] | None = None,
-    distributions: bool = False,
-    spectrum: npt.ArrayLike | None = None,
-    first_passage: Mapping[str, Any] | None = None,
-    slowest_counted_impact: float | None = None,
-    progress: Progress | None = None,
-    **given: Unpack[Options],
-) -> Run:
-    """As `run`, but a system that is an oscillator is simulated as a system: its results have the names of a system's.
-
-    A grid of systems has the same results at every point, also where the stiffening of a spring is zero.
-    """
-    for name in given:
-        if name not in Options.__annotations__:
-            known = [*Options.__annotations__, *_OWN_ARGUMENTS]
+    options: dict[str, Any] = dict(given)
+    for name in options:
+        if name not in (known := {**Options.__annotations__, **Requests.__annotations__}):
             near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
+    progress = options.pop("progress", None)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    system, rtol = as_system(system), options.pop("rtol", None)
+    of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
+    watched = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
-        more = {
-            "observables": observables,
-            "impact_observables": impact_observables,
-            "distributions": distributions,
-            "spectrum": spectrum is not None,
-            "first_passage": first_passage,
-            "slowest_counted_impact": slowest_counted_impact is not None,
-        }
-        if unusable := [name for name, value in more.items() if value]:
-            raise ValueError(f"{unusable[0]} cannot be given with rtol, which controls moments only.")
-        return _run_to(problem, rtol, quantities, max_time, progress, given)
-    if max_time is not None:
+        if watched:
+            raise ValueError(f"{next(iter(watched))} cannot be given with rtol, which controls moments only.")
+        return _run_to(system, rtol, of_rtol, options, progress)
+    if "max_time" in of_rtol:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
-    if tuple(quantities) != _DEFAULT_QUANTITIES:
+    if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    settings = from_the_start(resolve(problem, **given), first_passage, given.get("window"))
-    wanted = requested(
-        problem,
-        settings,
-        observables=observables,
-        impact_observables=impact_observables,
-        distributions=distributions,
-        spectrum=spectrum,
-        first_passage=first_passage,
-        slowest_counted_impact=slowest_counted_impact,
-    )
+    plan = from_the_start(plan_of(system, **options), watched.get("first_passage"), options.get("window"))
+    wanted = requested(plan, **watched)
     begun = time.perf_counter()
-    adapted = adapt(problem, settings, progress=progress) if settings.start == "stationary" else None
-    simulation = simulation_of(problem, settings, adapted)
-    _check_names(simulation, wanted)
-    with _faults_of_own_forces(problem):
+    if plan.settings.start == "stationary":
+        plan = adapt(plan, progress=progress)
+    simulation = simulation_of(plan)
+    with _faults_of_own_forces(system):
         ensemble = simulation.advance(observers=wanted.observers, progress=progress)
-    values, errors = simulation.estimates(ensemble.rows)
+    values, errors = estimates_of(simulation, ensemble.rows)
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
@@ -171,27 +107,31 @@ def run_as_given(
     errors |= _errors_of_own(simulation, wanted, values, ensemble.rows)
     speeds = observed.distributions.get("impact_speed")
     warnings = (
-        *about_default_start(problem, given),
-        *_doubts(simulation, values, errors, ensemble.rows, given, speeds),
+        *about_options(plan, options),
+        *doubts(simulation, values, errors, ensemble.rows),
+        *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
     return Run(
-        oscillator=problem,
-        settings=simulation.settings,
+        system=system,
+        settings=plan.settings,
         values=values,
         errors=errors,
         budgets={},
         diagnostics=diagnostics_of(simulation, ensemble.rows, time.perf_counter() - begun),
         warnings=warnings,
-        time=settings.recorded_times,
+        time=plan.settings.recorded_times,
         record=ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
         spectrum=observed.spectrum,
         first_passages=observed.first_passages,
         path_sums=ensemble.rows,
-        adapted=adapted,
+        adapted=plan.adapted,
+        step_biases=step_biases(
+            plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
+        ),
     )
 
 
@@ -201,124 +141,46 @@ def _errors_of_own(
     """The errors of what the user wanted of impacts, where none was seen."""
     found = {}
     if values.get("counted_impact_rate") == 0.0:
-        found["counted_impact_rate"] = error_of_unseen(simulation.watched(rows))
-    impacts = simulation.impacts(rows).get("")
+        found["counted_impact_rate"] = error_of_unseen(watched_time(simulation, rows))
+    impacts = impacts_of(simulation, rows).get("")
     if impacts is not None and not impacts.any():
         found |= dict.fromkeys(wanted.impact_observables, math.nan)
     return found
 
 
-def _as_oscillator(problem: Oscillator | System) -> Oscillator | System:
-    """A system as an oscillator, if it is one."""
-    if not isinstance(problem, System):
-        return problem
-    try:
-        return problem.canonical()
-    except NotCoveredError:
-        return problem
-
-
-def _check_names(simulation: Simulation, wanted: Requested) -> None:
-    """An observable must not have the name of a result of the system."""
-    taken = simulation.samples(np.zeros((1, len(simulation.parts.columns))))
-    for name in (*wanted.observables, *wanted.impact_observables):
-        if name in taken:
-            raise ValueError(f"an observable cannot be called {name!r}: the run already has a result of that name.")
-
-
 @contextmanager
-def _faults_of_own_forces(problem: Oscillator | System) -> Iterator[None]:
+def _faults_of_own_forces(system: System) -> Iterator[None]:
     """An error that a user's own function raises is said with the name of the part."""
-    own = [] if isinstance(problem, Oscillator) else problem.with_functions
     try:
         yield
     except Exception as fault:
-        if not own:
+        if not system.with_functions:
             raise
-        raise ValueError(f"the function of {listed(own, 'or')} failed during the run: {fault!r}.") from fault
+        own = listed(system.with_functions, "or")
+        raise ValueError(f"the function of {own} failed during the run: {fault!r}.") from fault
 
 
-def _doubts(
-    simulation: Simulation,
-    values: dict[str, float],
-    errors: dict[str, float],
-    rows: npt.NDArray[np.float64],
-    given: Options,
-    speeds: Distribution | None,
-) -> tuple[str, ...]:
-    """Reasons to doubt a number, and arguments without effect."""
-    problem, step = simulation.problem, simulation.settings.step
-    if isinstance(problem, System):
-        return doubts_of(simulation, values, errors, rows)
-    quantiles = [] if speeds is None else about_quantiles(problem, step, speeds, PROBABILITIES)
-    return (*without_effect(problem, given), *doubts_of(simulation, values, errors, rows), *quantiles)
-
-
-def doubts_of(
-    simulation: Simulation,
-    values: dict[str, float],
-    errors: dict[str, float],
-    rows: npt.NDArray[np.float64],
-    *,
-    bounded: bool = False,
-) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number; ``bounded``: the total errors include those of the step."""
-    of = doubts_of_system if isinstance(simulation.problem, System) else doubts
-    return (*of(simulation, values, errors, rows, bounded=bounded), *_about_impacts(simulation, values, rows))
-
-
-def _about_impacts(simulation: Simulation, values: dict[str, float], rows: npt.NDArray[np.float64]) -> Iterator[str]:
-    """One sentence for each wall that is misplaced, it seems, or of which few impacts were seen."""
-    problem = simulation.problem
-    if not math.isfinite(values["x_mean_square"]):
-        return
-    rates = {name: values[f"{name}_impact_rate" if name else "impact_rate"] for name in named_walls(problem)}
-    said = about_walls(problem, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
-    yield from said.values()
-    impacts = simulation.impacts(rows)
-    few = {name: impacts[name] for name, rate in rates.items() if math.isfinite(rate) and name not in said}
-    yield from about_few(few, simulation.watched(rows))
-
-
-def _run_to(
-    problem: Oscillator | System,
-    rtol: float,
-    quantities: Sequence[str],
-    max_time: float | None,
-    progress: Progress | None,
-    given: Options,
-) -> Run:
+def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[str, Any], progress: Any) -> Run:
     """A run with ``rtol``."""
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
-    if isinstance(problem, System) and tuple(quantities) == _DEFAULT_QUANTITIES and not problem.stiffness > 0.0:
-        quantities = ("v_mean_square",)
-    reached = reach(
-        problem,
-        rtol,
-        quantities=quantities,
-        seed=given.get("seed", 1),
-        threads=given.get("threads"),
-        max_time=max_time,
-        progress=progress,
-    )
+    reached = reach(system, rtol, progress=progress, **of_rtol, **given)
     rows = reached.rows
-    diagnostics = diagnostics_of(reached.simulation, rows, time.perf_counter() - begun)
     warned = [
-        *doubts_of(reached.simulation, reached.values, reached.errors, rows, bounded=True),
-        *about_uncontrolled_impacts(reached, quantities, rtol),
-        *([reached.shortfall] if reached.shortfall else []),
+        *doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True),
+        *about_uncontrolled_impacts(reached, rtol),
+        *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),
     ]
     return Run(
-        oscillator=problem,
+        system=system,
         settings=reached.settings,
         values=reached.values,
         errors=reached.errors,
         budgets=reached.budgets,
         diagnostics={
-            **diagnostics,
+            **diagnostics_of(reached.simulation, rows, time.perf_counter() - begun),
             "pairs": reached.pairs,
             "path_steps": reached.path_steps,
             "held_up_by": reached.reason,
@@ -330,34 +192,19 @@ def _run_to(
     )
 
 
-def simulate(
-    oscillator: Oscillator | System,
-    *,
-    rtol: float | None = None,
-    quantities: Sequence[str] = ("amplitude_mean_square",),
-    max_time: float | None = None,
-    observables: Mapping[str, Observable] | None = None,
-    impact_observables: Mapping[str, Observable] | None = None,
-    distributions: bool = False,
-    spectrum: npt.ArrayLike | None = None,
-    first_passage: Mapping[str, Any] | None = None,
-    slowest_counted_impact: float | None = None,
-    progress: Progress | None = None,
-    **given: Unpack[Options],
-) -> xarray.Dataset:
+def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
     """Monte Carlo: response levels, impact rate, impact speeds and powers, each with its standard error.
 
     Parameters
     ----------
-    oscillator : Oscillator or System
-        A system that is an oscillator is simulated as one.
+    system : System
     rtol : float
         Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then
         chosen so that the total error (95 % of the sampling error, plus bounds on what step, memory and start leave) of
         each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
-        Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` of a
-        system whose linear springs have no positive stiffness.
+        Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` where
+        the linear springs have no positive stiffness.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
         a whole round of paths; the number of rounds depends on the machine.
@@ -403,7 +250,7 @@ def simulate(
     scheme : {"default", "grunwald"}
         ``"default"``: exact flight of the bare oscillator, impacts in it, between impulses of memory and noise.
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
-        ``contact_tolerance`` of the wall or beyond it and moves towards it), for an oscillator only.
+        ``contact_tolerance`` of the wall or beyond it and moves towards it), for the paper's problem only.
     start : {"stationary", "rest"}
         ``"stationary"`` sets x(0) to the stationary mean, which pilot runs determine, so that the memory has no
         transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
@@ -433,20 +280,19 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, ``amplitude_mean_square`` (x^2 + v^2 / Omega^2),
-        ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, ``springpot_force_mean``,
-        ``springpot_power``, ``springpot_virial``, ``energy_residual`` over the window and four ``_end`` values at the
-        end of the run, each with a twin ``_se``, a bound where no impact was seen: 1.96 of it are 3 / (paths x length
-        of the window); impact rate and speeds, the quantiles of the impact speed and of the
-        largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the step leaves.
-        With ``rtol`` the first seven have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total ``_error``.
-        A system that is no oscillator has ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots,
-        dashpots, arms and circuits together) instead of the three of the springpot, no amplitude at the end, and also
-        ``input_power`` and the ``..._power`` of each nonlinear damper and of each force that is not white; over the
-        dimension ``barrier`` (walls and contacts), ``barrier_impact_rate``, ``barrier_impact_speed_mean``,
-        ``barrier_power`` and ``barrier_force_mean`` (the mean force on each, its momentum per time); with circuits
-        ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts ``contact_share`` (of time) and
-        ``contact_penetration`` (deepest of each path, averaged over the paths).
+        Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, with a linear spring ``amplitude_mean_square``
+        (x^2 + v^2 / Omega^2), ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots, dashpots,
+        arms and circuits together), ``input_power``, the ``..._power`` of each nonlinear damper and of each force that
+        is not white, ``energy_residual``; with walls or contacts ``impact_rate``, ``impact_speed_mean``,
+        ``impact_speed_mean_square``, and over the dimension ``barrier`` (walls and contacts) ``barrier_impact_rate``,
+        ``barrier_impact_speed_mean``, ``barrier_power`` and ``barrier_force_mean`` (the mean force on each, its
+        momentum per time); with circuits ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts
+        ``contact_share`` (of time) and ``contact_penetration`` (deepest of each path, averaged over the paths); and the
+        ``_end`` values at the end of the run.  Forces and powers are those of the mass, or per unit mass without one.
+        Each has a twin ``_se``, a bound where no impact was seen: 1.96 of it are 3 / (paths x length of the window);
+        impact rate and speeds, the quantiles of the impact speed and of the largest speed and the density of the impact
+        speed also have ``_step_bias``, a bound on what the step leaves.  With ``rtol`` the means have ``_step_bias``,
+        ``_memory_bias``, ``_transient`` and their total ``_error``.
         With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds. Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
@@ -454,7 +300,7 @@ def simulate(
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
         ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
-        ``..._first_passage_time``. Attributes ``oscillator``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        ``..._first_passage_time``. Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------
@@ -470,9 +316,8 @@ def simulate(
 
     Notes
     -----
-    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.  A
-    system that is no oscillator has Caputo's derivative.  Memory use is about 230 bytes per path, whatever the number
-    of steps.
+    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
+    Other systems have Caputo's derivative.  Memory use is about 230 bytes per path, whatever the number of steps.
 
     Examples
     --------
@@ -504,22 +349,9 @@ def simulate(
     """
     import warnings
 
-    result = run(
-        oscillator,
-        rtol=rtol,
-        quantities=quantities,
-        max_time=max_time,
-        observables=observables,
-        impact_observables=impact_observables,
-        distributions=distributions,
-        spectrum=spectrum,
-        first_passage=first_passage,
-        slowest_counted_impact=slowest_counted_impact,
-        progress=progress,
-        **given,
-    )
+    result = run(system, **given)
     for sentence in result.warnings:
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=2)
     return result.to_dataset()
 
 
@@ -528,7 +360,7 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME
 
-    settings, memory, adapted = simulation.settings, simulation.parts.history, simulation.adapted
+    settings, memory, adapted = simulation.settings, simulation.parts.history, simulation.plan.adapted
     return {
         "steps": settings.steps,
         "memory_terms": int(memory.rates.size),

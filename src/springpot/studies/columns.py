@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
 from springpot.problem.quantities import possible_results, units_of_system
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 from springpot.theory.result import MOMENTS
 
 __all__ = [
@@ -24,6 +24,8 @@ __all__ = [
     "unit_of_column",
     "walls_of",
 ]
+
+_PAPER = as_system(Oscillator())
 
 ENDINGS = ("", "_se", "_error")
 """Of a value, its standard error, and the half-width of its total 95 % interval."""
@@ -70,9 +72,7 @@ def bare(column: str) -> str:
 
 def unit_of_column(column: str, system: System | None) -> str:
     """The unit of a number in a result."""
-    if system is None:
-        return UNITS[bare(column)]
-    return units_of_system(system, bare(column))
+    return units_of_system(_PAPER if system is None else system, bare(column))
 
 
 def walls_of(system: System) -> tuple[str, ...]:
@@ -105,9 +105,7 @@ def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System | None) 
 
 
 def _of_a_run(system: System | None) -> tuple[str, ...]:
-    if system is None:
-        return tuple(UNITS)
-    return possible_results(system)
+    return possible_results(_PAPER if system is None else system)
 
 
 def _more_of_theory(system: System) -> tuple[str, ...]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from springpot.problem.numbers import unit_of
 from springpot.problem.quantities import UNCONTROLLED
 from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
 from springpot.studies.question import Study
-from springpot.studies.store import Damaged, Store, document
+from springpot.studies.store import Store, document
 from springpot.studies.tasks import Answer, tasks
 from springpot.theory.result import MOMENTS
 
@@ -40,14 +40,8 @@ class Results:
 
     @cached_property
     def all(self) -> list[Answer | None]:
-        answers = []
         only = self.store.study.model_copy(update={"methods": (self.method,)})
-        for task in tasks(only):
-            try:
-                answers.append(self.store.read(task))
-            except Damaged:  # running the study again computes it anew
-                answers.append(None)
-        return answers
+        return [self.store.found(task) for task in tasks(only)]
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
@@ -61,9 +55,7 @@ class Results:
         return np.array([answer is not None for answer in self.all])
 
     def sentences(self) -> npt.NDArray[np.object_]:
-        return np.array(
-            ["" if answer is None else answer.statement or " ".join(answer.warnings) for answer in self.all], object
-        )
+        return np.array(["" if answer is None else answer.said for answer in self.all], object)
 
 
 def open_tree(store: Store) -> xarray.DataTree:
@@ -100,20 +92,16 @@ def open_tree(store: Store) -> xarray.DataTree:
 
 
 def _coordinates(study: Study) -> dict[str, Any]:
-    coordinates: dict[str, Any] = {
-        study.label(name): (axis, list(values), _words_of_parameter(study, name))
-        for name, (axis, values) in study.columns.items()
-    }
+    coordinates: dict[str, Any] = {}
+    for name, (axis, values) in study.columns.items():
+        if study.system is None:
+            words = {"units": _PARAMETER_UNITS[name]}
+        else:
+            words = {"units": unit_of(study.system, name), "long_name": name}  # its name in the study file
+        coordinates[study.label(name)] = axis, list(values), words
     if study.system is not None and (walls := walls_of(study.system)):
         coordinates["barrier"] = ("barrier", list(walls))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
-
-
-def _words_of_parameter(study: Study, name: str) -> dict[str, str]:
-    """Its unit; of a system's number its name in the study file, too."""
-    if study.system is None:
-        return {"units": _PARAMETER_UNITS[name]}
-    return {"units": unit_of(study.system, name), "long_name": name}
 
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
@@ -121,12 +109,12 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     given = {} if study.monte_carlo is None else study.monte_carlo.given()
 
     def known(column: str) -> bool:
+        if not column.endswith("_error"):
+            return True
         name = bare(column)
-        if column.endswith("_error"):
-            return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
-        return "path_times" not in given or name in MOMENTS
+        return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
 
-    return tuple(column for column in columns_of(method, study.system) if method != "monte_carlo" or known(column))
+    return tuple(column for column in columns_of(method, study.system) if known(column))
 
 
 def _variables(
@@ -134,7 +122,7 @@ def _variables(
 ) -> dict[str, Any]:
     def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *walls: int) -> Any:
         whole = (*shape, *walls)
-        return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, np.dtype(kind))
+        return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, kind)
 
     columns = {}
     for column, (sources, of_walls) in _with_walls_joined(result_columns(study, answers[0].method), study).items():
@@ -178,37 +166,17 @@ def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tupl
     return found
 
 
-@dataclass(frozen=True)
-class _Once:
+def _lazy(make: Callable[[], npt.NDArray[Any]], shape: tuple[int, ...], kind: Any) -> Any:
     """An array that is computed at first use."""
-
-    make: Callable[[], npt.NDArray[Any]]
-    kept: list[npt.NDArray[Any]] = field(default_factory=list)
-
-    def __call__(self) -> npt.NDArray[Any]:
-        if not self.kept:
-            self.kept.append(self.make())
-        return self.kept[0]
-
-
-def _lazy(make: Callable[[], npt.NDArray[Any]], shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
     from xarray.backends import BackendArray
     from xarray.core import indexing
 
     class _Array(BackendArray):
         def __init__(self) -> None:
-            self.shape, self.dtype, self.once = shape, dtype, _Once(make)
+            self.shape, self.dtype, self.whole = shape, np.dtype(kind), cache(make)
 
         def __getitem__(self, key: Any) -> Any:
-            return indexing.explicit_indexing_adapter(
-                key, self.shape, indexing.IndexingSupport.OUTER, lambda place: _outer(self.once(), place)
-            )
+            basic = indexing.IndexingSupport.BASIC
+            return indexing.explicit_indexing_adapter(key, shape, basic, lambda place: self.whole()[place])
 
     return indexing.LazilyIndexedArray(_Array())
-
-
-def _outer(array: npt.NDArray[Any], place: tuple[Any, ...]) -> Any:
-    """Each axis is indexed on its own."""
-    for axis in reversed(range(len(place))):
-        array = array[(slice(None),) * axis + (place[axis],)]
-    return array

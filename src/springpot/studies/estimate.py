@@ -1,4 +1,4 @@
-"""Estimate of a study before it is run: tasks, time and disk space; and status of a store."""
+"""Estimate of a study before it is run: tasks, time and disk space."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from dataclasses import dataclass, replace
 
 from springpot.studies.axes import spread
 from springpot.studies.columns import columns_of
-from springpot.studies.labelled import AnswersDigest, State, state
-from springpot.studies.layout import SENTENCES
 from springpot.studies.question import Study
-from springpot.studies.store import Damaged, Store
-from springpot.studies.tasks import Answer, Task, check_some, compute, task_at, tasks
+from springpot.studies.tasks import SENTENCES, Task, check_some, compute, task_at
 
-__all__ = ["Estimate", "Status", "estimate", "status"]
+__all__ = ["Estimate", "estimate"]
 
 SAMPLE = 12  # tasks of a method that are tried
 LARGEST_SAMPLE = 1.0  # s spent on each method
@@ -52,24 +49,6 @@ class Estimate:
     silent: dict[str, float]
     tried: dict[str, int]
     checked: int
-
-
-@dataclass(frozen=True)
-class Status:
-    """Status of a store.
-
-    Attributes
-    ----------
-    done, damaged, missing : dict
-        Number of tasks of each method.
-    labelled : {"right", "outdated", "damaged", "missing"}
-        State of the group that any xarray can open.
-    """
-
-    done: dict[str, int]
-    damaged: dict[str, int]
-    missing: dict[str, int]
-    labelled: State
 
 
 def estimate(study: Study) -> Estimate:
@@ -157,19 +136,3 @@ def _cheaper(task: Task) -> tuple[Task, float]:
         cheap = replace(task, settings={**task.settings, name: rough})
         return cheap, (rough / wanted) ** 2 if name == "rtol" else wanted / rough
     return task, 1.0
-
-
-def status(store: Store) -> Status:
-    """Read all results of a store, and verify their checksums."""
-    done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
-    digest = AnswersDigest(store)
-    for task in tasks(store.study):
-        answer: Answer | None = None
-        try:
-            answer = store.read(task)
-        except Damaged:
-            damaged[task.method] += 1
-        else:
-            (missing if answer is None else done)[task.method] += 1
-        digest.add(task, answer)
-    return Status(done, damaged, missing, state(store, digest.value()))

@@ -46,23 +46,19 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
     if not path.resolve().parent.is_dir():
         raise ValueError(f"the file to export to must lie in a folder that exists, but {str(path.parent)!r} does not.")
     _check_replaced(path, overwrite)
-    partial = path.with_name(partial_name(path.name))
-    try:
-        if path.suffix == ".zarr":
+    if path.suffix == ".nc":
+        write(str(path), netcdf_of(open_tree(store)))
+    elif path.suffix == ".csv":
+        write(str(path), _table(store).encode())
+    else:
+        partial = path.with_name(partial_name(path.name))
+        try:
             write_zarr(open_tree(store), partial)
             if path.is_dir():
                 shutil.rmtree(path)
             os.rename(partial, path)
-            return path
-        if path.suffix == ".nc":
-            write(str(path), netcdf_of(open_tree(store)))
-            return path
-        _write_table(store, partial)
-        partial.replace(path)
-    finally:
-        if partial.is_dir():
+        finally:
             shutil.rmtree(partial, ignore_errors=True)
-        partial.unlink(missing_ok=True)
     return path
 
 
@@ -74,7 +70,7 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
     if path.suffix == ".zarr":
         if is_store(path):
             raise ValueError(f"{what!r} is the store of a study, which export does not replace: give another name.")
-        if not path.is_dir() or metadata_of(path) is None:
+        if not path.is_dir() or not metadata_of(path):
             raise ValueError(f"{what!r} exists and is not a Zarr group: give another name, or remove it first.")
     elif path.is_dir():
         raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
@@ -82,24 +78,19 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
         raise ValueError(f"{what!r} exists already: give another name, or --overwrite (overwrite=True) to replace it.")
 
 
-def _write_table(store: Store, path: Path) -> None:
+def _table(store: Store) -> str:
     """One row for each point and method: numbers at full precision, empty cells for NaN."""
-    import csv
+    import pandas
 
     study = store.study
-    names = [column for method in study.methods for column in result_columns(study, method)]
-    columns = list(dict.fromkeys(names))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["method", *map(study.label, study.columns), *columns, "done", "said"])
-        for method in study.methods:
-            answers = Results(store, method)
-            for point, answer in zip(study.points(), answers.all, strict=True):
-                numbers = dict(zip(answers.columns, answer.numbers, strict=True)) if answer else {}
-                cells = [numbers.get(name, math.nan) for name in columns]
-                sentences = "" if answer is None else answer.statement or " ".join(answer.warnings)
-                writer.writerow(
-                    [method, *(point[name] for name in study.columns)]
-                    + ["" if math.isnan(cell) else repr(cell) for cell in cells]
-                    + [int(answer is not None), sentences]
-                )
+    columns = list(dict.fromkeys(name for method in study.methods for name in result_columns(study, method)))
+    rows = []
+    for method in study.methods:
+        answers = Results(store, method)
+        for point, answer in zip(study.points(), answers.all, strict=True):
+            numbers = dict(zip(answers.columns, answer.numbers, strict=True)) if answer else {}
+            cells = (numbers.get(name, math.nan) for name in columns)
+            end = (1, answer.said) if answer else (0, "")
+            rows.append([method, *(point[name] for name in study.columns), *cells, *end])
+    names = ["method", *map(study.label, study.columns), *columns, "done", "said"]
+    return str(pandas.DataFrame(rows, columns=names).to_csv(index=False))

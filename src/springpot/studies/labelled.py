@@ -1,82 +1,96 @@
-"""The labelled group of a finished study: a Zarr group beside the working chunks that any xarray can open.
+"""Status of a store, and the labelled group of a finished study: beside the working chunks, for any xarray.
 
     study.zarr/zarr.json         its consolidated metadata list the labelled group, and nothing else
     study.zarr/labelled          groups theory and simulation, as `springpot.open_study` gives them
 
 The group is written under another name and renamed when every task has a result; it is removed before a store is
-changed.  It has two digests: of the results and of its own files.  So an outdated or damaged group is detected, and the
-next run writes it again.  `open_study` never reads it.
+changed.  It has a digest of the results, and the root has one of its files.  So an outdated or damaged group is
+detected, and the next run writes it again.  `open_study` never reads it.
 """
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
 import shutil
 import struct
 import warnings
-from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from springpot.machine.files import Damaged, partial_name, read_file, write
+from springpot.machine.files import Damaged, make_room, partial_name, read_file, write
 from springpot.studies.dataset import open_tree
-from springpot.studies.layout import LABELLED, place_of
-from springpot.studies.store import (
-    CONSOLIDATED,
-    Store,
-    describe_labelled,
-    document,
-    listed,
-    metadata_of,
-    take_away_labelled,
-)
-from springpot.studies.tasks import Answer, Task, tasks
+from springpot.studies.layout import LABELLED, NOT_IN_THE_FORMAT
+from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of
+from springpot.studies.tasks import tasks
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["AnswersDigest", "State", "finish", "state", "write_zarr"]
+__all__ = ["Status", "finish", "status", "take_away_labelled", "write_zarr"]
 
-ANSWERS, FILES = "springpot_answers_sha256", "springpot_files_sha256"
+ANSWERS, FILES = "springpot_answers_sha256", "labelled_sha256"
 LARGEST = 2**31  # bytes of one of its files
 
 State = Literal["right", "outdated", "damaged", "missing"]
 
 
-class AnswersDigest:
-    """Digest of all results of a study, added one by one in the order of its tasks."""
+@dataclass(frozen=True)
+class Status:
+    """Status of a store.
 
-    def __init__(self, store: Store) -> None:
-        self._sum = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
-        self._whole = True
+    Attributes
+    ----------
+    done, damaged, missing : dict
+        Number of tasks of each method.
+    answers : str or None
+        Digest of all results; None if some are damaged or missing.
+    labelled : {"right", "outdated", "damaged", "missing"}
+        State of the group that any xarray can open.
+    """
 
-    def add(self, task: Task, answer: Answer | None) -> None:
-        if answer is None:
-            self._whole = False
-            return
-        self._sum.update(struct.pack(f"<QQ{len(answer.numbers)}d", task.slot, task.check, *answer.numbers))
-        if answer.statement or answer.warnings:
-            self._sum.update(json.dumps([answer.statement, answer.warnings]).encode())
-
-    def value(self) -> str | None:
-        """The digest, or None if a result is missing."""
-        return self._sum.hexdigest() if self._whole else None
+    done: dict[str, int]
+    damaged: dict[str, int]
+    missing: dict[str, int]
+    answers: str | None
+    labelled: State
 
 
-def state(store: Store, answers: str | None) -> State:
-    """State of a store's labelled group; ``answers`` is the digest of the results (None if some are missing)."""
+def status(store: Store) -> Status:
+    """Read all results of a store, and verify their checksums."""
+    done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
+    digest = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
+    for task in tasks(store.study):
+        try:
+            answer = store.read(task)
+        except Damaged:
+            damaged[task.method] += 1
+            continue
+        (missing if answer is None else done)[task.method] += 1
+        if answer is not None:
+            digest.update(struct.pack(f"<QQ{len(answer.numbers)}d", task.slot, task.check, *answer.numbers))
+            digest.update(json.dumps([answer.statement, answer.warnings]).encode())
+    answers = None if any((*damaged.values(), *missing.values())) else digest.hexdigest()
+    return Status(done, damaged, missing, answers, _state(store, answers))
+
+
+def _state(store: Store, answers: str | None) -> State:
     place = store.path / LABELLED
     if not os.path.lexists(place):
         return "missing"
-    root = metadata_of(place)
-    attributes = root.get("attributes") if root is not None else None
-    if root is None or not isinstance(attributes, dict) or attributes.get(FILES) != _files_digest(place, root):
+    try:
+        if answers is None or metadata_of(place)["attributes"].get(ANSWERS) != answers:
+            return "outdated"
+        now, listed = _described(store, place)
+        kept = metadata_of(store.path)
+        unchanged = kept["attributes"][ATTRIBUTE].get(FILES) == now[FILES]  # else Zarr may be unable to list them
+        return "right" if unchanged and kept == json.loads(root_of(now, listed)) else "damaged"
+    except (OSError, Damaged, KeyError, TypeError, AttributeError):
         return "damaged"
-    if answers is None or attributes.get(ANSWERS) != answers:
-        return "outdated"
-    return "right" if (metadata_of(store.path) or {}).get(CONSOLIDATED) == listed(root) else "damaged"
 
 
 def finish(store: Store) -> bool:
@@ -87,87 +101,69 @@ def finish(store: Store) -> bool:
     bool
         Whether there is an up-to-date group.
     """
-    if not _may_be_complete(store):
+    found = status(store)
+    if found.answers is None:
         return False
-    digest = AnswersDigest(store)
-    for task in tasks(store.study):
-        try:
-            digest.add(task, store.read(task))
-        except Damaged:
-            return False
-    answers = digest.value()
-    if answers is None:
-        return False
-    if state(store, answers) != "right":
+    if found.labelled != "right":
         partial = store.path / partial_name(LABELLED)
+        tree = open_tree(store)
+        tree.attrs[ANSWERS] = found.answers
         try:
-            write_zarr(open_tree(store), partial, {ANSWERS: answers})
-            take_away_labelled(store.path)
+            write_zarr(tree, partial)
+            described = root_of(*_described(store, partial))
+            take_away_labelled(store)
             os.rename(partial, store.path / LABELLED)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
+                raise
         finally:
             shutil.rmtree(partial, ignore_errors=True)
-        describe_labelled(store.path, metadata_of(store.path / LABELLED))
+        write(f"{store.path}/zarr.json", described, durable=True)
     return True
 
 
-def _may_be_complete(store: Store) -> bool:
-    """Whether there are as many chunks as tasks: a quick check that can exclude completeness."""
-    wanted = 1
-    for length in store.study.shape.values():
-        wanted *= length
-    for method in store.study.methods:
-        try:
-            with os.scandir(store.path / place_of(method) / "numbers") as entries:
-                if sum(entry.name.endswith(".0") for entry in entries) < wanted:
-                    return False
-        except OSError:
-            return False
-    return True
+def take_away_labelled(store: Store) -> None:
+    """Remove the labelled group, if there is one; first from the root's list, which never lists a missing group."""
+    place = store.path / LABELLED
+    if not os.path.lexists(place):
+        return
+    write(f"{store.path}/zarr.json", root_of(store.described()), durable=True)
+    if place.is_symlink() or not place.is_dir():
+        make_room(str(place), folder=True)
+        return
+    aside = store.path / partial_name(f"{LABELLED}-before")
+    with suppress(FileNotFoundError):  # another process was quicker
+        os.rename(place, aside)
+    shutil.rmtree(aside, ignore_errors=True)
 
 
-def write_zarr(tree: xarray.DataTree, place: Path, attributes: dict[str, str] | None = None) -> None:
-    """Write a tree as a Zarr (version 3) group with consolidated metadata and a checksum in every chunk.
-
-    The digest of its files is added to the given attributes.
-    """
+def write_zarr(tree: xarray.DataTree, place: Path) -> None:
+    """Write a tree as a Zarr (version 3) group with consolidated metadata and a checksum in every chunk."""
     from zarr.codecs import ZstdCodec
 
-    plain = tree.map_over_datasets(_with_plain_texts)
+    # strings of variable length: the format has none of fixed length
+    plain = tree.map_over_datasets(
+        lambda part: part.assign_coords(
+            {name: part[name].astype(object) for name in part.coords if part[name].dtype.kind == "U"}
+        )
+    )
     plain.attrs = tree.attrs
     packed = {"compressors": (ZstdCodec(level=3, checksum=True),)}
     encoding = {
         node.path: {str(name): packed for name in node.to_dataset(inherit=False).variables} for node in plain.subtree
     }
     with warnings.catch_warnings():
-        # consolidated metadata are an extension by zarr-python and xarray, which other readers ignore
-        warnings.filterwarnings("ignore", message="Consolidated metadata")
+        warnings.filterwarnings("ignore", message=NOT_IN_THE_FORMAT)
         plain.to_zarr(place, zarr_format=3, consolidated=True, encoding=encoding, mode="w-")
-    root = json.loads((place / "zarr.json").read_text(encoding="utf-8"))
-    root["attributes"] |= attributes or {}
-    root["attributes"][FILES] = _files_digest(place, root)
-    write(f"{place}/zarr.json", json.dumps(root, indent=1).encode())
 
 
-def _with_plain_texts(part: xarray.Dataset) -> xarray.Dataset:
-    """Strings of variable length: the format has none of fixed length."""
-    return part.assign_coords({name: part[name].astype(object) for name in part.coords if part[name].dtype.kind == "U"})
-
-
-def _files_digest(place: Path, root: dict[str, Any]) -> str | None:
-    """Digest of all files of a labelled group, of its root's metadata without the digest itself; None if unreadable."""
-    attributes = {name: value for name, value in root["attributes"].items() if name != FILES}
-    digest = hashlib.sha256(json.dumps({**root, "attributes": attributes}, sort_keys=True).encode())
-    try:
-        for name in sorted(_names_below(place)):
-            if name != "zarr.json":
-                body = read_file(f"{place}/{name}", LARGEST) or b""
-                digest.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
-    except (OSError, Damaged):
-        return None
-    return digest.hexdigest()
-
-
-def _names_below(place: Path) -> Iterable[str]:
-    for folder, _, names in os.walk(place):
-        for name in names:
-            yield os.path.relpath(os.path.join(folder, name), place).replace(os.sep, "/")
+def _described(store: Store, place: Path) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """What the root says of a store with the labelled group in a folder, and the group's metadata, which it lists."""
+    files = (Path(folder, name) for folder, _, names in os.walk(place) for name in names)
+    digest, listed = hashlib.sha256(), {}
+    for name in sorted(file.relative_to(place).as_posix() for file in files):
+        body = read_file(f"{place}/{name}", LARGEST) or b""
+        digest.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
+        if Path(name).name == "zarr.json":
+            listed[f"{LABELLED}/{name}"] = body
+    return {**store.described(), FILES: digest.hexdigest()}, listed

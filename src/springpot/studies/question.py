@@ -115,7 +115,7 @@ class Study(Strict):
                 raise ValueError(f"zipped axis {title} needs at least one column, and columns of equal length")
         if sum(len(values) for _, values in self.columns.values()) > MOST_VALUES:
             raise ValueError(f"the axes have more than {MOST_VALUES:,} values together: make them shorter")
-        for title, part in zip(self._titles(), self._columns_of_axes(), strict=True):
+        for title, part in self._grid.items():
             rows = [*zip(*part.values(), strict=True)]
             if len(set(rows)) < len(rows):
                 again = _twice(rows)
@@ -145,22 +145,21 @@ class Study(Strict):
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
         if "fixed" in self.model_fields_set:
             raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
-        if self.monte_carlo is not None and self.monte_carlo.path_times is not None:
-            raise ValueError("monte_carlo.path_times is for oscillators: give rtol, or settings such as paths")
+
+    @property
+    def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:
+        """The columns of each axis of the grid, by parameter."""
+        return {self.label(name): {name: axis} for name, axis in self.axes.items()} | self.zipped
 
     @property
     def shape(self) -> dict[str, int]:
         """Length of each axis of the grid, by name."""
-        columns = self._columns_of_axes()
-        return {name: len(next(iter(part.values()))) for name, part in zip(self._titles(), columns, strict=True)}
+        return {title: len(next(iter(columns.values()))) for title, columns in self._grid.items()}
 
     @property
     def columns(self) -> dict[str, tuple[str, tuple[float, ...]]]:
         """Axis and values of each parameter that varies."""
-        columns_by_parameter = {name: (self.label(name), axis) for name, axis in self.axes.items()}
-        for title, columns in self.zipped.items():
-            columns_by_parameter |= {name: (title, axis) for name, axis in columns.items()}
-        return columns_by_parameter
+        return {name: (title, axis) for title, columns in self._grid.items() for name, axis in columns.items()}
 
     @cached_property
     def unvaried(self) -> dict[str, Any]:
@@ -192,7 +191,7 @@ class Study(Strict):
         Of a system those that vary.
         """
         fixed = self._constants()
-        axes = [*self._columns_of_axes()]
+        axes = self._grid.values()
         for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
             point = dict(fixed)
             for columns, values in zip(axes, chosen, strict=True):
@@ -202,22 +201,13 @@ class Study(Strict):
     def point(self, index: int) -> Point:
         """The point with this index in `points`."""
         point = self._constants()
-        for values in reversed([*self._columns_of_axes()]):
+        for values in reversed(self._grid.values()):
             index, place = divmod(index, len(next(iter(values.values()))))
             point.update((name, column[place]) for name, column in values.items())
         return point
 
     def _constants(self) -> Point:
         return self.fixed.model_dump() if self.system is None else {}
-
-    def _titles(self) -> list[str]:
-        return [*map(self.label, self.axes), *self.zipped]
-
-    def _columns_of_axes(self) -> Iterator[dict[str, tuple[float, ...]]]:
-        """The columns of each axis of the grid, by parameter."""
-        for name, axis in self.axes.items():
-            yield {name: axis}
-        yield from self.zipped.values()
 
     def where(self, point: Mapping[str, Any]) -> str:
         """A point in words: the parameters that vary."""

@@ -24,9 +24,9 @@ from typing import Any
 from springpot.machine.crew import work_together
 from springpot.machine.interrupt import Terminated, sigterm_as_ctrl_c
 from springpot.machine.processors import threads_available
-from springpot.studies.labelled import finish
+from springpot.studies.labelled import finish, take_away_labelled
 from springpot.studies.question import Study
-from springpot.studies.store import Store, StoreError, cannot_write, open_store, take_away_labelled
+from springpot.studies.store import Store, StoreError, open_store, writing
 from springpot.studies.tasks import Task, check_some, compute, tasks
 from springpot.studies.workers import Workers, without_ctrl_c
 
@@ -172,28 +172,21 @@ def run_study(
         random.SystemRandom().shuffle(missing)
         count = _Count(len(missing), progress)
         if missing:
-            try:
-                take_away_labelled(path)
-            except OSError as error:
-                raise cannot_write(path, error) from error
-        if not missing:
-            pass
-        elif workers is not None or scheduler is not None:
-            _on_a_cluster(store, missing, count, workers, scheduler)
-        else:
-            _on_threads(store, missing, count, threads)
-        whole = labelled and not count.failures and _finished(store, count)
+            with writing(path):
+                take_away_labelled(store)
+            if workers is not None or scheduler is not None:
+                _on_a_cluster(store, missing, count, workers, scheduler)
+            else:
+                _on_threads(store, missing, count, threads)
+        try:
+            with writing(path):
+                whole = labelled and not count.failures and finish(store)
+        except OSError:
+            if count.computed:
+                raise
+            whole = False  # a read-only store stays as it was
     already_there = len(mine) - len(missing) + count.others
     return Outcome(path, len(mine), already_there, count.computed, tuple(count.failures), whole)
-
-
-def _finished(store: Store, count: _Count) -> bool:
-    try:
-        return finish(store)
-    except OSError as error:
-        if count.computed:
-            raise cannot_write(store.path, error) from error
-        return False  # a read-only store stays as it was
 
 
 def _on_threads(store: Store, missing: Sequence[Task], count: _Count, threads: int) -> None:
@@ -251,20 +244,15 @@ def _store_at(path: str) -> Store:
 
 def _remote(path: str, task: Task) -> bool:
     """Compute and save a task in a worker of a cluster; False if the store has its result already."""
+    from distributed import get_worker
+
     store = _store_at(path)
     if store.has(task):
         return False
-    store.write(task, compute(task, threads=_share()))
+    state = get_worker().state  # all tasks that the worker has now share its threads
+    threads = max(1, state.nthreads // max(1, len(state.executing) + len(state.ready)))
+    store.write(task, compute(task, threads=threads))
     return True
-
-
-def _share() -> int:
-    """Threads for a task that begins: those of its worker, shared by all tasks that the worker has now."""
-    from distributed import get_worker
-
-    state = get_worker().state
-    threads: int = state.nthreads // max(1, len(state.executing) + len(state.ready))
-    return max(1, threads)
 
 
 def _on_a_cluster(
@@ -307,7 +295,11 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
             submit(some)
         if not of_key:
             return
-        futures = _waited_for(ended)
+        futures = []
+        with suppress(queue.Empty):  # all that have ended, after waiting a moment for the first
+            futures.append(ended.get(timeout=TELL))
+            while True:
+                futures.append(ended.get_nowait())
         if own is not None:
             own.replace_ended(progress=bool(futures))
         if client.status != "running":
@@ -318,16 +310,6 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
             else:
                 _take(future, of_key.pop(future.key), count)
         count.tell()
-
-
-def _waited_for(ended: queue.SimpleQueue[Any]) -> list[Any]:
-    """Everything in the queue, after waiting a moment for the first."""
-    found = []
-    with suppress(queue.Empty):
-        found.append(ended.get(timeout=TELL))
-        while True:
-            found.append(ended.get_nowait())
-    return found
 
 
 def _take(future: Any, task: Task, count: _Count) -> None:

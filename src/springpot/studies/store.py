@@ -6,55 +6,47 @@
     .../sentences                            uint8, shape (2^60, 4096): warnings, or why there is no result, as JSON
 
 A row is the task's slot (`springpot.studies.tasks.Task`), so the shape of the arrays is fixed, a result keeps its chunk
-when the grid grows, and chunks that were never written take no space.  Any Zarr reader can open the store.  Here chunks
-are written and read directly as files (little-endian bytes and their CRC-32C, as the arrays' metadata say), which takes
-a tenth of the time.  A file is written under another name and then renamed, so that it is never seen half-written.
+when the grid grows, and chunks that were never written take no space.
 
-A result is valid if its file has the right length, checksum and task.
+A result is valid if Zarr can decode its chunk, whose checksum must be right, and it is the task's.
 """
 
 from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import re
 import shutil
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from springpot.machine.faults import FileError
-from springpot.machine.files import (
-    Damaged,
-    checksum,
-    make_room,
-    partial_name,
-    read_chunk,
-    read_file,
-    remove_orphans,
-    write,
-    write_chunk,
-)
-from springpot.studies.columns import columns_of
-from springpot.studies.layout import ARRAYS, LABELLED, SENTENCES, group, metadata, place_of
+from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
+from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
-from springpot.studies.tasks import Answer, Task, tasks
+from springpot.studies.tasks import SENTENCES, Answer, Task, tasks
 
 __all__ = [
+    "ATTRIBUTE",
     "Damaged",
     "Store",
     "StoreError",
-    "cannot_write",
-    "describe_labelled",
+    "document",
     "is_store",
-    "listed",
     "metadata_of",
     "open_store",
-    "take_away_labelled",
+    "root_of",
+    "writing",
 ]
 
 FORMAT = 1
@@ -62,7 +54,7 @@ ATTRIBUTE = "springpot_study"
 CONSOLIDATED = "consolidated_metadata"
 MOST_METADATA = 2**28  # bytes of a zarr.json: a million values on axes take a tenth of it
 VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a terminal
-CHECKSUM = "crc32c"  # of the root's other metadata
+CHECKSUM = "crc32"  # of the root's other attributes
 
 
 class StoreError(FileError):
@@ -86,6 +78,15 @@ class Store:
     study: Study
     versions: list[dict[str, str]]
 
+    @cached_property
+    def metadata(self) -> dict[str, bytes]:
+        """The metadata of groups and arrays by their places, as they should be."""
+        return metadata(self.study.methods, self.study.system)
+
+    @cached_property
+    def _arrays(self) -> dict[str, Any]:
+        return open_arrays(self.path, self.metadata)
+
     def read(self, task: Task) -> Answer | None:
         """A task's result, or None if there is none.
 
@@ -94,37 +95,37 @@ class Store:
         Damaged
             If its chunk is damaged.
         """
-        columns = self._columns[task.method]
-        body = read_chunk(self._chunk(task, "numbers"), 8 * (2 + len(columns)))
-        if body is None:
+        numbers, sentences = (self._arrays[f"{place_of(task.method)}/{array}"] for array in ARRAYS)
+        try:
+            row = numbers[task.slot].tolist()
+            text = sentences[task.slot].tobytes()[: int(row[1])] if row[1] > 0.0 else b""
+        except ValueError as error:
+            raise Damaged(str(error)) from None
+        if math.isnan(row[0]):
             return None
-        row = np.frombuffer(body, "<f8")
         if row[0] != float(task.check):
             raise Damaged("it holds the result of another task")
-        statement, warnings = "", ()
-        if row[1] > 0.0:
-            text = read_chunk(self._chunk(task, "sentences"), SENTENCES)
-            if text is None:
-                raise Damaged("its sentences are missing")
-            try:
-                content = json.loads(text[: int(row[1])])
-                owner, statement, warnings = content["task"], content["statement"], tuple(content["warnings"])
-            except (ValueError, KeyError, TypeError):
-                owner = None
-            if owner != task.check:
-                raise Damaged("it holds the sentences of another task")
-        return Answer(tuple(row[2:].tolist()), statement, warnings)
+        if not text:
+            return Answer(tuple(row[2:]), "", ())
+        try:
+            content = json.loads(text)
+            owner, statement, warnings = content["task"], content["statement"], tuple(content["warnings"])
+        except (ValueError, KeyError, TypeError):
+            owner = None
+        if owner != task.check:
+            raise Damaged("its sentences are missing or those of another task")
+        return Answer(tuple(row[2:]), statement, warnings)
 
-    @cached_property
-    def _columns(self) -> dict[str, tuple[str, ...]]:
-        return {method: columns_of(method, self.study.system) for method in self.study.methods}
+    def found(self, task: Task) -> Answer | None:
+        """A task's result, or None if there is none or it is damaged."""
+        try:
+            return self.read(task)
+        except Damaged:
+            return None
 
     def has(self, task: Task) -> bool:
         """Whether there is a valid result of a task."""
-        try:
-            return self.read(task) is not None
-        except Damaged:
-            return False
+        return self.found(task) is not None
 
     def write(self, task: Task, answer: Answer) -> None:
         """Save a result.  The sentences are written first, so that a result with numbers is complete.
@@ -134,37 +135,39 @@ class Store:
         OSError
             If it cannot be written; an earlier result is then unchanged.
         """
-        sentences = _sentences(task, answer)
-        row = np.array([float(task.check), float(len(sentences)), *answer.numbers], "<f8")
-        try:
-            if sentences:
-                write_chunk(self._chunk(task, "sentences"), sentences.ljust(SENTENCES, b"\0"))
-            write_chunk(self._chunk(task, "numbers"), row.tobytes())
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
+        numbers, sentences = (self._arrays[f"{place_of(task.method)}/{array}"] for array in ARRAYS)
+        text = _sentences(task, answer)
+        with writing(self.path):
+            if text:
+                sentences[task.slot] = np.frombuffer(text.ljust(SENTENCES, b"\0"), "u1")
+            numbers[task.slot] = np.array([float(task.check), float(len(text)), *answer.numbers])
 
     def remove_orphans(self) -> int:
         """Remove half-written files of killed processes; those of running processes are kept."""
-        places = [f"{place_of(method)}/{array}" for method in self.study.methods for array in ARRAYS]
-        folders = {"", *places, *metadata(self.study.methods, self.study.system)}
+        folders = {self.path, *((self.path / place).parent for place in self.metadata)}
         beside = remove_orphans(str(self.path.parent), self.path.name)
-        return beside + sum(remove_orphans(f"{self.path}/{folder}") for folder in folders)
+        return beside + sum(remove_orphans(str(folder)) for folder in folders)
 
     def damaged_metadata(self) -> list[str]:
         """Damaged metadata of groups and arrays, which other Zarr readers need; running the study repairs them."""
-        expected = metadata(self.study.methods, self.study.system)
-        return [f"{place}/zarr.json" for place in expected if _json(self.path / place / "zarr.json") != expected[place]]
+        known = self.metadata.items()
+        return [place for place, right in known if metadata_of((self.path / place).parent) != json.loads(right)]
 
-    def _chunk(self, task: Task, array: str) -> str:
-        return f"{self.path}/{place_of(task.method)}/{array}/{task.slot}.0"
+    def described(self) -> dict[str, Any]:
+        """What the attributes of the root say of the study."""
+        return {"format": FORMAT, "study": document(self.study), "versions": self.versions}
 
 
-def cannot_write(path: Path, error: OSError) -> OSError:
-    """The error to raise if a store cannot be written."""
-    return OSError(
-        f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and running "
-        "the study again continues from there."
-    )
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """One sentence if a store cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(
+            f"store {str(path)!r} cannot be written ({error.strerror or error}): all results so far are kept, and "
+            "running the study again continues from there."
+        ) from error
 
 
 def _sentences(task: Task, answer: Answer) -> bytes:
@@ -222,74 +225,36 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
             )
         return Store(path, read_study(ours["study"]), ours["versions"])
     if ours is None:
-        _check_answers(Store(path, study, []))
+        lost = Store(path, study, [])
+        empty = all(not entry.name.endswith(".0") for entry in path.glob("*/*/numbers/*"))
+        if not empty and not any(lost.has(task) for task in tasks(study)):
+            raise StoreError(
+                f"the description of store {str(path)!r} (its zarr.json) is damaged, and none of its results belong to "
+                f"{study.name!r}: give the study file that it was made from."
+            )
     else:
         _check_same(path, read_study(ours["study"]), study)
-    try:
+    with writing(path):
         return _describe(path, study, ours)
-    except OSError as error:
-        raise cannot_write(path, error) from error
 
 
-def _json(place: Path) -> Any:
-    """Content of a JSON file, or None if it is missing, damaged, or not a file."""
+def metadata_of(folder: Path) -> dict[str, Any]:
+    """Zarr's metadata in a folder; empty if they are missing or damaged, or no file."""
     try:
-        body = read_file(str(place), MOST_METADATA)
-        return None if body is None else json.loads(body)
+        content = json.loads(read_file(f"{folder}/zarr.json", MOST_METADATA) or b"{}")
     except (Damaged, ValueError, RecursionError):
-        return None
-
-
-def metadata_of(place: Path) -> dict[str, Any] | None:
-    """Zarr metadata in a folder, or None if they are missing or damaged."""
-    content = _json(place / "zarr.json")
-    return content if isinstance(content, dict) else None
-
-
-def describe_labelled(path: Path, labelled: dict[str, Any] | None) -> None:
-    """List the labelled group, given its metadata, in the root's consolidated metadata; remove the list for None."""
-    root = metadata_of(path)
-    if root is None:
-        return
-    wanted = {name: part for name, part in root.items() if name != CONSOLIDATED}
-    if labelled is not None:
-        wanted[CONSOLIDATED] = listed(labelled)
-    if wanted != root:
-        write(f"{path}/zarr.json", _text(wanted), durable=True)
-
-
-def listed(labelled: dict[str, Any]) -> dict[str, Any]:
-    """The root's consolidated metadata for a labelled group with these metadata."""
-    below = labelled[CONSOLIDATED]["metadata"]
-    own = {name: part for name, part in labelled.items() if name != CONSOLIDATED}
-    groups = {LABELLED: own} | {f"{LABELLED}/{name}": part for name, part in below.items()}
-    return {"kind": "inline", "must_understand": False, "metadata": groups}
-
-
-def take_away_labelled(path: Path) -> None:
-    """Remove the labelled group, if there is one; first from the root's list, which never lists a missing group."""
-    place = path / LABELLED
-    if not os.path.lexists(place):
-        return
-    describe_labelled(path, None)
-    if place.is_symlink() or not place.is_dir():
-        make_room(str(place), folder=True)
-        return
-    aside = path / partial_name(f"{LABELLED}-before")
-    os.rename(place, aside)
-    shutil.rmtree(aside, ignore_errors=True)
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def _ours(path: Path) -> dict[str, Any] | None:
     """The study's description in the root's attributes, or None if it is damaged."""
-    from importlib.metadata import version
-
-    content = _json(path / "zarr.json")
+    content = metadata_of(path)
     try:
         ours = dict(content["attributes"][ATTRIBUTE])
         kept, made_by = int(ours["format"]), ours["versions"][-1]["springpot"]
         bare = {name: part for name, part in content.items() if name != CONSOLIDATED}
-        right = re.fullmatch(VERSION, made_by) is not None and (kept > FORMAT or bare == _root(ours))
+        right = re.fullmatch(VERSION, made_by) is not None and (kept > FORMAT or bare == json.loads(root_of(ours)))
     except (AttributeError, TypeError, KeyError, IndexError, ValueError, OverflowError, RecursionError):
         right = False
     if not right:
@@ -308,13 +273,12 @@ def _ours(path: Path) -> dict[str, Any] | None:
 
 def is_store(path: Path) -> bool:
     """Whether a folder is, or was, the store of a study."""
-    attributes = (metadata_of(path) or {}).get("attributes")
-    described = isinstance(attributes, dict) and ATTRIBUTE in attributes
-    return described or any(path.glob("*/*/numbers"))
+    attributes = metadata_of(path).get("attributes")
+    return (isinstance(attributes, dict) and ATTRIBUTE in attributes) or any(path.glob("*/*/numbers"))
 
 
-def _release(version: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in str(version).split("+")[0].split(".") if part.isdigit())
+def _release(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split("+")[0].split(".") if part.isdigit())
 
 
 def _check_same(path: Path, kept: Study, given: Study) -> None:
@@ -337,16 +301,6 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
         )
 
 
-def _check_answers(store: Store) -> None:
-    """Raise an error if a store whose description is lost has results, but none of this study."""
-    empty = all(not entry.name.endswith(".0") for entry in store.path.glob("*/*/numbers/*"))
-    if not empty and not any(store.has(task) for task in tasks(store.study)):
-        raise StoreError(
-            f"the description of store {str(store.path)!r} (its zarr.json) is damaged, and none of its results belong "
-            f"to {store.study.name!r}: give the study file that it was made from."
-        )
-
-
 def _make(path: Path, study: Study) -> None:
     """Create the store under another name and rename it, so that it is never seen incomplete."""
     partial = path.with_name(partial_name(path.name))
@@ -363,26 +317,22 @@ def _make(path: Path, study: Study) -> None:
 
 def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
     """Write all metadata of the study that are missing, damaged or outdated."""
-    from importlib.metadata import version
-
     versions = [] if ours is None else ours["versions"]
     at_work = {name: version(name) for name in ("springpot", "numba", "numpy")}
     store = Store(path, study, versions if at_work in versions else [*versions, at_work])
-    for place, content in metadata(study.methods, study.system).items():
-        if _json(path / place / "zarr.json") != content:
-            make_room(f"{path}/{place}", folder=True)
-            (path / place).mkdir(parents=True, exist_ok=True)
-            write(f"{path}/{place}/zarr.json", _text(content), durable=True)
-    now = {"format": FORMAT, "study": document(study), "versions": store.versions}
+    for name in store.damaged_metadata():
+        place = path / name
+        make_room(str(place.parent), folder=True)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write(str(place), store.metadata[name], durable=True)
+    now = store.described()
     if ours is None or {name: ours.get(name) for name in now} != now:
         try:
-            write(f"{path}/zarr.json", _text(_root(now)), durable=True)
+            write(f"{path}/zarr.json", root_of(now), durable=True)
         except OSError:
             # a read-only store is fine if only the versions are new
             if ours is None or ours["study"] != now["study"]:
                 raise
-    if ours is not None and ours["study"] != now["study"]:
-        take_away_labelled(path)
     return store
 
 
@@ -391,13 +341,9 @@ def document(study: Study) -> dict[str, Any]:
     return study.model_dump(mode="json", exclude_none=True, exclude_unset=True)
 
 
-def _root(ours: dict[str, Any]) -> dict[str, Any]:
-    """The root's metadata, with a checksum."""
+def root_of(ours: Mapping[str, Any], listed: Mapping[str, bytes] | None = None) -> bytes:
+    """The root's metadata: the study's description with a checksum, and a list of metadata of groups and arrays."""
     attributes = {"Conventions": "CF-1.11", "title": ours["study"]["name"]}
     described = {name: part for name, part in ours.items() if name != CHECKSUM}
     text = json.dumps({**attributes, ATTRIBUTE: described}, sort_keys=True)
-    return group({**attributes, ATTRIBUTE: {**described, CHECKSUM: checksum(text.encode())}})
-
-
-def _text(content: dict[str, Any]) -> bytes:
-    return json.dumps(content, indent=1).encode()
+    return root({**attributes, ATTRIBUTE: {**described, CHECKSUM: zlib.crc32(text.encode())}}, listed or {})

@@ -97,25 +97,22 @@ def of_either(schema: dict[str, Any]) -> None:
 
 
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
-    """How Monte Carlo is run: one of ``rtol``, ``path_times`` or the settings of a run.
+    """How Monte Carlo is run: ``rtol``, or the settings of a run.
 
-    ``rtol`` is the total relative error wanted of the study's quantities.  ``path_times`` (runs scaled to each point,
-    see `springpot.simulation.error.scaled`) gives every point about the same standard error.  All others are the
-    arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    ``rtol`` is the total relative error wanted of the study's quantities.  All others are the arguments of
+    `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
-    path_times: float | None = Field(None, ge=1e3, le=1e9)
 
     @model_validator(mode="after")
     def _one_way(self) -> MonteCarlo:
         given = self.given()
-        alone = [name for name in ("rtol", "path_times") if name in given]
         if not given:
-            raise ValueError("say how: rtol = 0.02, path_times = 1e5, or settings such as paths and duration")
-        if alone and len(given) > 1:
-            other = next(name for name in given if name != alone[0])
-            raise ValueError(f"{alone[0]} chooses all settings, so {other} cannot be given with it")
+            raise ValueError("say how: rtol = 0.02, or settings such as paths and duration")
+        if "rtol" in given and len(given) > 1:
+            other = next(name for name in given if name != "rtol")
+            raise ValueError(f"rtol chooses all settings, so {other} cannot be given with it")
         return self
 
     def given(self) -> dict[str, Any]:

@@ -11,31 +11,35 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.faults import FileError
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
-from springpot.studies.axes import some_points, spread
+from springpot.studies.axes import some_points
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, problem_at
 
+if TYPE_CHECKING:
+    from springpot.simulation.plan.motion import Motion
+
 __all__ = [
+    "SENTENCES",
     "SLOTS",
     "Answer",
     "Task",
     "check_some",
     "columns_of",
     "compute",
-    "spread",
     "task_at",
     "tasks",
 ]
 
 SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
+SENTENCES = 4096  # bytes kept of each result's statement and warnings
 SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
 
@@ -95,6 +99,11 @@ class Answer:
     statement: str
     warnings: tuple[str, ...]
 
+    @property
+    def said(self) -> str:
+        """The warnings, or why there is no result."""
+        return self.statement or " ".join(self.warnings)
+
 
 def tasks(study: Study) -> Iterator[Task]:
     """Every task of a study: method by method, each in the order of the grid's points.
@@ -147,7 +156,7 @@ def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
     if system is not None and system.of(RecordedExcitation):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
-    if "rtol" in given or "path_times" in given or given_state or given.get("derivative", "caputo") != "caputo":
+    if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
         return given
     return {**given, "start": "stationary"}
 
@@ -171,49 +180,44 @@ def check_some(study: Study, most: int) -> int:
     """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number.
 
     Of systems at fewer: their scales take a tenth of a second.
-    """
-    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
-    chosen = some_points(tuple(study.shape.values()), *how)
-    _check(study, map(study.point, chosen))
-    return len(chosen)
-
-
-def _check(study: Study, points: Iterable[Point]) -> None:
-    """Check the Monte Carlo settings at these points.
 
     Raises
     ------
     TypeError, ValueError
         One sentence.  A point without a stationary state is no error.
     """
+    from springpot.problem.oscillator import as_system
     from springpot.simulation.error.reach import checked_quantities
-    from springpot.simulation.plan.settings import resolve
+    from springpot.simulation.plan.motion import motion_of
+    from springpot.simulation.plan.plan import plan_of
     from springpot.theory import NoStationaryStateError
 
+    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
+    chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None:
-        return
+        return len(chosen)
     given = _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "path_times")}
-    for point in points:
+    explicit = {name: value for name, value in given.items() if name != "rtol"}
+    for point in map(study.point, chosen):
         try:
             problem = study.problem(point)
             if "rtol" in given:
-                _check_countable(problem, study.quantities)
-                checked_quantities(problem, study.quantities)
-            resolve(problem, **(explicit or {"start": "stationary"}))
+                motion = motion_of(as_system(problem))
+                _check_countable(motion, study.quantities)
+                checked_quantities(motion, study.quantities)
+            plan_of(problem, **(explicit or {"start": "stationary"}))
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
             raise FileError(f"at {study.where(point)}: {error}") from None
+    return len(chosen)
 
 
-def _check_countable(problem: Oscillator | System, quantities: Iterable[str]) -> None:
-    """Raise an error if impacts of a system are asked for that cannot be counted."""
-    from springpot.simulation.estimate.system_samples import uncountable
-
+def _check_countable(motion: Motion, quantities: Iterable[str]) -> None:
+    """Raise an error if impacts are asked for that cannot be counted."""
     impacts = [name for name in quantities if "impact_" in name]
-    if isinstance(problem, System) and impacts and (reason := uncountable(problem)):
-        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
+    if impacts and motion.uncountable:
+        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {motion.uncountable}.")
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
@@ -229,23 +233,13 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.error.scaled import stationary
-    from springpot.simulation.monte_carlo import run_as_given
+    from springpot.simulation.monte_carlo import run
     from springpot.theory import NoStationaryStateError
 
-    problem = task.problem
-    totals: dict[str, float] = {}
-    warnings: tuple[str, ...] = ()
+    more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        if "path_times" in task.settings and isinstance(problem, Oscillator):
-            path_times = task.settings["path_times"]
-            scaled = stationary(problem, path_times=path_times, seed=task.seed, threads=threads, progress=progress)
-            values, errors = scaled.values, scaled.errors
-        else:
-            more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
-            result = run_as_given(problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
-            values, errors, warnings = result.values, result.errors, result.warnings
-            totals = {name: budget.total for name, budget in result.budgets.items()}
+        found = run(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
-    return Answer(numbers_of_run((values, errors, totals), task.system), "", warnings)
+    totals = {name: budget.total for name, budget in found.budgets.items()}
+    return Answer(numbers_of_run((found.values, found.errors, totals), task.system), "", found.warnings)

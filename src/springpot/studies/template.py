@@ -48,8 +48,7 @@ restitution = [1.0, 0.9, 0.7]            # or a plain list
 # natural_frequency = [1.0, 2.0]
 
 [monte_carlo]        # one of
-rtol = 0.03          #   the total relative error of the quantities,
-# path_times = 1e5   #   the same effort at every point (0.4 / sqrt(path_times) is the relative error of <A^2>), or
+rtol = 0.03          #   the total relative error of the quantities, or
 # paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...
 """.replace("METHODS", ", ".join((*METHODS, "monte_carlo")))
 

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.oscillator import Oscillator
+from springpot.problem.quantities import UNITS
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 from springpot.theory.problem import checked
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
 

@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact, ThermalNoise, WhiteNoise
 from springpot.problem.parts.walls import restitution_of_missed, slow_restitution
-from springpot.problem.quantities import UNCONTROLLED
-from springpot.problem.system import System
-from springpot.simulation.error.decision import NORMAL, Known, bias_range
-from springpot.simulation.error.levels import Levels, forgetting_time_of
-from springpot.simulation.estimate.completed_rate import are_crowded, at_walls
+from springpot.problem.quantities import is_controlled
+from springpot.simulation.error.decision import Known, bias_range
+from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
+from springpot.simulation.estimate.samples import errors_of_the_start, impacts_of, watched_time
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
-from springpot.simulation.estimate.statistics import controlled, standard_error
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.plan.transient import SLOW, shares_missing, system_shares_missing
-from springpot.theory.result import MOMENTS
+from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.transient import shares_missing
 
-__all__ = ["CONTROLLED", "Budget", "Estimates", "combine", "controlled_names", "orders_of_step"]
-
-CONTROLLED = MOMENTS
-"""Quantities that have a budget."""
+__all__ = ["Budget", "Estimates", "combine", "orders_of_step"]
 
 BALANCE = "energy_residual"
 WITH_MEMORY = 0.737  # least order of the step's bias with a wall and an order of the springpot below 1
@@ -71,9 +64,9 @@ class Estimates:
         Every estimate, with control variates, and its standard error.  To those that have a budget the middle of the
         range of the step's bias is added.
     budgets : dict
-        A `Budget` for each of CONTROLLED.
+        A `Budget` for each controlled quantity.
     known : dict
-        Input of `springpot.simulation.error.decision`, for each of CONTROLLED.
+        Input of `springpot.simulation.error.decision`, for each controlled quantity.
     """
 
     values: dict[str, float]
@@ -119,22 +112,24 @@ class _Samples:
 def combine(levels: Levels) -> Estimates:
     """Values, standard errors and budgets of all quantities."""
     simulation, samples = levels.best.simulation, _samples(levels)
-    problem, settings = simulation.problem, simulation.settings
+    motion, settings = simulation.motion, simulation.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
     plain = samples.pop("plain_rate", None)
-    values, errors = ({name: get(sample) for name, sample in samples.items()} for get in (_value, _error))
+    values = {name: sample.value(0.0) for name, sample in samples.items()}
+    errors = {name: sample.error(0.0) for name, sample in samples.items()}
     shares = {}
-    for name in controlled_names(problem, samples):
-        orders = orders_of_step(problem, name, settings.step)
+    for name in filter(is_controlled, [*samples]):
+        orders = orders_of_step(motion, name, settings.step)
         middle, half = bias_range(orders, levels.finer)
         values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
         shares[name] = orders, half
-    errors |= errors_of_unseen(values, simulation.impacts(levels.best.rows), simulation.watched(levels.best.rows))
+    rows = levels.best.rows
+    errors |= errors_of_unseen(values, impacts_of(simulation, rows), watched_time(simulation, rows))
     rate = values.get("impact_rate", math.nan)
     restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
-    slow = _slow_shares(problem, settings.window[0], values)
-    start = simulation.errors_of_the_start(values)
+    slow = shares_missing(motion, settings.window[0], values)
+    start = errors_of_the_start(simulation.plan, values)
     budgets, known = {}, {}
     for name, (orders, half) in shares.items():
         sample = samples[name]
@@ -156,18 +151,10 @@ def combine(levels: Levels) -> Estimates:
             difference_error=its_error,
             orders=orders,
             other_bias=other,
-            other_order=_order_of_restored(problem),
+            other_order=slow_impact_order(motion.struck.restitution) if motion.struck.crowded else 0.0,
             fixed=budgets[name].memory_bias + budgets[name].transient,
         )
     return Estimates(values, errors, budgets, known)
-
-
-def _value(sample: _Samples) -> float:
-    return sample.value(0.0)
-
-
-def _error(sample: _Samples) -> float:
-    return sample.error(0.0)
 
 
 def _samples(levels: Levels) -> dict[str, _Samples]:
@@ -188,71 +175,30 @@ def _samples(levels: Levels) -> dict[str, _Samples]:
     return samples
 
 
-def controlled_names(problem: Oscillator | System, names: Iterable[str]) -> tuple[str, ...]:
-    """The quantities that have a budget: of a system every mean that is not that of a force or at the end.
-
-    Examples
-    --------
-    >>> controlled_names(Oscillator(), ())[:2]
-    ('amplitude_mean_square', 'x_mean')
-    """
-    if isinstance(problem, Oscillator):
-        return CONTROLLED
-    return tuple(name for name in names if not name.endswith(UNCONTROLLED))
-
-
-def _slow_shares(problem: Oscillator | System, time: float, values: dict[str, float]) -> Mapping[str, float]:
-    """Relative effect on each quantity of the slow displacements that are missing when the window begins."""
-    if isinstance(problem, Oscillator):
-        return shares_missing(problem, time, values["x_mean_square"], values["amplitude_mean_square"])
-    share = system_shares_missing(problem, time, values["x_mean_square"])
-    fast = {name for name in values if name == "v_mean_square" or name.endswith("_power")}
-    return {name: 0.0 if name in fast else SLOW.get(name, 1.0 if name.startswith("x_") else 0.5) * share
-            for name in values}  # fmt: skip
-
-
-def orders_of_step(problem: Oscillator | System, name: str, step: float) -> tuple[float, float]:
+def orders_of_step(motion: Motion, name: str, step: float) -> tuple[float, float]:
     """Between which the order of a quantity's bias in the step lies.
 
     The scheme has order 2, but order 1 behind a wall at alpha = 1, and less has been seen behind a wall with memory.
     If slow impacts have been added, the least order is that of the next term: about 0.5 more than that of the plain
-    rate.  Where they are not added, it is that of the impact rate of a system's lossiest wall; a law of restitution
-    counts with its value at the slowest impacts that the step resolves, or at slower ones.
+    rate.  Where they are not added, it is that of the impact rate of the lossiest wall; a law of restitution counts
+    with its value at the slowest impacts that the step resolves, or at slower ones.
     """
-    if isinstance(problem, System):
-        return _least_order_of_system(problem, name, step), HIGHEST_ORDER
-    if name.startswith("impact") and are_crowded(problem):
-        return min(1.0, slow_impact_order(problem.restitution) + UNCERTAIN_ORDER), HIGHEST_ORDER
-    remembered = problem.barrier is not None and problem.springpot.order < 1.0
-    return WITH_MEMORY if remembered else 1.0, HIGHEST_ORDER
-
-
-def _least_order_of_system(system: System, name: str, step: float) -> float:
-    walls = system.of(Barrier)
-    intensity = sum(noise.intensity for noise in system.per_unit_mass.of(WhiteNoise))
     lossy = [
-        min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
-        for wall in walls
+        min(slow_restitution(wall), restitution_of_missed(wall, motion.intensity, step))
+        for wall in motion.walls
         if not wall.is_elastic
     ]
     if lossy and "impact" in name:
-        added = are_crowded(system) and (name.startswith("impact") or len(walls) == 1)
+        added = motion.struck.crowded and (name.startswith("impact") or len(motion.walls) == 1)
         order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
-        return min(1.0, order)
-    return WITH_MEMORY if system.of(Barrier, Contact) else 1.0
-
-
-def _order_of_restored(problem: Oscillator | System) -> float:
-    """Order in the step of the number of slow impacts that are added."""
-    walls = at_walls(problem)
-    return slow_impact_order(walls.restitution) if walls is not None and are_crowded(problem) else 0.0
+        return min(1.0, order), HIGHEST_ORDER
+    remembered = bool(motion.touched) and (motion.remembers or motion.scales.guessed)
+    return WITH_MEMORY if remembered else 1.0, HIGHEST_ORDER
 
 
 def _energy_transient(simulation: Simulation) -> float:
     """Relative effect of the energy's transient on the average over the window."""
-    relaxation, (begin, end) = simulation.scales.energy_time, simulation.settings.window
-    if isinstance(simulation.problem, System):
-        if simulation.problem.of(ThermalNoise):
-            return 0.0
-        relaxation = max(relaxation, forgetting_time_of(simulation.problem))
+    if simulation.motion.is_thermal:
+        return 0.0
+    relaxation, (begin, end) = simulation.motion.scales.settling_time, simulation.settings.window
     return float(relaxation / (end - begin) * math.exp(-begin / relaxation))

@@ -8,36 +8,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import ThermalNoise
-from springpot.problem.system import System
+from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.error.decision import FEWEST_PATHS
-from springpot.simulation.estimate.completed_rate import (
-    are_crowded,
-    at_walls,
-    counts_of_fast_impacts,
-    with_completed_rate,
-)
+from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
+from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import DEFAULTS
-from springpot.simulation.plan.settings import MOST_STEPS, Settings, derivative_at
-from springpot.simulation.plan.start import Adapted
-from springpot.simulation.plan.system_scales import scales_of_problem
-from springpot.simulation.plan.transient import oscillators_alike, shares_missing
+from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.scales import closed_form
+from springpot.simulation.plan.settings import MOST_STEPS, Settings
+from springpot.simulation.plan.transient import shares_missing
 from springpot.theory import exact
 
-__all__ = [
-    "FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "forgetting_time_of", "level_settings", "levels_of",
-]  # fmt: skip
+__all__ = ["FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "level_plan", "levels_of"]
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
 COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if the energy time is so long
-GUESSED = 1.5  # factor on the forgetting time of a system
 FORGET = 20.0  # least decay of the transient before the window begins
 SLOWLY = 0.2  # share of the tolerance that may be missing from slow displacements when the window begins
 RELAXATIONS = (10.0, 20.0)  # in the window, at least; the more, the less is the share of the time before it
@@ -79,7 +71,7 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
-        crowded = are_crowded(self.simulation.problem)
+        crowded = self.simulation.motion.struck.crowded
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
@@ -92,7 +84,7 @@ class Level:
 
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
-        per_path = {name: samples for name, (_, samples) in self.simulation.samples(self.rows).items()}
+        per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
         return with_completed_rate(self.simulation, per_path, self.counted) if self.counted.size else per_path
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
@@ -139,9 +131,8 @@ class Levels:
         """The same with paths so much finer, which begin anew if they were not."""
         if finer == self.finer:
             return self
-        simulation = self.pair_fine.simulation
-        settings = replace(simulation.settings, step=simulation.settings.step * 0.5**finer)
-        many = _without_paths(simulation_of(simulation.problem, settings, simulation.adapted), 0)
+        plan = self.pair_fine.simulation.plan
+        many = _without_paths(simulation_of(plan.but(step=plan.settings.step * 0.5**finer)), 0)
         return replace(self, many=many, finer=finer)
 
     def extended(self, paths: int, pairs: int, progress: Progress | None) -> Levels:
@@ -154,30 +145,27 @@ class Levels:
         )
 
 
-def levels_of(problem: Oscillator | System, settings: Settings, adapted: Adapted) -> Levels:
-    """Levels without paths; ``settings`` are those of the coarser members of the pairs."""
-    coarse = simulation_of(problem, settings, adapted, halved=isinstance(problem, System))
-    fine = simulation_of(problem, replace(settings, step=0.5 * settings.step), adapted)
-    return Levels(
-        _without_paths(fine, 0), replace(_without_paths(coarse, 3), halved=True), _without_paths(fine, 3)
-    )  # fmt: skip
+def levels_of(plan: Plan) -> Levels:
+    """Levels without paths; ``plan`` is that of the coarser members of the pairs."""
+    coarse = simulation_of(plan, halved=True)
+    fine = simulation_of(plan.but(step=0.5 * plan.settings.step))
+    pair_coarse = replace(_without_paths(coarse, 3), halved=True)
+    return Levels(_without_paths(fine, 0), pair_coarse, _without_paths(fine, 3))
 
 
 def _without_paths(simulation: Simulation, stream: int) -> Level:
     return Level(simulation, stream, False, np.empty((0, len(simulation.parts.columns))), np.empty((0, 3)))
 
 
-def level_settings(
-    problem: Oscillator | System, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int
-) -> Settings:
-    """Settings of the coarser members of the pairs.
+def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int) -> Plan:
+    """The plan of the coarser members of the pairs.
 
     The window begins after the transient; its length is ten to twenty relaxation times, or half the time before it if
     that is longer.
     """
-    relaxation = forgetting_time_of(problem)
-    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(problem, rtol, wanted))
-    if isinstance(problem, System) and problem.of(ThermalNoise):
+    relaxation = motion.scales.forgetting_time
+    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(motion, rtol, wanted))
+    if motion.is_thermal:
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
     length = max(min(max(MANY_RELAXATIONS / rtol, fewest), most) * relaxation, 0.5 * begin)
@@ -187,60 +175,57 @@ def level_settings(
             f"most {LONGEST:,} steps of {step:.2g} s; give paths and duration instead."
         )
     begin, length = (step * math.ceil(time / step) for time in (begin, length))
-    return Settings(
+    settings = Settings(
         paths=FEWEST_PATHS,
         duration=begin + length,
         step=step,
         window=(begin, begin + length),
         seed=seed,
         threads=threads,
-        derivative=derivative_at(problem, "caputo"),
         memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
     )
+    return Plan(motion, settings)
 
 
-def forgetting_time_of(problem: Oscillator | System) -> float:
-    """As in the scales; of a system longer, because the energy time of its scales is a rough guess."""
-    longer = 1.0 if isinstance(problem, Oscillator) else GUESSED
-    return longer * scales_of_problem(problem).forgetting_time
-
-
-def first_step(problem: Oscillator | System, rtol: float) -> float:
-    """The step of the first round; longer for a loose tolerance and long paths."""
-    scales = scales_of_problem(problem)
+def first_step(motion: Motion, rtol: float) -> float:
+    """The step of the first round; longer for a loose tolerance and long paths, if the times are no guess."""
+    scales = motion.scales
     longest = COARSEST_STEP / scales.fastest_rate
-    if isinstance(problem, System):
-        walls = at_walls(problem)
-        return longest if walls is None else min(longest, 4.0 * extrapolation_step(walls))
-    if scales.forgetting_time * scales.fastest_rate > LONG_MEMORY and not are_crowded(problem):
+    long_paths = scales.forgetting_time * scales.fastest_rate > LONG_MEMORY
+    if long_paths and not scales.guessed and not motion.struck.crowded:
         longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
-    return min(longest, 4.0 * extrapolation_step(problem))
+    return min(longest, 4.0 * extrapolation_step(motion.struck))
 
 
 def first_pairs(simulation: Simulation, rtol: float) -> int:
     """Pairs of the first round: about what a loose tolerance needs, fewer if each path is long."""
     begin, end = simulation.settings.window
-    relaxations = (end - begin) / forgetting_time_of(simulation.problem)
+    relaxations = (end - begin) / simulation.motion.scales.forgetting_time
     fewest, most = FIRST_PAIRS
     few = min(max(FIRST_PATH_STEPS / (3.0 * simulation.settings.steps), FEWEST_PAIRS), fewest)
     pairs = int(min(max(FIRST_RELAXATIONS / rtol**2 / relaxations, few), most))
     return -(-pairs // (2 * LANES)) * 2 * LANES
 
 
-def _slow_time(problem: Oscillator | System, rtol: float, wanted: Sequence[str]) -> float:
+def _slow_time(motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
-    if isinstance(problem, System):
-        return max((_slow_time(alike, rtol, wanted) for alike in oscillators_alike(problem)), default=0.0)
-    oscillator = problem
+    return max((_slow_time_of(paper, motion, rtol, wanted) for paper in motion.slow), default=0.0)
+
+
+def _slow_time_of(paper: Dimensionless, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     try:
-        free = exact(replace(oscillator, barrier=None))
-        x_mean_square, amplitude = free.x_mean_square, free.amplitude_mean_square
+        free = exact(replace(paper, barrier=None))
+        values = dict.fromkeys((*wanted, "x_mean"), 1.0) | {
+            "x_mean_square": free.x_mean_square,
+            "amplitude_mean_square": free.amplitude_mean_square,
+        }
     except ValueError:  # no springpot, or one of order 0: the wall alone dissipates
         return 0.0
-    scales = scales_of_problem(oscillator)
-    time, last = 1.0 / oscillator.natural_frequency, 100.0 * scales.relaxation_time
+    scales = closed_form(paper)
+    alone = replace(motion, slow=(paper,))
+    time, last = 1.0 / paper.natural_frequency, 100.0 * scales.relaxation_time
     while time < last:
-        shares = shares_missing(oscillator, time, x_mean_square, amplitude)
+        shares = shares_missing(alone, time, values)
         if max(shares.get(name, shares["x_mean"]) for name in wanted) <= SLOWLY * rtol:
             break
         time *= 1.1

@@ -21,14 +21,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import few, meant, per_cent
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.quantities import is_controlled, possible_results
 from springpot.problem.system import System
-from springpot.simulation.error.budget import CONTROLLED, Budget, Estimates, combine, controlled_names
+from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide
 from springpot.simulation.error.levels import (
     FEWEST_PAIRS,
@@ -36,21 +34,20 @@ from springpot.simulation.error.levels import (
     Levels,
     first_pairs,
     first_step,
-    level_settings,
+    level_plan,
     levels_of,
 )
-from springpot.simulation.estimate.completed_rate import are_crowded
-from springpot.simulation.estimate.slow_impacts import impacts_are_countable
+from springpot.simulation.estimate.samples import has_damping
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.estimate.system_samples import uncountable
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
-from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
-from springpot.simulation.plan.settings import Settings, check_stationary, checked_seed, checked_threads, resolve
-from springpot.simulation.plan.system_scales import is_symmetric, scales_of_problem, typical_frequency
+from springpot.simulation.paths.simulation import Progress, Simulation
+from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.plan import Plan, check_motion
+from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads
 
-__all__ = ["Reached", "checked_quantities", "reach"]
+__all__ = ["Reached", "checked_quantities", "controllable", "reach"]
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
 PILOT_PATHS = (2048, 262_144)
@@ -64,6 +61,8 @@ class Reached:
 
     Attributes
     ----------
+    wanted : tuple of str
+        The quantities that were to be known.
     settings : Settings
         Of the paths that give the values; ``paths`` counts these and both members of the pairs.
     values, errors, budgets : dict
@@ -82,6 +81,7 @@ class Reached:
         which may make the first round smaller, and ends the run.
     """
 
+    wanted: tuple[str, ...]
     settings: Settings
     values: dict[str, float]
     errors: dict[str, float]
@@ -98,16 +98,16 @@ class Reached:
 class _Request:
     """The arguments of `reach`, checked."""
 
-    problem: Oscillator | System
+    motion: Motion
     rtol: float
     wanted: tuple[str, ...]
     seed: int
     threads: int
     most_path_steps: float
 
-    def settings(self, step: float) -> Settings:
-        """Settings of the coarser members of the pairs at this step."""
-        return level_settings(self.problem, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
+    def plan(self, step: float) -> Plan:
+        """The plan of the coarser members of the pairs at this step, without x(0)."""
+        return level_plan(self.motion, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,8 @@ class _Outcome:
 class _Report:
     """Calls ``progress`` after each block, and ends the run when the time is over or ``progress`` raises."""
 
-    def __init__(self, clock: Clock, progress: Progress | None) -> None:
-        self.clock, self.progress = clock, progress
+    def __init__(self, clock: Clock, rtol: float, progress: Progress | None) -> None:
+        self.clock, self.rtol, self.progress = clock, rtol, progress
         self.latest = FractionDone(0.0)
 
     @property
@@ -146,9 +146,16 @@ class _Report:
         self.clock.check()
         self._pass_on()
 
-    def say(self, fraction: float, estimate: Estimate) -> None:
-        """After a round."""
-        self.latest = FractionDone(fraction, estimate)
+    def say(self, fraction: float, spent: float, left: float, reason: str, aim: float, worst: str) -> None:
+        """After a round: path-steps spent and left, what takes the time, and the error aimed at, of which quantity."""
+        unreachable = ""
+        if aim > self.rtol:
+            wanted, best = per_cent(self.rtol), per_cent(aim)
+            unreachable = (
+                f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
+                f"{best if best != wanted else 'just above that'}"
+            )
+        self.latest = FractionDone(fraction, Estimate(spent + left, self.clock.seconds(left), reason, aim, unreachable))
         self._pass_on()
 
     def _pass_on(self) -> None:
@@ -157,10 +164,10 @@ class _Report:
 
 
 def reach(
-    problem: Oscillator | System,
+    system: System,
     rtol: float,
     *,
-    quantities: Sequence[str] = ("amplitude_mean_square",),
+    quantities: Sequence[str] | None = None,
     seed: int = 1,
     threads: int | None = None,
     most_path_steps: float = MOST_PATH_STEPS,
@@ -171,12 +178,12 @@ def reach(
 
     Parameters
     ----------
-    problem : Oscillator or System
+    system : System
         With a stationary state.
     rtol : float
         In [1e-4, 0.5].
     quantities : sequence of str
-        Names from CONTROLLED.
+        Names of `controllable`; the mean square amplitude if left out, or v^2 without a linear spring.
     seed, threads
         As in `springpot.simulate`.
     most_path_steps : float
@@ -198,28 +205,29 @@ def reach(
         If ``max_time`` is too short for the smallest run that gives an error.
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
-    wanted = checked_quantities(problem, quantities)
+    motion = motion_of(system)
+    usual = "amplitude_mean_square" if system.stiffness > 0.0 else "v_mean_square"
+    wanted = checked_quantities(motion, (usual,) if quantities is None else quantities)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
-    check_stationary(problem, "rtol")
-    request = _Request(problem, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
-    report = _Report(Clock(max_time), progress)
-    shortest = FINEST_STEP / scales_of_problem(problem).fastest_rate
-    step = max(first_step(problem, rtol), shortest)
+    check_motion(motion, "rtol")
+    request = _Request(motion, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
+    report = _Report(Clock(max_time), rtol, progress)
+    shortest = FINEST_STEP / motion.scales.fastest_rate
+    step = max(first_step(motion, rtol), shortest)
     spent, reason = 0.0, ""
     halved, best = False, None
     try:
         report.block(0.0)
-        settings = request.settings(step)
-        adapted = adapt(problem, settings, paths=_pilots(problem, rtol), progress=report.block)
-        levels = levels_of(problem, settings, adapted)
+        plan = adapt(request.plan(step), paths=_pilots(motion, rtol), progress=report.block)
+        levels = levels_of(plan)
         _measure_speed(levels.pair_coarse, report)
         pairs = first_pairs(levels.pair_coarse.simulation, rtol)
         if report.clock.seconds(levels.work(0, pairs)) > 0.25 * report.clock.left:
             pairs = FEWEST_PAIRS
         paths = 0
         reason = _length_reason(levels.pair_coarse.simulation) or "the first round is small"
-        report.say(0.0, _estimate(request, report.clock, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0]))
+        report.say(0.0, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0])
         while True:
             before = levels.path_steps
             levels = _round(levels, paths, pairs, report, patience=3.0 if best is None else 1.0)
@@ -230,14 +238,16 @@ def reach(
             if best is None or same_step or move.kind == "done" or outcome.off <= best.off:
                 best = outcome
             reason = _reason(outcome, halved)
-            estimate = _estimate(request, report.clock, spent, move.path_steps, reason, move.aim, move.worst)
-            report.say(min(1.0, (rtol / best.off) ** 2), estimate)
+            report.say(min(1.0, (rtol / best.off) ** 2), spent, move.path_steps, reason, move.aim, move.worst)
             if move.kind in ("done", "stop"):
                 break
             if move.kind == "more":
                 levels, paths, pairs = levels.with_step(move.finer), move.paths, move.pairs
                 continue
-            finer = levels_of(problem, request.settings(0.5 * step), adapted)
+            plan = replace(request.plan(0.5 * step), adapted=plan.adapted).but(
+                initial_position=plan.settings.initial_position
+            )
+            finer = levels_of(plan)
             paths, pairs = 0, first_pairs(finer.pair_coarse.simulation, rtol)
             if spent + finer.work(paths, pairs) > most_path_steps:
                 outcome = replace(outcome, move=replace(move, kind="stop"))
@@ -250,6 +260,7 @@ def reach(
         why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
     paths, pairs = best.levels.many.paths, best.levels.pair_coarse.paths
     return Reached(
+        wanted=wanted,
         settings=replace(best.simulation.settings, paths=paths + 2 * pairs),
         values=best.estimates.values,
         errors=best.estimates.errors,
@@ -263,10 +274,10 @@ def reach(
     )
 
 
-def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) -> tuple[str, ...]:
-    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this problem."""
+def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, ...]:
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion."""
     names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    allowed = controllable(problem)
+    allowed = controllable(motion)
     if not names or not set(names) <= set(allowed):
         given = few(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
@@ -275,32 +286,29 @@ def checked_quantities(problem: Oscillator | System, quantities: Sequence[str]) 
     return names
 
 
-def controllable(problem: Oscillator | System) -> tuple[str, ...]:
+def controllable(motion: Motion) -> tuple[str, ...]:
     """The quantities whose errors can be controlled.
 
     Examples
     --------
-    >>> controllable(Oscillator(barrier=None))
-    ('amplitude_mean_square', 'x_mean_square', 'v_mean_square')
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
+    >>> controllable(motion_of(System(Spring(1.0), Dashpot(0.1), WhiteNoise(1.0))))[:3]
+    ('x_mean_square', 'v_mean_square', 'amplitude_mean_square')
     """
-    if isinstance(problem, System):
-        few = simulation_of(problem, resolve(problem, paths=1, start="rest"))
-        names = controlled_names(problem, few.samples(np.zeros((1, len(few.parts.columns)))))
-        if uncountable(problem):
-            names = tuple(name for name in names if "impact_" not in name)
-        return tuple(name for name in names if name != "x_mean" or not is_symmetric(problem))
     return tuple(
         name
-        for name in CONTROLLED
-        if (impacts_are_countable(problem) or not name.startswith("impact"))
-        and (problem.barrier is not None or name != "x_mean")
+        for name in filter(is_controlled, possible_results(motion.system))
+        if not (motion.uncountable and "impact_" in name)
+        and not (motion.is_symmetric and name == "x_mean")
+        and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
+        and (not name.startswith("damping_") or has_damping(motion.system))
     )
 
 
-def _pilots(problem: Oscillator | System, rtol: float) -> int:
+def _pilots(motion: Motion, rtol: float) -> int:
     """Paths of the pilot runs: more for a small tolerance, fewer if each is much longer than the energy time."""
-    (fewest, most), scales = PILOT_PATHS, scales_of_problem(problem)
-    cycles = 5.0 * (1.0 / typical_frequency(problem))
+    (fewest, most), scales = PILOT_PATHS, motion.scales
+    cycles = 5.0 * (1.0 / scales.frequency)
     longest = max(scales.energy_time, cycles)
     length = max(longest, min(scales.creep_time, 20.0 * cycles))
     wanted = fewest * max(1.0, (PILOTS_DO / rtol) ** 2) * longest / length
@@ -358,26 +366,13 @@ def _impacts_of_a_path(level: Level) -> float:
     return float(level.rows[:, COLUMNS.index("impacts")].mean()) * settings.steps / (high - low)
 
 
-def _estimate(
-    request: _Request, clock: Clock, spent: float, left: float, reason: str, aim: float, worst: str
-) -> Estimate:
-    unreachable = ""
-    if aim > request.rtol:
-        wanted, best = per_cent(request.rtol), per_cent(aim)
-        unreachable = (
-            f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
-            f"{best if best != wanted else 'just above that'}"
-        )
-    return Estimate(spent + left, clock.seconds(left), reason, aim, unreachable)
-
-
 def _length_reason(simulation: Simulation) -> str:
     """Why each path is long, if it is."""
     settings, (begin, end) = simulation.settings, simulation.settings.window
     if settings.steps < 20_000:
         return ""
     lasting = f"each path runs for {end:.2g} s, {settings.steps:.1e} steps"
-    if begin > 8.0 * simulation.scales.forgetting_time:
+    if begin > 8.0 * simulation.motion.scales.forgetting_time:
         return f"the springpot is strong, so the displacement changes slowly: {lasting}"
     return f"the damping is light: {lasting}"
 
@@ -386,7 +381,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
     """What takes the time."""
     simulation, move = outcome.simulation, outcome.move
     if halved or move.kind == "halve":
-        slow = are_crowded(simulation.problem) and move.worst.startswith("impact")
+        slow = simulation.motion.struck.crowded and move.worst.startswith("impact")
         what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
         return f"{what} a step below {simulation.settings.step:.2g} s"
     return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"

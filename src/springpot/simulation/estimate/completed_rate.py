@@ -20,47 +20,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier
-from springpot.problem.system import System
-from springpot.simulation.estimate.slow_impacts import impacts_are_countable
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.plan.system_scales import oscillator_at_walls
 from springpot.theory.mckean import slow_impact_power
 
-__all__ = [
-    "are_crowded",
-    "at_walls",
-    "completed_rate",
-    "counts_of_fast_impacts",
-    "resolved_speed",
-    "with_completed_rate",
-]
+__all__ = ["completed_rate", "counts_of_fast_impacts", "resolved_speed", "with_completed_rate"]
 
 Floats = npt.NDArray[np.float64]
 
 _FIRST = len(HEADER)
-
-
-def at_walls(problem: Oscillator | System) -> Oscillator | None:
-    """The problem as slow impacts see it; None if the walls of a system are not alike."""
-    return problem if isinstance(problem, Oscillator) else oscillator_at_walls(problem)
-
-
-def are_crowded(problem: Oscillator | System) -> bool:
-    """Whether slow impacts are frequent and can be added: the walls are lossy and alike, and the impact rate finite."""
-    oscillator = at_walls(problem)
-    return oscillator is not None and oscillator.restitution < 1.0 and impacts_are_countable(oscillator)
-
-
-def _walls_of(simulation: Simulation) -> Oscillator:
-    oscillator = at_walls(simulation.problem)
-    if oscillator is None:
-        raise TypeError("the walls of this system are not alike.")
-    return oscillator
 
 
 def resolved_speed(restitution: float) -> float:
@@ -70,8 +40,8 @@ def resolved_speed(restitution: float) -> float:
 
 def counts_of_fast_impacts(simulation: Simulation) -> Observer:
     """Counts, for each path, the impacts faster than the resolved speed and those faster than twice that speed."""
-    oscillator, step = _walls_of(simulation), simulation.settings.step
-    speed = resolved_speed(oscillator.restitution) * math.sqrt(oscillator.excitation.intensity * step)
+    walls = simulation.motion.struck
+    speed = resolved_speed(walls.restitution) * math.sqrt(walls.intensity * simulation.settings.step)
     initial = np.zeros(3 * LANES)
     initial[:LANES] = speed / simulation.parts.units.speed
     return Observer(None, _counter(), initial, per_path=True)
@@ -105,7 +75,7 @@ def completed_rate(simulation: Simulation, counted: Floats) -> Floats:
     """
     low, high = simulation.settings.window_steps
     fast, faster = counted[:, 1], counted[:, 2]
-    slower = (fast - faster) / (2.0 ** slow_impact_power(_walls_of(simulation).restitution) - 1.0)
+    slower = (fast - faster) / (2.0 ** slow_impact_power(simulation.motion.struck.restitution) - 1.0)
     return np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
 
 
@@ -122,12 +92,7 @@ def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], coun
         flux = plain * rates + float(rates.mean()) * (samples[name] - plain)  # its mean is rate times speed
         speed = float(flux.mean()) / rate
         result[name] = speed + (flux - speed * completed) / rate
-    for wall in _only_wall(simulation.problem):
+    walls = list(simulation.motion.touched)
+    for wall in walls if len(walls) == 1 else ():  # its numbers are those of all impacts
         result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}
     return result
-
-
-def _only_wall(problem: Oscillator | System) -> list[str]:
-    """The name of the wall of a system with a single one, whose numbers are those of all impacts."""
-    walls = [] if isinstance(problem, Oscillator) else [n for n, part in problem.named() if isinstance(part, Barrier)]
-    return walls if len(walls) == 1 else []

@@ -25,9 +25,8 @@ import math
 
 import numpy as np
 
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Dashpot, FractionalMaxwell, Mass, Maxwell, Spring, Springpot, WhiteNoise
-from springpot.simulation.estimate.system_samples import taken_by_walls
+from springpot.simulation.estimate.samples import taken_by_walls
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
 
@@ -58,11 +57,8 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
 
 def _are_summed(simulation: Simulation) -> bool:
     """Whether the kernel has the sums of all forces."""
-    problem = simulation.problem
-    if isinstance(problem, Oscillator):
-        return True
-    stiffness = problem.per_unit_mass.stiffness  # a flight has all of it, unless there is none
-    return all(isinstance(part, SUMMED) for _, part in problem.named()) and math.isclose(
+    stiffness = simulation.motion.unit.stiffness  # a flight has all of it, unless there is none
+    return all(isinstance(part, SUMMED) for part in simulation.motion.system.parts) and math.isclose(
         stiffness, _frequency(simulation) ** 2, rel_tol=1e-9
     )
 
@@ -83,18 +79,10 @@ def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats
 
 def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:
     """The place of each wall, and the sum of the jumps of the velocity there."""
-    problem = simulation.problem
-    if isinstance(problem, Oscillator):
-        wall = problem.barrier
-        if wall is None:
-            return []
-        return [(wall.position, problem.direction * (1.0 + problem.restitution) * column["impact_speeds"])]
-    taken, walls = taken_by_walls(problem, column), dict(problem.named())
     found = []
-    for name, (_, momentum) in taken.items():
-        wall = walls[name]
-        if isinstance(wall, Barrier):
-            found.append((wall.position, momentum if wall.side == "above" else -momentum))
+    for name, (_, momentum) in taken_by_walls(simulation.motion.system, column).items():
+        wall = simulation.motion.touched[name]
+        found.append((wall.position, momentum if wall.side == "above" else -momentum))
     return found
 
 

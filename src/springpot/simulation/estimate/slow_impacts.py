@@ -25,14 +25,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.oscillator import Oscillator
+from springpot.simulation.plan.motion import StruckWalls
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 if TYPE_CHECKING:
     from springpot.simulation.watch.distributions import Distribution
 
 __all__ = [
-    "MARGIN", "SlowImpacts", "density_step_bias", "extrapolation_step", "impact_step_biases", "impacts_are_countable",
+    "MARGIN", "SlowImpacts", "density_step_bias", "extrapolation_step", "impact_step_biases",
     "missed_impacts", "quantile_step_bias", "slow_impact_order", "slow_impacts",
 ]  # fmt: skip
 
@@ -46,12 +46,7 @@ MARGIN_PRESSED = 1.6  # instead of MARGIN for `missed_impacts` with a preload: u
 SPAN = 3.0  # K is estimated from the impacts slower than this, in units of sqrt(q h)
 
 
-def impacts_are_countable(oscillator: Oscillator) -> bool:
-    """Whether there is a wall and its restitution gives a finite impact rate and mean impact speed."""
-    return oscillator.barrier is not None and oscillator.restitution > COLLAPSE_BELOW
-
-
-def extrapolation_step(oscillator: Oscillator) -> float:
+def extrapolation_step(walls: StruckWalls) -> float:
     """The largest step, in s, whose bias of the impact rate is proportional to h^p; infinite without a preload.
 
     A preload presses the mass against the wall with the acceleration g = Omega^2 b.  Within a step this changes speeds
@@ -61,16 +56,13 @@ def extrapolation_step(oscillator: Oscillator) -> float:
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier
-    >>> round(extrapolation_step(Oscillator(barrier=Barrier(position=1.0, restitution=0.5))), 4)
+    >>> round(extrapolation_step(StruckWalls(restitution=0.5, intensity=1.0, press=1.0)), 4)
     0.01
     """
-    wall, q = oscillator.barrier, oscillator.excitation.intensity
-    press = 0.0 if wall is None else oscillator.natural_frequency**2 * oscillator.direction * wall.position
-    if oscillator.restitution == 1.0 or not press > 0.0 or q == 0.0:
+    if walls.restitution == 1.0 or not walls.press > 0.0 or walls.intensity == 0.0:
         return math.inf
-    ratio = 0.2 * oscillator.restitution / press
-    return q * ratio * ratio  # inf where ** 2 would overflow
+    ratio = 0.2 * walls.restitution / walls.press
+    return walls.intensity * ratio * ratio  # inf where ** 2 would overflow
 
 
 def slow_impact_order(restitution: float) -> float:
@@ -88,7 +80,7 @@ def slow_impact_order(restitution: float) -> float:
     return 0.5 * slow_impact_power(restitution)
 
 
-def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square: float) -> float:
+def missed_impacts(walls: StruckWalls, step: float, impact_speed_mean_square: float) -> float:
     """Share of the impacts on a lossy wall that a run with this step misses, from its mean square impact speed.
 
     A step h misses speeds below about sqrt(q h), and the rate of impacts slower than u is proportional to u^m: the
@@ -98,14 +90,13 @@ def missed_impacts(oscillator: Oscillator, step: float, impact_speed_mean_square
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier
-    >>> round(missed_impacts(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, 1.0), 3)
+    >>> round(missed_impacts(StruckWalls(0.5, 1.0), 0.01, 1.0), 3)
     0.022
     """
-    restitution = oscillator.restitution
-    if oscillator.barrier is None or restitution == 1.0 or not impact_speed_mean_square > 0.0:
+    restitution = walls.restitution
+    if restitution == 1.0 or not impact_speed_mean_square > 0.0:
         return 0.0
-    blur = oscillator.excitation.intensity * step / impact_speed_mean_square
+    blur = walls.intensity * step / impact_speed_mean_square
     front = math.exp(-3.41 * max(restitution - COLLAPSE_BELOW, 0.0) ** 0.75)
     order, missed = slow_impact_order(restitution), 0.0
     for _ in range(50):  # the measured mean square is too high, because slow impacts are missing in it
@@ -155,19 +146,19 @@ class SlowImpacts:
         return np.asarray(self.share * (-np.expm1(-(places**4))) ** 0.25)
 
 
-def slow_impacts(oscillator: Oscillator, step: float, distribution: Distribution) -> SlowImpacts | None:
+def slow_impacts(walls: StruckWalls, step: float, distribution: Distribution) -> SlowImpacts | None:
     """The impacts that a run with this step has missed, from its distribution of the impact speed.
 
     None without noise, without impacts, or with infinitely many impacts.
     """
-    wall, q = oscillator.barrier, oscillator.excitation.intensity
-    if wall is None or oscillator.restitution <= COLLAPSE_BELOW or not (q > 0.0 and distribution.size > 0.0):
+    q = walls.intensity
+    if walls.restitution <= COLLAPSE_BELOW or not (q > 0.0 and distribution.size > 0.0):
         return None
-    blur, power = math.sqrt(q * step), slow_impact_power(oscillator.restitution)
-    limit = math.exp(-3.6 * (oscillator.restitution - COLLAPSE_BELOW))
+    blur, power = math.sqrt(q * step), slow_impact_power(walls.restitution)
+    limit = math.exp(-3.6 * (walls.restitution - COLLAPSE_BELOW))
     counted = float(np.interp(SPAN * blur, distribution.edges, _shares(distribution), left=0.0, right=1.0))
-    front = 0.0 if oscillator.restitution == 1.0 else counted / (SPAN**power - limit)
-    return SlowImpacts(blur, power, limit, front, _pressed(oscillator))
+    front = 0.0 if walls.restitution == 1.0 else counted / (SPAN**power - limit)
+    return SlowImpacts(blur, power, limit, front, walls.press > 0.0)
 
 
 def quantile_step_bias(missed: SlowImpacts, distribution: Distribution, probability: Sequence[float]) -> Floats:
@@ -199,28 +190,22 @@ def density_step_bias(missed: SlowImpacts, edges: Floats, density: Floats) -> Fl
     return np.asarray((np.abs(lacking - all_missed * density) + unsure) / (1.0 + all_missed))
 
 
-def impact_step_biases(oscillator: Oscillator, step: float, values: dict[str, float]) -> dict[str, float]:
+def impact_step_biases(walls: StruckWalls, step: float, values: dict[str, float]) -> dict[str, float]:
     """Bounds on the step bias of impact rate and speeds, by name; empty without impacts.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier
     >>> values = {"impact_rate": 0.3, "impact_speed_mean": 0.9, "impact_speed_mean_square": 1.0}
-    >>> biases = impact_step_biases(Oscillator(barrier=Barrier(restitution=0.5)), 0.01, values)
+    >>> biases = impact_step_biases(StruckWalls(0.5, 1.0), 0.01, values)
     >>> {name: round(bias, 4) for name, bias in biases.items()}
     {'impact_rate': 0.0086, 'impact_speed_mean': 0.0252, 'impact_speed_mean_square': 0.028}
     """
     speed = values["impact_speed_mean_square"]
-    if oscillator.barrier is None or not (speed > 0.0 and oscillator.restitution > COLLAPSE_BELOW):
+    if not (speed > 0.0 and walls.restitution > COLLAPSE_BELOW):
         return {}
-    missed = min((MARGIN_PRESSED if _pressed(oscillator) else MARGIN) * missed_impacts(oscillator, step, speed), 0.95)
+    missed = min((MARGIN_PRESSED if walls.press > 0.0 else MARGIN) * missed_impacts(walls, step, speed), 0.95)
     biases = {"impact_rate": missed / (1.0 - missed) * values["impact_rate"]}
     return biases | {name: missed * values[name] for name in ("impact_speed_mean", "impact_speed_mean_square")}
-
-
-def _pressed(oscillator: Oscillator) -> bool:
-    wall = oscillator.barrier
-    return wall is not None and oscillator.direction * wall.position > 0.0
 
 
 def _shares(distribution: Distribution) -> Floats:

@@ -1,6 +1,6 @@
 """From a problem and settings to the kernel's parts, and from its sums back: units and side are converted here.
 
-In the kernel a single wall of an oscillator is always below the motion; a wall above is mirrored, x -> -x.  The
+In the kernel a lone wall of the paper's problem is always below the motion; a wall above is mirrored, x -> -x.  The
 kernel's units are powers of two near the problem's scales, so that its numbers are near 1 and a change of scale by a
 power of two changes no bit.
 """
@@ -18,24 +18,21 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.memory import ExponentialSum, direct, exponential_sum
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import ThermalNoise
-from springpot.problem.system import System
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
-from springpot.simulation.kernel.forces import White
 from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES, MOST_MODES
 from springpot.simulation.kernel.questions import Start, answer_of_springpot
-from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
-from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, is_near, sums_of
-from springpot.simulation.plan.scales import Scales
+from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, sums_of
+from springpot.simulation.plan.guess import BoltzmannLaw, boltzmann_law
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.plan.system_scales import BoltzmannLaw, SystemScales, boltzmann_law
 
 __all__ = ["Floats", "Parts", "compose"]
 
@@ -120,68 +117,26 @@ class Parts:
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
 
-def compose(problem: Oscillator | System, settings: Settings, scales: Scales, *, halved: bool = False) -> Parts:
+def compose(plan: Plan, *, halved: bool = False) -> Parts:
     """The arguments of the kernel.
 
-    With ``halved`` the excitation of a system is that of a run with half the step, summed in pairs; its white noise
-    and that of an oscillator are chosen when the paths are advanced.
+    With ``halved`` the excitation is that of a run with half the step, summed in pairs; white noise alone is chosen
+    when the paths are advanced.
 
     Raises
     ------
     ValueError
         If x(0) is not known yet, or the memory has too many terms for the kernel.
     NotCoveredError
-        If parts of a system cannot be simulated together.
+        If parts of the system cannot be simulated together.
     """
-    position = settings.initial_position
+    motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
+    unit, scales = motion.unit, motion.scales
+    position, velocity = settings.initial_position, settings.initial_velocity
     if position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
-    if isinstance(problem, Oscillator):
-        return _compose_oscillator(problem, settings, scales, position)
-    if not isinstance(scales, SystemScales):
-        raise TypeError("scales must be those of a system.")
-    return _compose_system(problem, settings, scales, position, 2 if halved else 1)
-
-
-def _compose_oscillator(oscillator: Oscillator, settings: Settings, scales: Scales, position: float) -> Parts:
-    units = _units(oscillator, position, settings.initial_velocity, scales)
-    length, time, order = units.length, units.time, oscillator.springpot.order
-    coefficient = oscillator.springpot.coefficient * time ** (2.0 - order)
-    frequency, step = oscillator.natural_frequency * time, settings.step / time
-    intensity = oscillator.excitation.intensity / length**2 * time**3
-    x0, v0 = units.into(position, settings.initial_velocity)
-    scale = coefficient * step**-order
-    scheme = settings.numerical_scheme
-    at_this_step = scheme.at(frequency, answer_of_springpot(order, coefficient, step), step, length)
-    drive = _drive(order, scale, x0, settings)
-    early = scheme.early_displacement(order, float(drive[0]), step) if drive.size > 0 else 0.0
-    barrier = oscillator.barrier
-    place = 0.0 if barrier is None else units.into(barrier.position, 0.0)[0]
-    near = is_near(place, oscillator.length_scale / length)
-    wall = NoWall(0.0) if barrier is None else Rigid(place, Fixed(oscillator.restitution), near)
-    memory, history = _memory([(order, coefficient)], [], scheme, step, settings)
-    return Parts(
-        scheme=at_this_step,
-        wall=wall,
-        load=White(math.sqrt(intensity * step)),
-        memory=memory,
-        start=_start(x0, v0, frequency, early),
-        drive=drive,
-        frequency=frequency,
-        expected_power=0.5 * oscillator.excitation.intensity,
-        units=units,
-        history=history,
-    )
-
-
-def _compose_system(
-    system: System, settings: Settings, scales: SystemScales, position: float, parts_of_step: int
-) -> Parts:
-    walls = [abs(end) for end in (system.potential.low, system.potential.high) if math.isfinite(end)]
-    velocity = settings.initial_velocity
-    longest = max(scales.length, abs(position), abs(velocity) * (1.0 / scales.flight_frequency), *walls, 0.0)
-    units = Units(2.0 ** round(math.log2(longest)), 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0)
-    unit, step = system.per_unit_mass, settings.step / units.time
+    units = _units(motion, position, velocity)
+    step = settings.step / units.time
     total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
     frequency = scales.flight_frequency * units.time
     # kicks have what the exact flight has not; rounding of k - k is nothing
@@ -199,18 +154,24 @@ def _compose_system(
     memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
     load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
+    drives = [_drive(order, c * step**-order, x0, settings) for order, c in total.springpots]
+    early = sum(
+        scheme.early_displacement(order, float(drive[0]), step)
+        for (order, _), drive in zip(total.springpots, drives, strict=True)
+        if drive.size > 0
+    )
     taps = tuple(arm for arm in total.arms if arm.name)
-    touching = _touching_speed(unit, scales, position, velocity)
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, touching / units.speed, math.sqrt(scales.law.variance) / units.length, units.speed, step),
+        wall=wall_of(total, fastest / units.speed, scales.spread / units.length, units.speed, step),
         load=load,
         memory=memory,
-        start=_start(x0, v0, frequency, 0.0),
-        drive=np.zeros(0, settings.precision),
+        start=_start(x0, v0, frequency, float(early)),
+        drive=reduce(add, drives) if drives else np.zeros(0, settings.precision),
         frequency=frequency,
         expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
         units=units,
@@ -218,15 +179,15 @@ def _compose_system(
         named=named,
         taps=tuple(_tap(arm, step) for arm in taps),
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
-        law=boltzmann_law(unit.potential, scales.law.temperature) if total.temperature > 0.0 else None,
+        law=boltzmann_law(unit.potential, motion.law.temperature) if total.temperature > 0.0 else None,
     )
 
 
-def _touching_speed(unit: System, scales: SystemScales, position: float, velocity: float) -> float:
+def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
     """Largest speed for which soft contacts are resolved: that of a rare flight, or of a start with more energy."""
-    energy = unit.potential.energy(np.append(scales.law.places, position))
+    energy = motion.unit.potential.energy(np.append(motion.law.places, position))
     started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
-    return math.sqrt(max(_FASTEST_FLIGHT**2 * scales.law.temperature, started))
+    return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
 
 
 def _start(x0: float, v0: float, frequency: float, early: float) -> Start:
@@ -259,18 +220,15 @@ def _tap(arm: Arm, step: float) -> Arm:
     return Arm(arm.strength, arm.rate, arm.name, arm.volts * _mean_in_step(arm.rate * step))
 
 
-def _units(oscillator: Oscillator, position: float, velocity: float, scales: Scales) -> Units:
-    """Powers of two near the largest length and the shortest time of the problem."""
-    longest = max(
-        oscillator.length_scale,
-        abs(position),
-        abs(velocity) / oscillator.natural_frequency,
-        0.0 if oscillator.barrier is None else abs(oscillator.barrier.position),
-    )
+def _units(motion: Motion, position: float, velocity: float) -> Units:
+    """Powers of two near the largest length and the shortest time of the motion."""
+    scales = motion.scales
+    walls = [abs(end) for end in (motion.low, motion.high) if math.isfinite(end)]
+    longest = max(scales.length, abs(position), abs(velocity) / scales.flight_frequency, *walls, 0.0)
     return Units(
         length=2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0,
         time=2.0 ** round(-math.log2(scales.fastest_rate)),
-        sign=oscillator.direction or 1.0,
+        sign=motion.sign,
     )
 
 

@@ -158,7 +158,7 @@ def lower(part: object, name: str, units: Units, step: float) -> Lowered:
     name : str
         Its name in the system.
     units : Units
-        Not mirrored.
+        Mirrored for the paper's problem with an upper wall only: springs, springpots and white noise are the same then.
     step : float
         In the kernel's units.
     """
@@ -364,7 +364,9 @@ def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(barriers=((name, Barrier(part.position / units.length, part.restitution, part.side)),))
+    # a lone upper wall is a lower one in the mirror
+    side = part.side if units.sign > 0.0 else "above"
+    return Lowered(barriers=((name, Barrier(units.into(part.position, 0.0)[0], part.restitution, side)),))
 
 
 @lower.register

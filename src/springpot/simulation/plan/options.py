@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt
 
-__all__ = ["DEFAULTS", "Derivative", "Options", "Scheme", "StartKind", "hints", "own_seed", "words"]
+__all__ = [
+    "DEFAULTS",
+    "Derivative",
+    "Observable",
+    "Options",
+    "Progress",
+    "Requests",
+    "Scheme",
+    "StartKind",
+    "hints",
+    "own_seed",
+    "words",
+]
 
+Observable = Callable[..., float]
+Progress = Callable[[float], None]
 Scheme = Literal["default", "grunwald"]
 StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
@@ -19,7 +33,7 @@ Derivative = Literal["caputo", "riemann-liouville"]
 class Options(TypedDict, total=False):
     """What a caller may give to a run, each with its words in the help of the command.
 
-    `springpot.simulation.simulate` says more of each one; `springpot.simulation.plan.settings.resolve` checks them.
+    `springpot.simulation.simulate` says more of each one; `springpot.simulation.plan.plan.plan_of` checks them.
     """
 
     paths: Annotated[int, Ge(1), "Number of independent paths"]
@@ -42,6 +56,21 @@ class Options(TypedDict, total=False):
     contact_tolerance: Annotated[float, "Scheme grunwald only: distance from the wall that counts as an impact, in m"]
     record: Annotated[int, "Number of paths whose x and v are stored"]
     record_every: Annotated[int | None, "Steps between two stored points of a path."]
+
+
+class Requests(Options, total=False):
+    """The options, and what a run is to find out; `springpot.simulate` says more of each one."""
+
+    rtol: float | None
+    quantities: Sequence[str] | None
+    max_time: float | None
+    observables: Mapping[str, Observable] | None
+    impact_observables: Mapping[str, Observable] | None
+    distributions: bool
+    spectrum: Any
+    first_passage: Mapping[str, Any] | None
+    slowest_counted_impact: float | None
+    progress: Progress | None
 
 
 DEFAULTS: Options = {

@@ -1,38 +1,64 @@
-"""The rates and times of an oscillator, which set the step and the duration of a run."""
+"""The rates, times and sizes of a motion, which set the step, the duration and the units of a run.
+
+Those of the paper's problem have closed forms; those of any other system are a guess
+(`springpot.simulation.plan.guess`).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
-from springpot.problem.oscillator import Barrier, Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import Barrier
 from springpot.theory import averaging
 
-__all__ = ["Scales", "scales_of"]
+__all__ = ["Scales", "closed_form"]
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Rates and times of an oscillator.
+    """Rates, times and sizes of a motion.
 
     Attributes
     ----------
+    frequency : float
+        Typical angular frequency, in rad/s: Omega, or that of the linear spring with the guessed variance of x.
     fastest_rate : float
-        The larger of Omega and the rate C^(1 / (2 - alpha)) of the springpot alone, in 1/s.
+        The largest rate that the step must follow, in 1/s: of the springs, of the springpot alone,
+        C^(1 / (2 - alpha)), and of what else is there.
     energy_time : float
-        1 / (2 beta) from averaging with the wall moved to the equilibrium, in s; infinite without any loss.
+        In which the energy relaxes, in s; infinite without any loss.
     creep_time : float
-        (C / Omega^2)^(1 / alpha), in s, if the springpot is stronger than the spring, otherwise 0: the time of creep
+        (C / Omega^2)^(1 / alpha), in s, if a springpot is stronger than the spring, otherwise 0: the time of creep
         back to the equilibrium.
     forgetting_time : float
-        The energy time, but at least 2 / Omega, in s.
+        The energy time, but at least 2 / frequency, in s; longer where it is a guess.
+    settling_time : float
+        In which the energy of a run from x(0) settles, in s.
+    flight_frequency : float
+        Of the linear spring that is followed exactly between kicks, in rad/s.
+    length : float
+        Largest usual displacement, in m: the unit of length is chosen by it; 0 if nothing moves the mass.
+    spread : float
+        Standard deviation of x, about, in m.
+    mean : float
+        First guess of E[x], in m.
+    guessed : bool
+        Whether the times are a rough guess, not closed forms.
     """
 
+    frequency: float
     fastest_rate: float
     energy_time: float
     creep_time: float
     forgetting_time: float
+    settling_time: float
+    flight_frequency: float
+    length: float
+    spread: float
+    mean: float
+    guessed: bool
 
     @property
     def relaxation_time(self) -> float:
@@ -40,61 +66,78 @@ class Scales:
         return max(self.energy_time, self.creep_time)
 
 
-@lru_cache(maxsize=16)
-def scales_of(oscillator: Oscillator) -> Scales:
-    """The rates and times of an oscillator.
+def closed_form(paper: Dimensionless) -> Scales:
+    """The rates, times and sizes of the paper's problem.
 
     Examples
     --------
-    >>> from springpot import Springpot
-    >>> scales = scales_of(Oscillator(natural_frequency=2.0, springpot=Springpot(order=1.0, coefficient=0.1)))
+    >>> from springpot.problem.parts import Springpot
+    >>> scales = closed_form(Dimensionless(natural_frequency=2.0, springpot=Springpot(order=1.0, coefficient=0.1)))
     >>> scales.fastest_rate, round(scales.energy_time, 6), scales.creep_time
     (2.0, 10.0, 0.0)
     """
-    spring, energy = oscillator.springpot, _energy_time(oscillator)
+    spring, energy, omega = paper.springpot, _energy_time(paper), paper.natural_frequency
+    stored = spring.coefficient if spring.order == 0.0 else 0.0
     return Scales(
-        fastest_rate=max(oscillator.natural_frequency, float(spring.coefficient ** (1.0 / (2.0 - spring.order)))),
+        frequency=omega,
+        fastest_rate=max(omega, float(spring.coefficient ** (1.0 / (2.0 - spring.order)))),
         energy_time=energy,
-        creep_time=_creep_time(oscillator),
-        forgetting_time=max(energy, 2.0 / oscillator.natural_frequency),
+        creep_time=_creep_time(paper),
+        forgetting_time=max(energy, 2.0 / omega),
+        settling_time=energy,
+        flight_frequency=math.sqrt(omega**2 + stored) if stored else omega,
+        length=paper.length_scale,
+        spread=paper.length_scale,
+        mean=_mean(paper),
+        guessed=False,
     )
 
 
-def _energy_time(oscillator: Oscillator) -> float:
-    """As in `Scales`.
+def _mean(paper: Dimensionless) -> float:
+    """E[x] by averaging with the wall moved to the equilibrium, or the wall's place if that is farther inside."""
+    if paper.barrier is None:
+        return 0.0
+    mean = 0.0
+    if paper.dissipates:
+        mean = abs(averaging(replace(paper, barrier=Barrier(0.0, paper.restitution))).x_mean)
+    return paper.direction * max(paper.direction * paper.barrier.position, mean)
+
+
+def _energy_time(paper: Dimensionless) -> float:
+    """1 / (2 beta) from averaging with the wall moved to the equilibrium.
 
     With a gap the part of beta due to lossy impacts is multiplied by the share of cycles that reach the wall, and the
     time to grow to that amplitude is added.
     """
-    frequency, barrier = oscillator.natural_frequency, oscillator.barrier
-    elastic = replace(oscillator, barrier=None if barrier is None else Barrier())
-    rate = 2.0 * averaging(elastic).decay_rate / _slowing(oscillator)
+    frequency, barrier = paper.natural_frequency, paper.barrier
+    elastic = replace(paper, barrier=None if barrier is None else Barrier())
+    rate = 2.0 * averaging(elastic).decay_rate / _slowing(paper)
     growth = 0.0
-    if barrier is not None and oscillator.restitution < 1.0:
-        gap = max(0.0, -oscillator.direction * barrier.position)
-        intensity = oscillator.excitation.intensity
+    if barrier is not None and paper.restitution < 1.0:
+        gap = max(0.0, -paper.direction * barrier.position)
+        intensity = paper.excitation.intensity
         # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
         struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
-        lossy = replace(oscillator, barrier=Barrier(0.0, oscillator.restitution))
+        lossy = replace(paper, barrier=Barrier(0.0, paper.restitution))
         impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
         rate += struck * impacts
         growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
     return 1.0 / rate + growth if rate > 0.0 else math.inf
 
 
-def _slowing(oscillator: Oscillator) -> float:
+def _slowing(paper: Dimensionless) -> float:
     """Ratio of the decay rate by averaging at Omega to the actual one: the springpot's stiffness raises the frequency.
 
     At the resonance w without a wall (with a wall the stiffness is smaller) the springpot's power is proportional to
     w^(alpha - 1), and it stores the part alpha (w^2 - Omega^2) / (2 w^2) of the energy.
     """
-    order, ratio = oscillator.springpot.order, oscillator.resonance / oscillator.natural_frequency
+    order, ratio = paper.springpot.order, paper.resonance / paper.natural_frequency
     return math.pow(ratio, 1.0 - order) * (1.0 + 0.5 * order * (1.0 - ratio**-2))
 
 
-def _creep_time(oscillator: Oscillator) -> float:
-    spring = oscillator.springpot
-    if oscillator.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
+def _creep_time(paper: Dimensionless) -> float:
+    spring = paper.springpot
+    if paper.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
         return 0.0
-    logarithm = math.log(spring.coefficient / oscillator.natural_frequency**2) / spring.order
+    logarithm = math.log(spring.coefficient / paper.natural_frequency**2) / spring.order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf

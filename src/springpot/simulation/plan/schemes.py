@@ -11,8 +11,11 @@ from typing import ClassVar, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.faults import NotCoveredError
 from springpot.memory import direct
 from springpot.memory.weights import Family
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.system import System
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.plan.options import DEFAULTS, Scheme
@@ -42,6 +45,10 @@ class NumericalScheme(Protocol):
     coarsest_step: ClassVar[float]
     family: ClassVar[Family]
     keeps_the_law: ClassVar[bool]
+
+    @staticmethod
+    def covers(system: System) -> str:
+        """Why the scheme cannot simulate a system; empty if it can."""
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
         """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
@@ -73,6 +80,10 @@ class Splitting(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
     keeps_the_law: ClassVar[bool] = True
+
+    @staticmethod
+    def covers(system: System) -> str:
+        return ""
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
         return parts.splitting(frequency, answer, step)
@@ -106,6 +117,14 @@ class Grunwald(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.005
     family: ClassVar[Family] = "grunwald"
     keeps_the_law: ClassVar[bool] = False
+
+    @staticmethod
+    def covers(system: System) -> str:
+        try:
+            Dimensionless.of(system)
+        except NotCoveredError as reason:
+            return str(reason)
+        return ""
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
         return parts.euler(frequency, step, self.contact_tolerance / length)

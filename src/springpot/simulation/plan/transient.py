@@ -14,20 +14,15 @@ exponentials,
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Springpot, ThermalNoise, WhiteNoise
-from springpot.problem.system import System
-from springpot.simulation.plan.scales import scales_of
-from springpot.simulation.plan.settings import Settings
-from springpot.simulation.plan.system_scales import dissipated, system_scales
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import Barrier, Contact
+from springpot.simulation.plan.motion import Motion
 
-__all__ = [
-    "is_stationary", "missing_variance", "oscillators_alike", "shares_missing", "system_shares_missing",
-    "transient_left",
-]  # fmt: skip
+__all__ = ["MOST_TRANSIENT", "missing_variance", "shares_missing"]
 
 MOST_TRANSIENT = 0.01  # share left at the start of the window
 LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
@@ -37,29 +32,29 @@ SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_m
 """Relative change of a quantity over that of the variance of x; v^2 and A^2 are treated separately."""
 
 
-def missing_variance(oscillator: Oscillator, time: float) -> float:
+def missing_variance(paper: Dimensionless, time: float) -> float:
     """Bound on the missing variance of x at a time much longer than a cycle, in m^2.
 
     Examples
     --------
     >>> from springpot import Springpot
-    >>> strong = Oscillator(springpot=Springpot(order=0.5, coefficient=50.0))
+    >>> strong = Dimensionless(springpot=Springpot(order=0.5, coefficient=50.0))
     >>> [round(1e6 * missing_variance(strong, time)) for time in (20.0, 1000.0, 1e5)]
     [590, 92, 0]
     """
-    order, coefficient = oscillator.springpot.order, oscillator.springpot.coefficient
+    order, coefficient = paper.springpot.order, paper.springpot.coefficient
     if order == 0.0 or coefficient == 0.0:
         return 0.0
-    intensity = oscillator.excitation.intensity
+    intensity = paper.excitation.intensity
     if order <= 0.5:
-        return intensity * _squared_powers(oscillator, time)
-    return intensity * _squared_creep(oscillator, time)
+        return intensity * _squared_powers(paper, time)
+    return intensity * _squared_creep(paper, time)
 
 
-def _squared_powers(oscillator: Oscillator, time: float) -> float:
+def _squared_powers(paper: Dimensionless, time: float) -> float:
     """Integral of h^2 from a time on, with the smaller of the two power laws for h; logarithms avoid overflow."""
-    order, now = oscillator.springpot.order, math.log(time)
-    coefficient, stiffness = math.log(oscillator.springpot.coefficient), 2.0 * math.log(oscillator.natural_frequency)
+    order, now = paper.springpot.order, math.log(time)
+    coefficient, stiffness = math.log(paper.springpot.coefficient), 2.0 * math.log(paper.natural_frequency)
     early = -coefficient - math.lgamma(order)  # times t^(order - 1)
     late = math.log(order) + coefficient - 2.0 * stiffness - math.lgamma(1.0 - order)  # times t^(-1 - order)
     crossing = 0.5 * (late - early) / order
@@ -73,15 +68,15 @@ def _squared_powers(oscillator: Oscillator, time: float) -> float:
     return after + before
 
 
-def _squared_creep(oscillator: Oscillator, time: float) -> float:
+def _squared_creep(paper: Dimensionless, time: float) -> float:
     """Integral of h^2 from a time on, above order 1/2."""
-    order, stiffness = oscillator.springpot.order, oscillator.natural_frequency**2
-    logarithm = math.log(stiffness / oscillator.springpot.coefficient) / order  # of the rate of creep
+    order, stiffness = paper.springpot.order, paper.natural_frequency**2
+    logarithm = math.log(stiffness / paper.springpot.coefficient) / order  # of the rate of creep
     scaled = logarithm + math.log(time)
     if order == 1.0:
         return 0.5 * math.exp(logarithm - 2.0 * math.exp(min(scaled, 7.0))) / stiffness**2 if scaled < 7.0 else 0.0
     if scaled > LATE:
-        return _squared_powers(oscillator, time)
+        return _squared_powers(paper, time)
     small = math.log(math.pi * order / math.sin(math.pi * (1.0 - order)))
     y = np.arange(-20.0 - small - max(order * scaled, 0.0), 20.0 + small + max(-order * scaled, 0.0), 0.15)
     share, rest = 1.0 / (1.0 + np.exp(-y)), 1.0 / (1.0 + np.exp(y))
@@ -92,61 +87,31 @@ def _squared_creep(oscillator: Oscillator, time: float) -> float:
     return math.exp(logarithm) * pairs / (math.pi * order * stiffness) ** 2
 
 
-def shares_missing(oscillator: Oscillator, time: float, x_mean_square: float, amplitude: float) -> dict[str, float]:
-    """Bound on the missing share of each quantity at a time due to slow displacements, given <x^2> and <A^2>.
+def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> dict[str, float]:
+    """Bound on the missing share of each of some values at a time, due to slow displacements.
 
     With a gap b the impact rate is proportional to exp(-b^2 / (2 <x^2>)), which adds b^2 / (2 <x^2>) to its relative
     change.
     """
-    factor = 1.0 if oscillator.barrier is None else WALL
-    missing = factor * missing_variance(oscillator, time)
-    wall = oscillator.barrier
-    gap = 0.0 if wall is None else min(oscillator.direction * wall.position, 0.0)
-    rarer = dict.fromkeys(("x_mean", "impact_rate"), 0.5 * gap * gap / x_mean_square)
-    shares = {
-        name: min(1.0, (weight + rarer.get(name, 0.0)) * missing / x_mean_square) for name, weight in SLOW.items()
-    }
-    return shares | {"amplitude_mean_square": min(1.0, missing / amplitude), "v_mean_square": 0.0}
+    missing = sum(missing_variance(paper, time) for paper in motion.slow)
+    missing *= WALL if motion.touched or motion.scales.guessed else 1.0
+    variance = values["x_mean_square"]
+    gaps = {name: abs(wall.position) for name, wall in motion.touched.items() if _away(wall)}
+    nearest = min(gaps.values(), default=0.0) if len(gaps) == len(motion.touched) else 0.0
+    shares = {}
+    for name in values:
+        if name == "v_mean_square" or name.endswith("_power"):
+            shares[name] = 0.0
+        elif name == "amplitude_mean_square":
+            shares[name] = min(1.0, missing / values[name])
+        else:
+            gap = next((gap for wall, gap in gaps.items() if name == f"{wall}_impact_rate"), nearest)
+            rarer = 0.5 * gap * gap / variance if name.endswith(("x_mean", "impact_rate")) else 0.0
+            weight = SLOW.get(name, 1.0 if name.startswith("x_") else 0.5)
+            shares[name] = min(1.0, (weight + rarer) * missing / variance)
+    return shares
 
 
-def oscillators_alike(system: System) -> list[Oscillator]:
-    """For each springpot of a system, an oscillator with its slow displacements: of the frequency and power guessed.
-
-    A thermal system has none: it starts from its stationary law.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Dashpot, Spring
-    >>> [alike.springpot.order for alike in oscillators_alike(System(Spring(1.0), Springpot(0.5, 0.1), Dashpot(0.2)))]
-    [0.5]
-    """
-    if system.of(ThermalNoise):
-        return []
-    scales, unit = system_scales(system), system.per_unit_mass
-    taken = max(dissipated(unit, scales.law), 0.0)
-    return [
-        Oscillator(scales.law.frequency, pot, None, WhiteNoise(2.0 * taken))
-        for pot in unit.of(Springpot)
-        if pot.remembers
-    ]
-
-
-def system_shares_missing(system: System, time: float, x_mean_square: float) -> float:
-    """Bound on the missing share of the variance of x at a time, due to slow displacements."""
-    missing = sum(missing_variance(alike, time) for alike in oscillators_alike(system))
-    return min(1.0, WALL * missing / x_mean_square)
-
-
-def transient_left(oscillator: Oscillator, settings: Settings) -> float:
-    """Share of the transient that is left at the start of the window."""
-    return math.exp(-settings.window[0] / scales_of(oscillator).relaxation_time)
-
-
-def is_stationary(oscillator: Oscillator, settings: Settings) -> bool:
-    """Whether the settings make averages over the window stationary.
-
-    Not with a wall, memory and a start from rest, whose transient decays only like t^-alpha.
-    """
-    remembered = settings.start == "rest" and oscillator.barrier is not None and 0.0 < oscillator.springpot.order < 1.0
-    settled = transient_left(oscillator, settings) <= MOST_TRANSIENT
-    return oscillator.excitation.intensity > 0.0 and settled and not remembered
+def _away(wall: Barrier | Contact) -> bool:
+    """Whether a wall lies beyond the equilibrium, not on its near side as a preload."""
+    return wall.position < 0.0 if wall.side == "above" else wall.position > 0.0

@@ -11,16 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Contact
 from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
-from springpot.problem.units import UNITS
 from springpot.simulation.error.budget import Budget
-from springpot.simulation.estimate.step_biases import step_biases
+from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.plan.start import Adapted
-from springpot.simulation.result.system_warnings import step_biases_of_system
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
 from springpot.simulation.watch.observables import COUNTED, EXTREMES
 from springpot.simulation.watch.passage_times import PassageTimes
@@ -40,7 +36,8 @@ class Run:
 
     Attributes
     ----------
-    oscillator : Oscillator or System
+    system : System
+        The user's own.
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
@@ -69,9 +66,12 @@ class Run:
         Sums over the window of each path, from which `springpot.extend` goes on; empty with ``rtol``.
     adapted : Adapted or None
         How x(0) of a stationary start was found.
+    step_biases : dict
+        Bounds on the step bias of results that have a relevant one, of a run without ``rtol``: a number, or an array
+        over the probabilities of quantiles and the bins of densities.
     """
 
-    oscillator: Oscillator | System
+    system: System
     settings: Settings
     values: dict[str, float]
     errors: dict[str, float]
@@ -86,6 +86,7 @@ class Run:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
+    step_biases: dict[str, float | npt.NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         name_results(self, "values", "errors", "budgets", "distributions", "extremes", "first_passages")
@@ -96,18 +97,18 @@ class Run:
         Returns
         -------
         dict
-            Every estimate and its ``_se`` by name, then ``oscillator``, ``settings``, ``diagnostics`` and ``warnings``.
+            Every estimate and its ``_se`` by name, then ``system``, ``settings``, ``diagnostics`` and ``warnings``.
             Distributions and extremes are there as their quantiles at PROBABILITIES.
 
         Examples
         --------
-        >>> from springpot import run
+        >>> from springpot import Oscillator, run
         >>> words = run(Oscillator(), paths=1, duration=1.0).to_dict()
         >>> words["x_mean_se"] is None, words["settings"]["paths"]
         (True, 1)
         """
         quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
-        biases = self._step_biases()
+        biases = self.step_biases
         return {
             **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
             **({"probability": list(PROBABILITIES)} if quantiles else {}),
@@ -116,25 +117,15 @@ class Run:
             **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
             **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
             **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
-            "oscillator": self.oscillator.to_dict(),
+            "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
-            "warnings": list(self.warnings),
+            "warnings": [*map(str, self.warnings)],
         }
-
-    def _step_biases(self) -> dict[str, float | npt.NDArray[np.float64]]:
-        """Bounds on the step bias by name, for runs without budgets."""
-        if self.budgets:
-            return {}
-        if isinstance(self.oscillator, System):
-            return dict(step_biases_of_system(self.oscillator, self.settings.step, self.values))
-        return step_biases(
-            self.oscillator, self.settings.step, self.values, self.distributions, self.extremes, PROBABILITIES
-        )
 
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
         """Every number by its public name: value, unit and description."""
-        numbers, biases = {}, self._step_biases()
+        numbers, biases = {}, self.step_biases
         for name, value in self.values.items():
             unit = self._unit(name)
             numbers[name] = value, unit, name.replace("_", " ")
@@ -158,9 +149,7 @@ class Run:
 
     def _unit(self, name: str) -> str:
         """The unit of an estimate; only the user knows that of an observable."""
-        if isinstance(self.oscillator, System):
-            return units_of_system(self.oscillator, name)
-        return UNITS.get(name) or COUNTED.get(name, "")
+        return COUNTED.get(name) or units_of_system(self.system, name)
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""
@@ -195,7 +184,7 @@ class Run:
 
         Examples
         --------
-        >>> from springpot import run
+        >>> from springpot import Oscillator, run
         >>> run(Oscillator(), paths=8, duration=1.0).to_dataset()["impact_rate"].units
         's-1'
         """
@@ -209,9 +198,9 @@ class Run:
             for name, (value, unit, text) in self._numbers().items()
         }
         coordinates: dict[str, Any] = {}
-        if isinstance(self.oscillator, System) and (walls := self._by_wall(data)):
+        if walls := self._by_wall(data):
             coordinates["barrier"] = ("barrier", walls)
-        biases = self._step_biases()
+        biases = self.step_biases
         if self.settings.record:
             coordinates["path"] = ("path", np.arange(self.settings.record))
             coordinates["time"] = ("time", self.time, {"units": "s"})
@@ -243,10 +232,10 @@ class Run:
             if f"{name}_density" in biases:
                 data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
         attributes = {
-            "oscillator": json.dumps(self.oscillator.to_dict()),
+            "system": json.dumps(self.system.to_dict()),
             "settings": json.dumps(self.settings.to_dict()),
             "diagnostics": json.dumps(self.diagnostics),
-            "warnings": list(self.warnings),
+            "warnings": [*map(str, self.warnings)],
             "Conventions": "CF-1.11",
         }
         # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that
@@ -263,10 +252,7 @@ class Run:
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
-        system = self.oscillator
-        walls = [] if isinstance(system, Oscillator) else [
-            name for name, part in system.named() if isinstance(part, Barrier | Contact)
-        ]  # fmt: skip
+        walls = [name for name, part in self.system.named() if isinstance(part, Barrier | Contact)]
         for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
             for ending in ("", "_se"):
                 names = [f"{wall}_{quantity}{ending}" for wall in walls]
@@ -292,7 +278,7 @@ class Run:
         Examples
         --------
         >>> import tempfile
-        >>> from springpot import run
+        >>> from springpot import Oscillator, run
         >>> run(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
         'run.csv'
         """

@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.problem.oscillator import Oscillator
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -192,11 +191,8 @@ class Distribution:
 
 def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
     """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
-    units, problem = simulation.parts.units, simulation.problem
-    if isinstance(problem, Oscillator):
-        place = 0.0 if problem.barrier is None else problem.barrier.position
-    else:
-        place = simulation.parts.wall_position * units.length
+    units = simulation.parts.units
+    place = units.state[0] * simulation.parts.wall_position + 0.0  # of a single rigid wall
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
@@ -204,7 +200,7 @@ def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distri
     scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
     distributions = {}
     for name, names in SKETCHED.items():
-        if name == "amplitude" and not problem.natural_frequency > 0.0:
+        if name == "amplitude" and not simulation.motion.system.natural_frequency > 0.0:
             continue
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
         if name in ("x", "v"):

@@ -21,7 +21,7 @@ import inspect
 import keyword
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -32,13 +32,10 @@ from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import cause_of, shown
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact, WhiteNoise
-from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.watch.observables import taken_names
 from springpot.simulation.watch.passage_times import PassageTimes
 
@@ -80,14 +77,14 @@ class Passage:
     observer: Observer
 
 
-def from_the_start(settings: Settings, wanted: Wanted | None, window: object) -> Settings:
-    """The settings of a run with first passages: from rest the window is the whole run if none is given."""
-    if not wanted or window is not None or settings.start != "rest":
-        return settings
-    return replace(settings, window=(0.0, settings.duration))
+def from_the_start(plan: Plan, wanted: Wanted | None, window: object) -> Plan:
+    """The plan of a run with first passages: from rest the window is the whole run if none is given."""
+    if not wanted or window is not None or plan.settings.start != "rest":
+        return plan
+    return plan.but(window=(0.0, plan.settings.duration))
 
 
-def checked(problem: Oscillator | System, settings: Settings, wanted: Wanted | None) -> tuple[Passage, ...]:
+def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
     """Check and compile the requested first passages.
 
     Parameters
@@ -106,10 +103,11 @@ def checked(problem: Oscillator | System, settings: Settings, wanted: Wanted | N
     if not isinstance(wanted, Mapping):
         words = "first_passage must be a dict of names and levels"
         raise TypeError(f"{words}, such as {{'x': 0.01}}, not {shown(wanted)}.")
-    return tuple(_passage(problem, settings, name, given) for name, given in wanted.items())
+    return tuple(_passage(plan, name, given) for name, given in wanted.items())
 
 
-def _passage(problem: Oscillator | System, settings: Settings, name: str, given: Any) -> Passage:
+def _passage(plan: Plan, name: str, given: Any) -> Passage:
+    motion, settings = plan.motion, plan.settings
     title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
     if name not in QUANTITIES:
         function, given = _observable(name, given)
@@ -120,9 +118,9 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
         low = -LARGEST if signed else 0.0
         level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
         if signed:
-            sign = _direction(problem, settings, name, level)
+            sign = _direction(plan, name, level)
         parts = _parts(name)
-    frequency = problem.resonance if name == "amplitude" else problem.natural_frequency
+    frequency = motion.system.resonance if name == "amplitude" else motion.system.natural_frequency
     if name in ("amplitude", "energy") and not frequency > 0.0:
         raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
     squared = 0.5 * (frequency * level) ** 2 if name == "amplitude" else level
@@ -130,11 +128,12 @@ def _passage(problem: Oscillator | System, settings: Settings, name: str, given:
     initial[0] = -1.0
     if settings.window_steps[0] == 0 and settings.initial_position is not None:
         initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
-    root = SHIFT * math.sqrt(_intensity(problem) * settings.step)
+    root = SHIFT * math.sqrt(motion.intensity * settings.step)
     initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency]])
     on_steps, on_impacts = parts
+    one_wall = len(motion.touched) == len(motion.walls) <= 1
     # an impact is reported without its place: of several walls it may be any, and the ends of steps have to do
-    observer = Observer(on_steps, on_impacts if _of_one_wall(problem) else None, initial.ravel(), per_path=True)
+    observer = Observer(on_steps, on_impacts if one_wall else None, initial.ravel(), per_path=True)
     return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
 
 
@@ -154,44 +153,21 @@ def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
     return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
 
 
-def _of_one_wall(problem: Oscillator | System) -> bool:
-    return isinstance(problem, Oscillator) or (len(problem.of(Barrier)) == 1 and not problem.of(Contact))
-
-
-def _intensity(problem: Oscillator | System) -> float:
-    """Of the white noise, per unit mass."""
-    if isinstance(problem, Oscillator):
-        return problem.excitation.intensity
-    return sum(noise.intensity for noise in problem.per_unit_mass.of(WhiteNoise))
-
-
-def _direction(problem: Oscillator | System, settings: Settings, name: str, level: float) -> float:
+def _direction(plan: Plan, name: str, level: float) -> float:
     """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest)."""
+    motion, settings = plan.motion, plan.settings
     if name == "v":
         begins = settings.initial_velocity
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
-    if isinstance(problem, System):
-        return _direction_between(problem, settings, level)
-    oscillator = problem
-    wall, side = oscillator.barrier, oscillator.direction or 1.0
-    begins = 0.0 if wall is None else side * max(side * wall.position, 0.0)
-    if settings.initial_position is not None:
-        begins = settings.initial_position
-    if wall is not None and side * level < side * wall.position:
-        raise ValueError(f"first_passage level of x is {level:g} m, behind the wall at {wall.position:g} m.")
-    if level == begins:
-        return -side if wall is not None and wall.position == level else side
-    return 1.0 if level > begins else -1.0
-
-
-def _direction_between(system: System, settings: Settings, level: float) -> float:
-    low, high = system.potential.low, system.potential.high
-    if not low <= level <= high:
+    if not motion.low <= level <= motion.high:
         raise ValueError(
-            f"first_passage level of x is {level:g} m, behind a wall: x lies between {low:g} and {high:g}."
+            f"first_passage level of x is {level:g} m, behind a wall: x lies between {motion.low:g} and "
+            f"{motion.high:g}."
         )
-    begins = min(max(0.0, low), high) if settings.initial_position is None else settings.initial_position
-    return 1.0 if level > begins or (level == begins and level != low) else -1.0
+    begins = motion.position_of_rest if settings.initial_position is None else settings.initial_position
+    if level == begins:
+        return {motion.low: -1.0, motion.high: 1.0}.get(level, motion.sign)
+    return 1.0 if level > begins else -1.0
 
 
 def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:
@@ -208,7 +184,7 @@ def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> Pas
     passed = left[:, 0]
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = SETTLED * simulation.scales.relaxation_time
+    settling = SETTLED * simulation.motion.scales.relaxation_time
     return PassageTimes(
         passage.quantity, passage.level, passage.reference, passage.unit, begin, horizon, settling, times
     )

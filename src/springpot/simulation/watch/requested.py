@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,24 +11,21 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact
-from springpot.problem.system import System
-from springpot.simulation.estimate.statistics import ratio
+from springpot.problem.quantities import possible_results
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
-from springpot.simulation.plan.settings import Settings
-from springpot.simulation.plan.system_scales import scales_of_problem
+from springpot.simulation.paths.statistics import ratio
+from springpot.simulation.plan.options import Observable
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
 from springpot.simulation.watch.observables import COUNTED, EXTREMES, extremes, faster_than, mean_of
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
-__all__ = ["Observable", "Observed", "Requested", "requested"]
+__all__ = ["Observed", "Requested", "requested"]
 
-Observable = Callable[..., float]
 Floats = npt.NDArray[np.float64]
 
 
@@ -119,13 +116,12 @@ class Observed:
 
 
 def requested(
-    problem: Oscillator | System,
-    settings: Settings,
+    plan: Plan,
     *,
-    observables: Mapping[str, Observable] | None,
-    impact_observables: Mapping[str, Observable] | None,
-    distributions: bool,
-    spectrum: npt.ArrayLike | None,
+    observables: Mapping[str, Observable] | None = None,
+    impact_observables: Mapping[str, Observable] | None = None,
+    distributions: bool = False,
+    spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
 ) -> Requested:
@@ -140,11 +136,14 @@ def requested(
     for name, given in (("observables", state), ("impact_observables", impact)):
         if not isinstance(given, Mapping):
             raise TypeError(f"{name} must be a dict of names and functions, not {shown(given)}.")
+    for name in (*state, *impact):
+        if name in possible_results(plan.system):
+            raise ValueError(f"an observable cannot be called {name!r}: the run already has a result of that name.")
     if both := [name for name in state if name in impact]:
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
-    fastest = scales_of_problem(problem).fastest_rate
+    settings, fastest = plan.settings, plan.motion.scales.fastest_rate
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
     return Requested(
         observables={name: mean_of(name, function, "state") for name, function in state.items()},
@@ -152,13 +151,12 @@ def requested(
         distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),
         frequencies=frequencies,
         spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
-        passages=checked(problem, settings, first_passage),
-        counted=() if slowest_counted_impact is None else (faster_than(_speed(problem, slowest_counted_impact)),),
+        passages=checked(plan, first_passage),
+        counted=() if slowest_counted_impact is None else (faster_than(_speed(plan, slowest_counted_impact)),),
     )
 
 
-def _speed(problem: Oscillator | System, slowest: float) -> float:
-    walls = problem.barrier if isinstance(problem, Oscillator) else problem.of(Barrier, Contact)
-    if not walls:
+def _speed(plan: Plan, slowest: float) -> float:
+    if not plan.motion.touched:
         raise ValueError("slowest_counted_impact needs a wall or a contact: there are no impacts to count.")
     return finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")

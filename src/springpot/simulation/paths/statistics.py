@@ -11,9 +11,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["controlled", "ratio", "residual", "standard_error"]
+__all__ = ["NORMAL", "controlled", "ratio", "residual", "standard_error"]
 
 Floats = npt.NDArray[np.float64]
+
+NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 
 
 def residual(out: Floats, supplied: float, initial: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The rates, times and sizes of a system: a rough guess of its stationary state, which sets step, duration and units.
+"""The rates, times and sizes of any system: a rough guess of its stationary state, which sets step, duration and units.
 
 The energy is guessed by a balance: what the excitation feeds in at the system's own frequency, against what dampers,
 memory and walls take out, both for a Maxwell-Boltzmann law at an unknown temperature.  The step is set from the
@@ -11,11 +11,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -40,18 +40,16 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.scales import Scales, scales_of
+from springpot.simulation.plan.scales import Scales
 
-__all__ = [
-    "BoltzmannLaw", "SystemScales", "boltzmann_law", "dissipated", "is_symmetric", "oscillator_at_walls",
-    "scales_of_problem", "system_scales", "typical_frequency",
-]  # fmt: skip
+__all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
 
 FloatArray = NDArray[np.float64]
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
+_GUESSED = 1.5  # factor on the forgetting time
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 
 
@@ -102,25 +100,6 @@ class BoltzmannLaw:
         return np.interp(chance, edges / edges[-1], self.places)
 
 
-@dataclass(frozen=True, eq=False)
-class SystemScales(Scales):
-    """Rates, times and sizes of a system.
-
-    Attributes
-    ----------
-    flight_frequency : float
-        Of the linear spring that is followed exactly between kicks, in rad/s.
-    length : float
-        Root mean square displacement, by the guess, in m.
-    law : BoltzmannLaw
-        The guess.
-    """
-
-    flight_frequency: float
-    length: float
-    law: BoltzmannLaw
-
-
 def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     """The law of x at a temperature (per unit mass)."""
     grid = _around_the_wells(potential)
@@ -149,11 +128,9 @@ def _around_the_wells(potential: Potential) -> FloatArray:
     inside = [min(max(float(place), low), high) for place in (*real, *touches, 0.0)]
     first, last = (_uphill(potential, end, sign) for end, sign in ((min(inside), -1.0), (max(inside), 1.0)))
     grid = np.linspace(first, last, 2001)
-    depth = potential.energy(grid)
+    force = potential.force(grid)
     wells = [
-        _from(lambda x: potential.force(x) > 0.0, grid[i - 1], grid[i + 1])
-        for i in range(1, grid.size - 1)
-        if depth[i - 1] > depth[i] <= depth[i + 1]
+        _root(potential.force, grid[i], grid[i + 1]) for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
     ]
     return np.unique(np.concatenate([grid, inside, wells]))
 
@@ -178,24 +155,13 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
     if not beyond.any():
         return end
     first = int(np.argmax(beyond))
-    return _from(lambda x: potential.energy(x) > energy, places[first - 1], places[first])
+    return _root(lambda x: potential.energy(x) - energy, places[first - 1], places[first])
 
 
-def _from(holds: Callable[[FloatArray], NDArray[np.bool_]], before: float, after: float, parts: int = 64) -> float:
-    """The number between two others from which on a condition holds, to 1e-12 of their distance.
+def _root(function: Callable[[float], Any], low: float, high: float) -> float:
+    from scipy import optimize  # slow to import
 
-    The distance is cut in parts again and again.  SciPy's searches would take longer to import than most runs take.
-
-    Examples
-    --------
-    >>> round(_from(lambda x: x**2 > 2.0, 0.0, 2.0), 9)
-    1.414213562
-    """
-    for _ in range(math.ceil(40.0 / math.log2(parts))):
-        numbers = np.linspace(before, after, parts + 1)
-        first = int(np.argmax(np.append(holds(numbers[1:-1]), True)))
-        before, after = numbers[first], numbers[first + 1]
-    return float(after)
+    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14))
 
 
 def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
@@ -257,16 +223,8 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
     return power
 
 
-@lru_cache(maxsize=16)
-def system_scales(system: System) -> SystemScales:
-    """The rates, times and sizes of a system.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import PolynomialSpring, Spring
-    >>> scales = system_scales(System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0)))
-    >>> round(scales.law.temperature, 6), round(scales.length, 3), round(scales.energy_time, 6)
-    (1.0, 0.684, 2.0)
+def guessed_law(system: System) -> BoltzmannLaw:
+    """The Boltzmann law at the temperature at which as much is fed in as is taken out.
 
     Raises
     ------
@@ -274,13 +232,27 @@ def system_scales(system: System) -> SystemScales:
         If nothing holds the mass, or it moves less than numbers can tell.
     """
     unit = system.per_unit_mass
-    potential = unit.potential
-    if not potential.holds():
+    if not unit.potential.holds():
         raise ValueError(_NOT_HELD)
-    theta = _temperature(unit, potential)
-    law = boltzmann_law(potential, theta)
+    law = boltzmann_law(unit.potential, _temperature(unit, unit.potential))
     if not law.is_resolved:
         raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
+    return law
+
+
+def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
+    """The rates, times and sizes of a system, from its guessed law.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import PolynomialSpring, Spring
+    >>> bent = System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0))
+    >>> scales = guessed_scales(bent, guessed_law(bent))
+    >>> round(scales.length, 3), round(scales.energy_time, 6)
+    (0.684, 2.0)
+    """
+    unit, theta = system.per_unit_mass, law.temperature
+    potential = unit.potential
     linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
     smooth = replace(potential, contacts=())
@@ -313,14 +285,20 @@ def system_scales(system: System) -> SystemScales:
     )
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
-    return SystemScales(
+    settled = max(energy_time, _hopping_time(law, potential))
+    forgetting = _GUESSED * max(energy_time, 2.0 / law.frequency)
+    return Scales(
+        frequency=law.frequency,
         fastest_rate=max(rates),
-        energy_time=max(energy_time, _hopping_time(law, potential)),
+        energy_time=settled,
         creep_time=max([_overdamped_time(unit, law), *creep]),
-        forgetting_time=max(energy_time, 2.0 / law.frequency),
+        forgetting_time=forgetting,
+        settling_time=max(settled, forgetting),
         flight_frequency=frequency,
         length=math.sqrt(law.variance + law.mean**2),
-        law=law,
+        spread=math.sqrt(law.variance),
+        mean=law.mean,
+        guessed=True,
     )
 
 
@@ -341,8 +319,7 @@ def _temperature(unit: System, potential: Potential) -> float:
                 break
             surplus = _fed(unit, law) - dissipated(unit, law)
             if surplus > 0.0 and not math.isnan(last):
-                taken = lambda t: np.array([_surplus(unit, potential, math.exp(t[0])) <= 0.0])  # noqa: E731
-                return math.exp(_from(taken, math.log(theta), math.log(last), parts=2))
+                return _root(lambda t: _surplus(unit, potential, t), float(theta), last)
             if surplus > 0.0:
                 break
             last = float(theta)
@@ -403,60 +380,3 @@ def _creep_time(pot: Springpot, frequency: float) -> float:
         return 0.0
     logarithm = math.log(pot.coefficient / frequency**2) / pot.order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf
-
-
-def scales_of_problem(problem: Oscillator | System) -> Scales:
-    """The rates and times of an oscillator or a system."""
-    return scales_of(problem) if isinstance(problem, Oscillator) else system_scales(problem)
-
-
-def typical_frequency(problem: Oscillator | System) -> float:
-    """Omega of an oscillator; that of the linear spring with the guessed variance of x of a system."""
-    return problem.natural_frequency if isinstance(problem, Oscillator) else system_scales(problem).law.frequency
-
-
-def oscillator_at_walls(system: System) -> Oscillator | None:
-    """An oscillator with the walls of a system: their restitution, the white noise, and what presses the mass on them.
-
-    Near a wall only these matter for slow impacts.  None if the rigid walls differ in restitution, if that
-    depends on the speed, or if there is no wall.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> system = System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8), WhiteNoise(2.0))
-    >>> alike = oscillator_at_walls(system)
-    >>> alike.restitution, round(alike.natural_frequency**2 * alike.barrier.position, 9)
-    (0.8, 2.0)
-    """
-    unit = system.per_unit_mass
-    walls = unit.of(Barrier)
-    intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    numbers = {wall.restitution for wall in walls}
-    if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not intensity > 0.0:
-        return None
-    frequency = system_scales(system).law.frequency
-    directions = {"above": 1.0, "below": -1.0}
-    pressed = max(directions[wall.side] * float(unit.potential.force(wall.position)) for wall in walls)
-    barrier = Barrier(pressed / frequency**2, walls[0].restitution)
-    return Oscillator(frequency, barrier=barrier, excitation=WhiteNoise(intensity))
-
-
-def is_symmetric(system: System) -> bool:
-    """Whether E[x] = 0 because x and -x obey the same law.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> is_symmetric(System(Spring(1.0))), is_symmetric(System(Spring(1.0), Barrier(-1.0)))
-    (True, False)
-    """
-    potential = system.potential
-    odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
-    restitutions = {wall.restitution for wall in system.of(Barrier)}
-    contacts = system.of(Contact)
-    mirrored = {
-        replace(contact, position=-contact.position, side="above" if contact.side == "below" else "below")
-        for contact in contacts
-    }
-    return odd and len(restitutions) <= 1 and mirrored == {*contacts}

@@ -1,0 +1,281 @@
+"""What is known of a motion before it is simulated: its scales, its walls, its memory, and which results it can have.
+
+This is the one place in the simulation that asks whether a system is the paper's problem, whose scales have closed
+forms.  Later rooms take what they need from the `Motion`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import (
+    Barrier,
+    ColoredNoise,
+    Contact,
+    Force,
+    FractionalMaxwell,
+    Harmonic,
+    KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
+    PoissonImpulses,
+    RecordedExcitation,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.system import System
+from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
+from springpot.simulation.plan.scales import Scales, closed_form
+from springpot.theory.mckean import COLLAPSE_BELOW
+
+__all__ = ["Motion", "StruckWalls", "motion_of"]
+
+
+@dataclass(frozen=True)
+class StruckWalls:
+    """Walls as slow impacts see them.
+
+    Attributes
+    ----------
+    restitution : float
+        1 also where there is no wall, or walls of different restitutions.
+    intensity : float
+        Of the white noise per unit mass, in m^2 s^-3.
+    press : float
+        Acceleration with which the springs press the mass on a wall, in m/s^2; not positive without a preload.
+    """
+
+    restitution: float = 1.0
+    intensity: float = 0.0
+    press: float = 0.0
+
+    @property
+    def crowded(self) -> bool:
+        """Whether slow impacts are frequent and can be added: the walls are lossy, and the impact rate is finite."""
+        return COLLAPSE_BELOW < self.restitution < 1.0 and self.intensity > 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A system and what follows from it alone.  Made by `motion_of`.
+
+    Attributes
+    ----------
+    system : System
+        The user's own.
+    scales : Scales
+    sign : float
+        -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
+    slow : tuple of Dimensionless
+        Problems with the slow displacements of each springpot, without a wall.
+    searched : bool
+        Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
+    keeps_the_law : bool
+        Whether a long step leaves the stationary law as it is: a dashpot, white noise, and an elastic wall at most.
+    """
+
+    system: System
+    scales: Scales
+    sign: float
+    slow: tuple[Dimensionless, ...]
+    searched: bool
+    keeps_the_law: bool
+
+    @property
+    def unit(self) -> System:
+        """The system per unit mass."""
+        return self.system.per_unit_mass
+
+    @cached_property
+    def law(self) -> BoltzmannLaw:
+        """The law of x at the guessed temperature."""
+        return guessed_law(self.system)
+
+    @property
+    def low(self) -> float:
+        """The lower wall, or -inf."""
+        return self.system.potential.low
+
+    @property
+    def high(self) -> float:
+        """The upper wall, or inf."""
+        return self.system.potential.high
+
+    @property
+    def position_of_rest(self) -> float:
+        """0, or the wall beyond which it lies."""
+        return min(max(0.0, self.low), self.high)
+
+    @property
+    def intensity(self) -> float:
+        """Of the white noise per unit mass, in m^2 s^-3."""
+        return sum((noise.intensity for noise in self.unit.of(WhiteNoise)), 0.0)
+
+    @property
+    def springpots(self) -> tuple[Springpot, ...]:
+        """Those with memory, per unit mass."""
+        return tuple(pot for pot in self.unit.of(Springpot) if pot.remembers)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether a part has memory."""
+        return bool(self.springpots or self.system.of(FractionalMaxwell, Maxwell, PiezoelectricCircuit))
+
+    @property
+    def is_thermal(self) -> bool:
+        """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
+        return bool(self.system.of(ThermalNoise))
+
+    @property
+    def recorded(self) -> float:
+        """The length of the longest recorded excitation, in s; 0 without one."""
+        return max((record.duration for record in self.system.of(RecordedExcitation)), default=0.0)
+
+    @property
+    def walls(self) -> tuple[Barrier, ...]:
+        """The rigid walls."""
+        return self.system.of(Barrier)
+
+    @property
+    def touched(self) -> dict[str, Barrier | Contact]:
+        """Walls and contacts by their names."""
+        return {name: part for name, part in self.system.named() if isinstance(part, Barrier | Contact)}
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether E[x] = 0 because x and -x obey the same law.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Spring
+        >>> motion_of(System(Spring(1.0))).is_symmetric, motion_of(System(Spring(1.0), Barrier(-1.0))).is_symmetric
+        (True, False)
+        """
+        potential = self.system.potential
+        odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
+        contacts = self.system.of(Contact)
+        mirrored = {
+            replace(contact, position=-contact.position, side="above" if contact.side == "below" else "below")
+            for contact in contacts
+        }
+        return odd and len({wall.restitution for wall in self.walls}) <= 1 and mirrored == {*contacts}
+
+    @cached_property
+    def struck(self) -> StruckWalls:
+        """The walls as slow impacts see them: near a wall only noise and what presses on it matter.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Dashpot, Spring
+        >>> motion_of(System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, "above"), WhiteNoise(2.0))).struck
+        StruckWalls(restitution=0.8, intensity=2.0, press=2.0)
+        """
+        unit = self.unit
+        walls = unit.of(Barrier)
+        numbers = {wall.restitution for wall in walls}
+        if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not self.intensity > 0.0:
+            return StruckWalls()
+        return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
+
+    def press_on(self, wall: Barrier) -> float:
+        """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
+        direction = {"above": 1.0, "below": -1.0}[wall.side]
+        return direction * float(self.unit.potential.force(wall.position))
+
+    @cached_property
+    def uncountable(self) -> str:
+        """Why the impacts cannot be counted; empty if they can.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Spring
+        >>> smooth = System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5))
+        >>> motion_of(smooth).uncountable[:42]
+        'barrier is lossy, and no white noise acts '
+        """
+        system = self.system
+        dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
+        thermal = self.is_thermal and dampers > 0.0
+        smooth = system.of(ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+        for name, wall in system.named():
+            if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
+                continue
+            rough = self.intensity > 0.0 or thermal or (bool(system.of(ParametricNoise)) and wall.position != 0.0)
+            if smooth and not rough:
+                return (
+                    f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest "
+                    "on the wall after infinitely many impacts"
+                )
+            slow = slow_restitution(wall)
+            if slow <= COLLAPSE_BELOW and rough:
+                return (
+                    f"restitution {slow:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+                    "white noise causes infinitely many impacts in a finite time"
+                )
+        return ""
+
+    @property
+    def not_stationary(self) -> str:
+        """Why there is no stationary state; empty if there is one."""
+        kinds = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
+        sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
+        if self.recorded:
+            return "a record has a beginning and an end"
+        if not any(sizes) and not self.system.of(Force):
+            return "without excitation the motion dies out"
+        if math.isinf(self.scales.energy_time):
+            return "nothing dissipates energy, so it grows without limit"
+        return ""
+
+
+def motion_of(system: System) -> Motion:
+    """What follows from a system alone.
+
+    Raises
+    ------
+    ValueError
+        If nothing holds the mass, or it moves less than numbers can tell.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> lone = System(Spring(4.0), Springpot(0.5, 0.1), Barrier(0.5, 0.8, "below"), WhiteNoise(2.0))
+    >>> motion_of(lone).sign, motion_of(lone).scales.guessed
+    (-1.0, False)
+    """
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError:
+        law = guessed_law(system)
+        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False)
+        searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
+        return replace(motion, searched=searched, slow=_alike(motion, law))
+    elastic = paper.barrier is None or paper.restitution == 1.0
+    dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
+    return Motion(
+        system,
+        closed_form(paper),
+        sign=paper.direction or 1.0,
+        slow=(paper,),
+        searched=paper.barrier is not None,
+        keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
+    )
+
+
+def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
+    """For each springpot, the paper's problem with its slow displacements: of the frequency and power guessed.
+
+    A thermal system has none: it starts from its stationary law.
+    """
+    if motion.is_thermal:
+        return ()
+    taken = max(dissipated(motion.unit, law), 0.0)
+    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(2.0 * taken)) for pot in motion.springpots)

@@ -1,0 +1,310 @@
+"""The plan of a run: a system, what is known of its motion, and complete settings.  Made once, by `plan_of`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Unpack, cast, get_args
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import shown
+from springpot.problem.oscillator import as_system
+from springpot.problem.system import System
+from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Scheme, StartKind
+from springpot.simulation.plan.schemes import scheme_of
+from springpot.simulation.plan.settings import (
+    MOST_PATHS,
+    MOST_STEPS,
+    Settings,
+    checked_seed,
+    checked_threads,
+    whole_number,
+)
+from springpot.simulation.plan.transient import MOST_TRANSIENT
+from springpot.theory.result import NoStationaryStateError
+
+__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
+
+TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
+LONGEST_DEFAULT = 2_000_000  # steps
+MOST_RECORDED = 50_000_000
+COARSEST = 0.5  # largest step * fastest rate that is accepted
+COARSEST_EXACT = 2.5  # where the step has no error (`keeps_the_law`): a half step is less than a quarter of a cycle
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A run that is decided: nothing after it asks what kind of problem it has.
+
+    Attributes
+    ----------
+    motion : Motion
+    settings : Settings
+        Complete, but for x(0) of a stationary start before its pilot runs.
+    adapted : Adapted or None
+        How x(0) of a stationary start was found.
+    """
+
+    motion: Motion
+    settings: Settings
+    adapted: Adapted | None = None
+
+    @property
+    def system(self) -> System:
+        """The user's own."""
+        return self.motion.system
+
+    def but(self, **settings: Any) -> Plan:
+        """The same with other settings."""
+        return replace(self, settings=replace(self.settings, **settings))
+
+    def started_at(self, adapted: Adapted) -> Plan:
+        """The same with x(0) of a stationary start."""
+        return replace(self.but(initial_position=adapted.position), adapted=adapted)
+
+    @property
+    def keeps_the_law(self) -> bool:
+        """Whether the scheme leaves the stationary law of this motion as it is, however long the step.
+
+        Stationary averages at the steps, and of impacts, then have no error of the step.
+        """
+        return self.motion.keeps_the_law and self.settings.numerical_scheme.keeps_the_law
+
+    @property
+    def transient_left(self) -> float:
+        """Share of the transient that is left at the start of the window; 0 of a start from the stationary law."""
+        if self.motion.is_thermal and self.settings.start == "stationary":
+            return 0.0
+        return math.exp(-self.settings.window[0] / self.motion.scales.relaxation_time)
+
+    @property
+    def is_stationary(self) -> bool:
+        """Whether averages over the window are stationary.
+
+        Not with a wall, memory and a start from rest, whose transient decays only like t^-alpha.
+        """
+        remembered = self.settings.start == "rest" and self.motion.searched and bool(self.motion.springpots)
+        return not self.motion.not_stationary and self.transient_left <= MOST_TRANSIENT and not remembered
+
+
+def plan_of(system: System, **given: Unpack[Options]) -> Plan:
+    """Check the given options, complete them with defaults, and decide all that a run needs.
+
+    Raises
+    ------
+    TypeError, ValueError
+        One sentence that names the argument, what is wrong with it and what would be right.
+
+    Examples
+    --------
+    >>> from springpot.problem.oscillator import Oscillator
+    >>> plan_of(Oscillator(), paths=10, duration=5.0).settings.steps
+    500
+    """
+    motion = motion_of(as_system(system))
+    options = cast(Options, {**DEFAULTS, **given})
+    _one_of(options["scheme"], "scheme", get_args(Scheme))
+    _one_of(options["derivative"], "derivative", get_args(Derivative))
+    scheme = scheme_of(options["scheme"])
+    for name, reason in (
+        ("scheme", scheme.covers(motion.system)),
+        ("derivative", scheme_of("grunwald").covers(motion.system) if options["derivative"] != "caputo" else ""),
+    ):
+        if reason:
+            raise ValueError(f"{name} must be {DEFAULTS[name]!r}: {reason}")  # type: ignore[literal-required]
+    start = options["start"]
+    if start is None:
+        start, _ = default_start(motion, options)
+    _one_of(start, "start", get_args(StartKind))
+    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
+    seed = checked_seed(options["seed"])
+    threads = checked_threads(options["threads"])
+    whole = motion.recorded
+    wanted = whole if options["duration"] is None and whole else options["duration"]
+    duration, step, steps = _grid(motion, wanted, options["step"], options["scheme"])
+    window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
+    record, record_every = _record(options["record"], options["record_every"], paths, steps)
+    settings = Settings(
+        paths=paths,
+        duration=duration,
+        step=step,
+        window=window,
+        seed=seed,
+        threads=threads,
+        scheme=options["scheme"],
+        start=start,
+        initial_position=_initial_position(motion, options["initial_position"], start, options["derivative"]),
+        initial_velocity=_initial_velocity(options["initial_velocity"]),
+        derivative=options["derivative"],
+        memory_tolerance=finite_number(options["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
+        contact_tolerance=finite_number(options["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
+        record=record,
+        record_every=record_every,
+    )
+    return Plan(motion, settings)
+
+
+def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind, str]:
+    """The start of a run without the argument ``start``, and the reason if there is no stationary state.
+
+    The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
+    given state, or there is no stationary state.
+
+    Returns
+    -------
+    start : {"rest", "stationary"}
+    reason : str
+        Why there is no stationary state; otherwise empty.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring, WhiteNoise
+    >>> default_start(motion_of(System(Spring(1.0), WhiteNoise(1.0))))
+    ('rest', 'nothing dissipates energy, so it grows without limit')
+    """
+    options = {**DEFAULTS, **given}
+    if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
+        return "rest", ""
+    if motion.recorded:
+        return "rest", ""
+    return ("rest" if motion.not_stationary else "stationary"), motion.not_stationary
+
+
+def check_stationary(system: System, who: str) -> None:
+    """Raise an error if there is no stationary state; ``who`` is the argument or command that needs one.
+
+    Raises
+    ------
+    NoStationaryStateError
+        If nothing moves the mass, or nothing dissipates energy.
+
+    Examples
+    --------
+    >>> from springpot.problem.oscillator import Oscillator
+    >>> check_stationary(Oscillator(), "rtol")
+    """
+    check_motion(motion_of(as_system(system)), who)
+
+
+def check_motion(motion: Motion, who: str) -> None:
+    """As `check_stationary`."""
+    if motion.not_stationary:
+        raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
+
+
+def default_duration(motion: Motion, step: float) -> float:
+    """100 over the frequency (as in the paper), or 20 relaxation times if that is longer; at most 1e4 over the
+    frequency and 2 million steps.
+
+    A slower motion needs an explicit ``duration``.
+    """
+    frequency = motion.scales.frequency
+    long_enough = 20.0 * motion.scales.relaxation_time
+    wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
+    return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
+
+
+def _initial_velocity(given: float | None) -> float:
+    return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
+
+
+def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Scheme) -> tuple[float, float, int]:
+    if duration is not None:
+        duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
+    fastest = motion.scales.fastest_rate
+    if not 0.0 < fastest < math.inf:
+        raise ValueError(TOO_FAR_APART)
+    if step is None:
+        step = min(scheme_of(scheme).default_step / fastest, math.inf if duration is None else duration)
+    else:
+        step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
+    if duration is None:
+        duration = default_duration(motion, step)
+        if not duration > 0.0:
+            raise ValueError(TOO_FAR_APART)
+    if step > duration:
+        raise ValueError(f"step must not be longer than the duration of {duration:g} s, but it is {step:g} s.")
+    coarsest = COARSEST_EXACT if motion.keeps_the_law and scheme_of(scheme).keeps_the_law else COARSEST
+    if step * fastest > coarsest:
+        raise ValueError(
+            f"step is {step:g} s, too coarse for a system whose fastest rate is "
+            f"{fastest:g} per s: use at most {coarsest / fastest:.3g} s, or about "
+            f"{0.01 / fastest:.3g} s for errors well below 1 %."
+        )
+    ratio = duration / step
+    if ratio > MOST_STEPS:
+        advice = f"a duration of at most {MOST_STEPS * step:.3g} s"
+        if duration / MOST_STEPS * fastest <= coarsest:
+            advice = f"a step of at least {duration / MOST_STEPS:.3g} s or {advice}"
+        raise ValueError(
+            f"duration of {duration:g} s takes more than the {MOST_STEPS:,} steps of {step:g} s that are allowed: "
+            f"use {advice}."
+        )
+    # duration / step rounded up, with a margin for rounding errors
+    steps = max(1, math.ceil(ratio * (1.0 - 1e-12) - 1e-9))
+    return duration, duration / steps, steps
+
+
+def _window(window: tuple[float, float] | None, duration: float, step: float) -> tuple[float, float]:
+    if window is None:
+        window = 0.5 * duration, duration
+    if not isinstance(window, Sequence) or isinstance(window, str) or len(window) != 2:
+        raise TypeError(f"window must be a pair of times (start, end), not {shown(window)}.")
+    begin = finite_number(window[0], "window start", low=0.0)
+    end = finite_number(window[1], "window end", low=0.0)
+    if not begin < end:
+        raise ValueError(f"window must start before it ends, but it runs from {begin:g} s to {end:g} s.")
+    if end > duration * (1.0 + 1e-12):
+        raise ValueError(f"window ends at {end:g} s, after the end of the run at {duration:g} s.")
+    first, last = round(begin / step), min(round(end / step), round(duration / step))
+    if last <= first:
+        raise ValueError(f"window from {begin:g} s to {end:g} s holds no step of {step:g} s: make it longer.")
+    return first * step, last * step  # whole steps
+
+
+def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int, int]:
+    """How many paths are stored, and every how many steps."""
+    record = whole_number(record, "record", 0, paths)
+    if every is not None and record == 0:
+        raise ValueError("record_every has no effect without record, the number of paths to store.")
+    every = 1 if every is None else whole_number(every, "record_every", 1, steps)
+    if record * (steps // every) > MOST_RECORDED:
+        wanted = math.ceil(record * steps / MOST_RECORDED)
+        fewer = MOST_RECORDED // (steps // every)
+        advice = f"record_every={wanted} or more" if wanted <= steps else ""
+        if fewer > 0:
+            advice += f"{' or ' if advice else ''}at most {fewer} paths"
+        raise ValueError(
+            f"record asks for {record} paths of {steps // every} points, but at most {MOST_RECORDED:,} points are "
+            f"stored: use {advice}."
+        )
+    return record, every
+
+
+def _initial_position(motion: Motion, given: float | None, start: StartKind, derivative: Derivative) -> float | None:
+    """x(0): 0, or the wall beyond which 0 lies, if not given; None before the pilot runs of a stationary start."""
+    if start == "stationary":
+        if given is not None:
+            raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
+        if derivative != "caputo":
+            raise ValueError(
+                "derivative must be 'caputo' with start='stationary': the memory of this start is adapted to x(0)."
+            )
+        check_motion(motion, "start='stationary'")
+        return None
+    if given is None:
+        return motion.position_of_rest
+    position = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
+    if not motion.low <= position <= motion.high:
+        raise ValueError(
+            f"initial_position is {position:g}, behind a wall: it must lie between {motion.low:g} and {motion.high:g}."
+        )
+    return position
+
+
+def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in words:
+        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {shown(value)}.")
