@@ -18,7 +18,7 @@ import pytest
 import xarray
 
 import springpot as sp
-from springpot.problem.units import UNITS
+from springpot.problem.quantities import possible_results, units_of_system
 from springpot.simulation import Run
 from springpot.simulation.result import load as loaded
 from springpot.simulation.result import save as saved
@@ -84,7 +84,7 @@ def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
         assert found["x"].dims == ("path", "time")
         assert np.array_equal(found["x"], rich.record[:, :, 0])
         assert found["time"].units == "s"
-        assert json.loads(found.attrs["oscillator"])["barrier"]["side"] == "below"
+        assert json.loads(found.attrs["system"])["barrier"]["side"] == "below"
 
 
 def test_other_programs_read_the_json_file(rich: Run, tmp_path: Path) -> None:
@@ -98,13 +98,14 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
     rich.save(tmp_path / "run.csv")
     rows = list(csv.DictReader((tmp_path / "run.csv").open(newline="")))
     numbers = {row["quantity"]: row for row in rows if not row["at"]}
-    assert list(numbers)[: len(UNITS) + 1] == [*UNITS, "power"]
+    names = possible_results(rich.system)
+    assert list(numbers)[: len(names) + 1] == [*names, "power"]
     assert {row["unit"] for name, row in numbers.items() if name.startswith("speed_first_passage_")} <= {"s", "1"}
-    for name in (*UNITS, "power"):
+    for name in (*names, "power"):
         row = numbers[name]
         assert float(row["value"]) == rich.values[name]
         assert float(row["standard_error"]) == rich.errors[name]
-        assert row["unit"] == UNITS.get(name, "")
+        assert row["unit"] == ("" if name == "power" else units_of_system(rich.system, name))
     median = [row for row in rows if row["quantity"] == "impact_speed_quantile" and row["at"] == "0.5"]
     assert float(median[0]["value"]) == float(rich.distributions["impact_speed"].quantile(0.5)[0])
     assert (median[0]["along"], median[0]["unit"]) == ("probability", "m s-1")
