@@ -96,9 +96,9 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     from_file = json.loads(capsys.readouterr().out)
     assert cli.main(["simulate", *words, *flags]) == 0
     from_flags = json.loads(capsys.readouterr().out)
-    assert from_file["oscillator"] == from_flags["oscillator"]
+    assert from_file["system"] == from_flags["system"]
     assert from_file["x_mean_square"] == from_flags["x_mean_square"] > 0.0
-    assert sp.run(as_system(asked), paths=64, duration=2.0, start="rest").oscillator == asked
+    assert sp.run(as_system(asked), paths=64, duration=2.0, start="rest").system == as_system(asked)
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,8 @@ def with_wall(
     made = oscillator(1.0, coefficient, frequency, intensity, position, side=side)
     forget = max(coefficient / frequency**2, 1.0 / coefficient)
     begin, end = 9.0 * forget, 29.0 * forget
-    options = {"paths": 256, "duration": end, "window": (begin, end), "step": 0.2 / plan_of(made).motion.scales.fastest_rate}
+    step = 0.2 / plan_of(made).motion.scales.fastest_rate
+    options = {"paths": 256, "duration": end, "window": (begin, end), "step": step}
     return Problem(
         f"order 1, wall {side} at {position:g}, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
         made, exact, options, rtol,

@@ -16,8 +16,8 @@ from springpot.simulation.kernel.questions import Forcing
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.options import Scheme
-from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.schemes import scheme_of
 from tests.simulation.oracle import _walk, oracle_weights
 from tests.sizes import validation
 

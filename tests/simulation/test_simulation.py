@@ -5,8 +5,8 @@ import pytest
 
 import springpot as sp
 from springpot.problem.quantities import possible_results
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.estimate.samples import errors_of_the_start
+from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.lowering.compose import compose
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.adapted import Adapted

@@ -17,6 +17,7 @@ from springpot.problem.parts import (
     Springpot,
     ThermalNoise,
 )
+from springpot.problem.quantities import possible_results
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
@@ -116,7 +117,7 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     if simulation.motion.uncountable:
         undefined = math.nan, np.full(len(rows), np.nan)
         samples |= {name: undefined for name in samples if "impact_" in name}
-    return samples
+    return {name: samples[name] for name in possible_results(system) if name in samples}
 
 
 def _balance(
