@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import atexit
 import os
+import signal
 import sys
 
-from springpot.machine.interrupt import attended, ignore_ctrl_c, leave_at_once
+from springpot.machine.interrupt import attended, leave_at_once
 from springpot.machine.one_thread import ONE_THREAD
 
 __all__ = ["main"]
@@ -14,7 +15,9 @@ __all__ = ["main"]
 
 def main() -> int:
     """Load the command line and run it; see `springpot.cli.main`."""
-    atexit.register(ignore_ctrl_c)  # the first one to be registered is the last one to be called
+    # Python removes its signal handlers some milliseconds before it has ended, and Ctrl-C would then change the exit
+    # code; the first to be registered is the last to be called
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     for name, number in ONE_THREAD.items():
         os.environ.setdefault(name, number)
     return attended(_command)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import NormalDist
@@ -35,7 +36,7 @@ FINER, FINEST = 0.25, 1.0 / 16.0  # least rtol over that of the round before, an
 SMALLEST = 1e-4  # that a run takes
 DOUBTFUL = 0.3  # excess of a limit that quick quantities may have where the true ones have none
 NEAR = 0.8  # of the error, for the distance to the places that were simulated
-HALVINGS = 7
+PARTS = 128  # of the way to a place where the limits do not hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,15 +189,13 @@ class _Known:
 
     def towards(self, start: Floats, end: Floats) -> Round | None:
         """How far one may go from a simulated place to another so that the limits hold there; None if nowhere."""
-        low, high = 0.0, 1.0
         if self.holds(end):
             return self.round_at(end)
         if not self.holds(start):
             return None
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.holds(start + middle * (end - start)) else (low, middle)
-        return self.round_at(start + low * (end - start))
+        way = (end - start) / PARTS
+        last = bisect_left(range(1, PARTS), True, key=lambda part: not self.holds(start + part * way))
+        return self.round_at(start + last * way)
 
     def holds(self, u: Floats) -> bool:
         """Whether the limits hold at a place, and most of the error there is that of the rounds themselves."""

@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import threading
+import time
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,11 +21,17 @@ if TYPE_CHECKING:
     from types import FrameType
 
 __all__ = [
-    "INTERRUPTED", "Terminated", "asked_to_stop", "attended", "ignore_ctrl_c", "leave_at_once", "sigterm_as_ctrl_c",
+    "INTERRUPTED", "Terminated", "asked_to_stop", "attended", "leave_at_once", "sigterm_as_ctrl_c",
 ]  # fmt: skip
 
 INTERRUPTED = 130  # exit code
 PATIENCE = 2.0  # s that a command has to tidy up after a signal
+
+
+def _is_usual() -> bool:
+    """Whether Ctrl-C may be arranged here: from the main thread, and where neither a caller nor a script has."""
+    in_main = threading.current_thread() is threading.main_thread()
+    return in_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 class leave_at_once:  # a class, for contextlib takes longer to load than all the rest here
@@ -39,16 +46,13 @@ class leave_at_once:  # a class, for contextlib takes longer to load than all th
     """
 
     def __enter__(self) -> None:
-        self._before = signal.getsignal(signal.SIGINT)
-        in_main = threading.current_thread() is threading.main_thread()  # signals can be arranged from there only
-        # a caller that has arranged something else keeps it, and a background job that ignores Ctrl-C goes on to
-        self._ours = in_main and self._before is signal.default_int_handler
+        self._ours = _is_usual()
         if self._ours:
-            signal.signal(signal.SIGINT, _leave)
+            signal.signal(signal.SIGINT, lambda *_: _end_interrupted())
 
     def __exit__(self, *_: object) -> None:
         if self._ours:
-            signal.signal(signal.SIGINT, self._before)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class asked_to_stop:
@@ -75,9 +79,7 @@ class asked_to_stop:
         self._said, self._asked, self._ours = said, False, False
 
     def __enter__(self) -> Callable[[], bool]:
-        in_main = threading.current_thread() is threading.main_thread()
-        self._before = signal.getsignal(signal.SIGINT)
-        self._ours = in_main and self._before is signal.default_int_handler
+        self._ours = _is_usual()
         if self._ours:
             signal.signal(signal.SIGINT, self._first)
             self._told = signal.set_wakeup_fd(-1)  # who is told of a signal ends the process soon
@@ -91,7 +93,7 @@ class asked_to_stop:
     def _give_back(self) -> None:
         if self._ours:
             self._ours = False
-            signal.signal(signal.SIGINT, self._before)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             signal.set_wakeup_fd(self._told, warn_on_full_buffer=False)
 
     def __exit__(self, *_: object) -> None:
@@ -160,7 +162,8 @@ def attended(command: Callable[[], int]) -> int:
         waiting.start()
     try:
         code = command()
-        _end_with(code)
+        if _is_usual():  # the exit code is known: a later Ctrl-C ends the process with it
+            signal.signal(signal.SIGINT, lambda *_: os._exit(code))
     except KeyboardInterrupt:  # between two lines of the command's own handling
         _say_interrupted()
         code = INTERRUPTED
@@ -168,41 +171,25 @@ def attended(command: Callable[[], int]) -> int:
         signal.set_wakeup_fd(before)
         os.close(writing)
     if code == INTERRUPTED and set(threading.enumerate()) - {threading.main_thread(), waiting}:
-        _flush()
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                stream.flush()
+            except (AttributeError, OSError, ValueError):
+                continue
         os._exit(code)  # what still computes is not waited for
     return code
-
-
-def _end_with(code: int) -> None:
-    """The exit code is known: a later Ctrl-C ends the process with this code."""
-
-    def end(_signal: int, _frame: FrameType | None) -> None:
-        os._exit(code)
-
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, end)
-
-
-def ignore_ctrl_c() -> None:
-    """Ignore Ctrl-C from now on.
-
-    For the end of the process: Python removes its signal handlers some milliseconds before it has ended, and Ctrl-C
-    would then change the exit code.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _wait_and_end(reading: int) -> None:
     """Wait for a signal to end this process, and end it if it does not end by itself."""
     while received := os.read(reading, 1):
         if received[0] in (signal.SIGINT, signal.SIGTERM):
-            threading.Event().wait(PATIENCE)
-            _say_interrupted()
-            os._exit(INTERRUPTED)
+            time.sleep(PATIENCE)
+            _end_interrupted()
     os.close(reading)
 
 
-def _leave(_signal: int, _frame: FrameType | None) -> None:
+def _end_interrupted() -> None:
     _say_interrupted()
     os._exit(INTERRUPTED)
 
@@ -211,11 +198,3 @@ def _say_interrupted() -> None:
     if os.isatty(2):
         os.write(2, b"\r\x1b[K\x1b[?25h")  # in place of a progress bar, which hides the cursor
     os.write(2, b"springpot: interrupted.\n")
-
-
-def _flush() -> None:
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except (AttributeError, OSError, ValueError):
-            continue

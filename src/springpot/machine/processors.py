@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 from pathlib import Path
@@ -42,12 +43,7 @@ def threads_available() -> int:
     True
     """
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    granted = min(control_group_quota(), _slurm())
+    granted = control_group_quota()
+    with contextlib.suppress(KeyError, ValueError):
+        granted = min(granted, int(os.environ["SLURM_CPUS_PER_TASK"]))
     return processors if math.isinf(granted) else max(1, min(processors, math.floor(granted)))
-
-
-def _slurm() -> float:
-    try:
-        return float(int(os.environ["SLURM_CPUS_PER_TASK"]))
-    except (KeyError, ValueError):
-        return math.inf

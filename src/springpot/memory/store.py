@@ -1,6 +1,6 @@
 """Cache of exponential sums on disk, each in a small file named by the digest of its arguments.
 
-The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder of the platform; it may be deleted at any time.  A
+The folder is SPRINGPOT_CACHE_DIR, or else the user's cache folder; it may be deleted at any time.  A
 file is written under another name and then renamed, so that it is never read half-written.  It is used only if no other
 user can have written it (:mod:`springpot.machine.trusted`) and its digest and arguments are right; the caller also
 compares the sum with the kernel (:mod:`springpot.memory.exponential_sum`).  If a file cannot be used, the sum is
@@ -13,11 +13,11 @@ import contextlib
 import hashlib
 import json
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from platformdirs import user_cache_dir
 
 from springpot.machine.files import write
 from springpot.machine.trusted import make_folder, read, reason_against, say_unused
@@ -40,18 +40,10 @@ def folder() -> Path | None:
     '/some/where/memory'
     >>> del os.environ["SPRINGPOT_CACHE_DIR"]
     """
-    if chosen := os.environ.get("SPRINGPOT_CACHE_DIR"):
-        return Path(chosen) / "memory"
-    # a relative XDG_CACHE_HOME is to be ignored, says its specification
-    if (shared := os.environ.get("XDG_CACHE_HOME")) and Path(shared).is_absolute():
-        return Path(shared) / "springpot" / "memory"
     try:
-        home = Path.home()
+        return Path(os.environ.get("SPRINGPOT_CACHE_DIR") or user_cache_dir("springpot", appauthor=False)) / "memory"
     except RuntimeError:
         return None
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "springpot" / "Cache" / "memory"
-    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "springpot" / "memory"
 
 
 def load(key: Key) -> tuple[Floats, Floats, float] | None:

@@ -28,7 +28,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System
 
-__all__ = ["COMMON", "UNCONTROLLED", "UNITS", "is_controlled", "possible_results", "units_of_system"]
+__all__ = ["UNCONTROLLED", "UNITS", "is_controlled", "possible_results", "units_of_system"]
 
 UNCONTROLLED = ("_end", "damping_force_mean", "_virial", "energy_residual", "contact_penetration")
 """Endings of results that ``rtol`` does not control."""
@@ -69,10 +69,6 @@ def units_of_system(system: System, name: str) -> str:
         if name.endswith(end):
             return units[heavy]
     return next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
-
-
-COMMON = (*UNITS, "damping_force_mean", "damping_power", "damping_virial", "input_power", "harvested_power")
-"""Names of results that are not of one part."""
 
 
 def is_controlled(name: str) -> bool:

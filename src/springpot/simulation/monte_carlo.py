@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
+from springpot.problem.messages import say
 from springpot.problem.oscillator import as_system
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -170,7 +171,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
     warned = [
         *doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True),
         *about_uncontrolled_impacts(reached, rtol),
-        *([reached.shortfall] if reached.shortfall else []),
+        *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),
     ]
     return Run(
         system=system,
@@ -350,7 +351,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
 
     result = run(system, **given)
     for sentence in result.warnings:
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=2)
     return result.to_dataset()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from springpot.problem.messages import Message, say
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Contact
 from springpot.problem.system import System
@@ -33,7 +34,7 @@ def named_walls(problem: Oscillator | System) -> dict[str, Barrier | Contact]:
 
 def about_walls(
     problem: Oscillator | System, x_mean: float, x_mean_square: float, v_mean_square: float, rates: Mapping[str, float]
-) -> dict[str, str]:
+) -> dict[str, Message]:
     """One sentence at most for each wall, by its name.
 
     Parameters
@@ -61,7 +62,7 @@ def about_walls(
     speed = math.sqrt(v_mean_square)
     omega = problem.natural_frequency
     period = 2.0 * math.pi / (omega if omega > 0.0 else speed / spread)
-    said = {}
+    said: dict[str, Message] = {}
     for name, wall in named_walls(problem).items():
         side = 1.0 if wall.side == "above" else -1.0
         away = side * (x_mean - wall.position) / spread
@@ -69,21 +70,11 @@ def about_walls(
         push = _push(problem, wall) / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
         words = f"{name or 'the wall'} at {wall.position:g} m"
         if away > FAR and not struck > NEVER:
-            said[name] = (
-                f"{words} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check "
-                "position, side and unit."
-            )
+            said[name] = say("far_wall", wall=words, away=away)
         elif push > PRESSED and away < CLOSE:
-            said[name] = (
-                f"{words} is pressed against by the springs all the time, and x has a standard deviation of only "
-                f"{spread:.2g} m: check position, side and unit."
-            )
+            said[name] = say("pressed_wall", wall=words, spread=spread)
         elif struck > CHATTER:
-            said[name] = (
-                f"{words} is struck {rates[name]:.3g} times per second, {struck:.0f} times in a natural period: this "
-                "is chatter near a wall, or rattle in a narrow gap, of impacts that are mostly small; "
-                "slowest_counted_impact of a run counts those that are not."
-            )
+            said[name] = say("chatter", wall=words, rate=rates[name], often=struck)
     return said
 
 

@@ -116,7 +116,8 @@ def combine(levels: Levels) -> Estimates:
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
     plain = samples.pop("plain_rate", None)
-    values, errors = ({name: get(sample) for name, sample in samples.items()} for get in (_value, _error))
+    values = {name: sample.value(0.0) for name, sample in samples.items()}
+    errors = {name: sample.error(0.0) for name, sample in samples.items()}
     shares = {}
     for name in filter(is_controlled, [*samples]):
         orders = orders_of_step(motion, name, settings.step)
@@ -154,14 +155,6 @@ def combine(levels: Levels) -> Estimates:
             fixed=budgets[name].memory_bias + budgets[name].transient,
         )
     return Estimates(values, errors, budgets, known)
-
-
-def _value(sample: _Samples) -> float:
-    return sample.value(0.0)
-
-
-def _error(sample: _Samples) -> float:
-    return sample.error(0.0)
 
 
 def _samples(levels: Levels) -> dict[str, _Samples]:

@@ -112,6 +112,14 @@ class Standing:
         """Of a pair of paths, in steps."""
         return self.path_cost(-1) + self.path_cost(0)
 
+    def path_steps(self, finer: int, paths: float, pairs: float) -> float:
+        """Of so many paths and pairs."""
+        return self.steps * (2.0 ** (finer + 1) * paths + 3.0 * pairs)
+
+    def unchanged(self, kind: Literal["done", "halve", "stop"], worst: str, aim: float, left: float) -> Move:
+        """A move without more paths or pairs at these steps."""
+        return Move(kind, worst, aim, self.paths, self.pairs, self.finer, left)
+
 
 @dataclass(frozen=True)
 class Move:
@@ -184,13 +192,13 @@ def decide(standing: Standing) -> Move:
     worst = max(standing.known, key=lambda known: known.total / aims[known.name])
     aim = aims[worst.name] / abs(worst.value)
     if worst.total <= aims[worst.name]:
-        return Move("done", worst.name, aim, standing.paths, standing.pairs, standing.finer, 0.0)
+        return standing.unchanged("done", worst.name, aim, 0.0)
     plans = [_plan(standing, aims, finer) for finer in range(standing.most_finer + 1)]
     sound = [plan for plan in plans if plan.sure <= 0.5]
     plan = min(sound or plans[-1:], key=lambda plan: plan.cost)
     if not sound and standing.step_can_be_halved:
-        left = 2.0 * (plan.paths * 2.0 ** (plan.finer + 1) + 3.0 * plan.pairs) * standing.steps
-        return Move("halve", worst.name, aim, standing.paths, standing.pairs, standing.finer, left)
+        left = 2.0 * standing.path_steps(plan.finer, plan.paths, plan.pairs)
+        return standing.unchanged("halve", worst.name, aim, left)
     return _towards(standing, plan, worst.name, aim)
 
 
@@ -198,17 +206,17 @@ def _towards(standing: Standing, plan: _Plan, worst: str, aim: float) -> Move:
     """The next round of a plan."""
     kept = standing.paths if plan.finer == standing.finer else 0
     paths, pairs = plan.paths, plan.pairs
-    left = _path_steps(standing, plan.finer, max(paths - kept, 0.0), pairs - standing.pairs)
+    left = standing.path_steps(plan.finer, max(paths - kept, 0.0), pairs - standing.pairs)
     if pairs > MOST_GROWTH * standing.pairs:  # the plan rests on a difference that is hardly known
         kept, paths, pairs, finer = standing.paths, standing.paths, MOST_GROWTH * standing.pairs, standing.finer
     else:
         paths, finer = min(paths, MOST_GROWTH * max(kept, standing.pairs)), plan.finer
         if kept and paths < LEAST_GROWTH * kept and pairs < LEAST_GROWTH * standing.pairs:
             paths, pairs = LEAST_GROWTH * kept, LEAST_GROWTH * standing.pairs
-    cost = _path_steps(standing, finer, paths - kept, pairs - standing.pairs)
+    cost = standing.path_steps(finer, paths - kept, pairs - standing.pairs)
     share = min(1.0, (standing.most_path_steps - standing.spent) / cost)
     if share < 0.05:
-        return Move("stop", worst, aim, standing.paths, standing.pairs, standing.finer, left)
+        return standing.unchanged("stop", worst, aim, left)
     return Move(
         "more", worst, aim,
         math.ceil(kept + share * (paths - kept)), math.ceil(standing.pairs + share * (pairs - standing.pairs)),
@@ -216,18 +224,13 @@ def _towards(standing: Standing, plan: _Plan, worst: str, aim: float) -> Move:
     )  # fmt: skip
 
 
-def _path_steps(standing: Standing, finer: int, paths: float, pairs: float) -> float:
-    return standing.steps * (2.0 ** (finer + 1) * paths + 3.0 * pairs)
-
-
 def _look_for(known: Known, standing: Standing) -> Move:
     """More pairs for a quantity that has no value yet."""
     pairs = math.ceil(MOST_GROWTH * standing.pairs)
-    cost = _path_steps(standing, 0, 0.0, pairs - standing.pairs)
-    kind: Literal["more", "stop"] = "more"
+    cost = standing.path_steps(0, 0.0, pairs - standing.pairs)
     if standing.spent + cost > min(standing.most_path_steps, UNSEEN):
-        kind, pairs = "stop", standing.pairs
-    return Move(kind, known.name, standing.rtol, standing.paths, pairs, standing.finer, cost)
+        return standing.unchanged("stop", known.name, standing.rtol, cost)
+    return Move("more", known.name, standing.rtol, standing.paths, pairs, standing.finer, cost)
 
 
 def _aim(known: Known, standing: Standing) -> float:

@@ -132,8 +132,8 @@ class _Outcome:
 class _Report:
     """Calls ``progress`` after each block, and ends the run when the time is over or ``progress`` raises."""
 
-    def __init__(self, clock: Clock, progress: Progress | None) -> None:
-        self.clock, self.progress = clock, progress
+    def __init__(self, clock: Clock, rtol: float, progress: Progress | None) -> None:
+        self.clock, self.rtol, self.progress = clock, rtol, progress
         self.latest = FractionDone(0.0)
 
     @property
@@ -146,9 +146,16 @@ class _Report:
         self.clock.check()
         self._pass_on()
 
-    def say(self, fraction: float, estimate: Estimate) -> None:
-        """After a round."""
-        self.latest = FractionDone(fraction, estimate)
+    def say(self, fraction: float, spent: float, left: float, reason: str, aim: float, worst: str) -> None:
+        """After a round: path-steps spent and left, what takes the time, and the error aimed at, of which quantity."""
+        unreachable = ""
+        if aim > self.rtol:
+            wanted, best = per_cent(self.rtol), per_cent(aim)
+            unreachable = (
+                f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
+                f"{best if best != wanted else 'just above that'}"
+            )
+        self.latest = FractionDone(fraction, Estimate(spent + left, self.clock.seconds(left), reason, aim, unreachable))
         self._pass_on()
 
     def _pass_on(self) -> None:
@@ -205,7 +212,7 @@ def reach(
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     check_motion(motion, "rtol")
     request = _Request(motion, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
-    report = _Report(Clock(max_time), progress)
+    report = _Report(Clock(max_time), rtol, progress)
     shortest = FINEST_STEP / motion.scales.fastest_rate
     step = max(first_step(motion, rtol), shortest)
     spent, reason = 0.0, ""
@@ -220,7 +227,7 @@ def reach(
             pairs = FEWEST_PAIRS
         paths = 0
         reason = _length_reason(levels.pair_coarse.simulation) or "the first round is small"
-        report.say(0.0, _estimate(request, report.clock, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0]))
+        report.say(0.0, 0.0, levels.work(paths, pairs), reason, rtol, wanted[0])
         while True:
             before = levels.path_steps
             levels = _round(levels, paths, pairs, report, patience=3.0 if best is None else 1.0)
@@ -231,8 +238,7 @@ def reach(
             if best is None or same_step or move.kind == "done" or outcome.off <= best.off:
                 best = outcome
             reason = _reason(outcome, halved)
-            estimate = _estimate(request, report.clock, spent, move.path_steps, reason, move.aim, move.worst)
-            report.say(min(1.0, (rtol / best.off) ** 2), estimate)
+            report.say(min(1.0, (rtol / best.off) ** 2), spent, move.path_steps, reason, move.aim, move.worst)
             if move.kind in ("done", "stop"):
                 break
             if move.kind == "more":
@@ -358,19 +364,6 @@ def _impacts_of_a_path(level: Level) -> float:
     settings = level.simulation.settings
     low, high = settings.window_steps
     return float(level.rows[:, COLUMNS.index("impacts")].mean()) * settings.steps / (high - low)
-
-
-def _estimate(
-    request: _Request, clock: Clock, spent: float, left: float, reason: str, aim: float, worst: str
-) -> Estimate:
-    unreachable = ""
-    if aim > request.rtol:
-        wanted, best = per_cent(request.rtol), per_cent(aim)
-        unreachable = (
-            f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
-            f"{best if best != wanted else 'just above that'}"
-        )
-    return Estimate(spent + left, clock.seconds(left), reason, aim, unreachable)
 
 
 def _length_reason(simulation: Simulation) -> str:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import NORMAL
 
 __all__ = ["FEW", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
@@ -92,18 +93,16 @@ def interval(impacts: Floats, time: float) -> tuple[float, float]:
     return of_a_path * float(gammaincinv(paths, 0.025)), of_a_path * float(gammaincinv(paths + 1, 0.975))
 
 
-def about_few(struck: Mapping[str, Floats], time: float) -> Iterator[str]:
+def about_few(struck: Mapping[str, Floats], time: float) -> Iterator[Message]:
     """One sentence for each kind of event of which fewer than `FEW` were seen, as in `errors_of_unseen`."""
     for name, impacts in struck.items():
         seen = int(impacts.sum())
         if seen >= FEW:
             continue
         low, high = interval(impacts, time)
-        rate, within = f"{name}_impact_rate" if name else "impact_rate", f"{time:.3g} s of all paths together"
+        rate, within = f"{name}_impact_rate" if name else "impact_rate", f"{time:.3g} s"
         if not seen:
-            yield f"{rate} is below {high:.2g} per second with a probability of 95 %: no impact was seen in {within}."
+            yield say("unseen_impacts", rate=rate, high=high, time=within)
         else:
-            yield (
-                f"{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric "
-                f"about its value: only {seen} impact{'s' if seen > 1 else ''} in {within}."
-            )
+            count = f"{seen} impact{'s' if seen > 1 else ''}"
+            yield say("few_impacts", rate=rate, low=low, high=high, seen=count, time=within)

@@ -17,6 +17,7 @@ from numba import njit
 
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.lanes import (
+    ENTRY,
     GROUP,
     INLINE,
     LANES,
@@ -24,7 +25,6 @@ from springpot.simulation.kernel.lanes import (
     MOST_FORCES,
     MOST_MODES,
     MOST_STATES,
-    UNCOUNTED,
     f32,
     f64,
     lesser,
@@ -32,7 +32,6 @@ from springpot.simulation.kernel.lanes import (
     stack_array,
     yes,
 )
-from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
 from springpot.simulation.kernel.random import draw
 from springpot.simulation.kernel.steps import State, Struck, Sums, replay, sweep_lanes
@@ -136,7 +135,7 @@ class Parts(NamedTuple):
 
 
 @cached
-@njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=OptimizedOnce, **UNCOUNTED)
+@njit(**ENTRY)
 def block(
     parts, sweep, memory, drive, start, taps, stiffness,
     first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,

@@ -6,19 +6,19 @@ no two of them overlap.  That, and flat indexing, is what lets it use vector ins
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import llvmlite.ir as ir
+import numba
 import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from springpot.simulation.kernel.numba_passes import WithoutMachineCode
-
 __all__ = [
-    "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "UNCOUNTED", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no", "stack_array",
-    "typed", "u32", "u64", "yes",
+    "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
+    "MOST_STATES", "OF_USER", "QUICK", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no",
+    "stack_array", "typed", "u32", "u64", "yes",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -34,16 +34,36 @@ FAST: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"},
     "error_model": "numpy",
 }
-# arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
-UNCOUNTED: dict[str, Any] = {"_nrt": False, **FAST}
-# called from compiled code only: no wrapper for Python, which would take a quarter of the compile time; no closures,
-# comprehensions or tests for None in it (`springpot.simulation.kernel.numba_passes` leaves out what they need);
-# "forceinline" is said here too, else it is taken over from a caller that is copied in
-LINKED: dict[str, Any] = {
-    "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False,
-    **UNCOUNTED,
-}  # fmt: skip
-INLINE: dict[str, Any] = {**LINKED, "forceinline": True}
+# `springpot.simulation.kernel.numba_passes` leans on private names of Numba: with versions that it was not tested
+# with, Numba compiles as it always does, in twice the time; results differ by rounding
+TESTED = ("0.62", "0.63", "0.64", "0.65", "0.66", "0.67", "0.68")
+QUICK = numba.__version__.rpartition(".")[0] in TESTED
+if QUICK:
+    try:
+        from springpot.simulation.kernel.numba_passes import OfUser, OptimizedOnce, WithoutMachineCode
+    except ImportError:
+        QUICK = False
+# of what Python calls; of what only compiled code calls; the same copied into its callers; the same of a user
+ENTRY: dict[str, Any] = {"nogil": True, **FAST}
+LINKED = INLINE = OF_USER = FAST
+# all is copied in: else the kernel calls other machine code when it comes from the disk than when it was just compiled
+with contextlib.suppress(ImportError):
+    from numba.core.cpu import CPUTargetOptions
+
+    if hasattr(CPUTargetOptions, "forceinline"):
+        LINKED = INLINE = OF_USER = {"forceinline": True, **FAST}
+if QUICK:
+    # arrays belong to the caller for the whole call: counting references to them took most of the time of an impact
+    ENTRY = {**ENTRY, "_nrt": False, "no_cfunc_wrapper": True, "pipeline_class": OptimizedOnce}
+    # no wrapper for Python, which would take a quarter of the compile time; no closures, comprehensions or tests for
+    # None in it (`springpot.simulation.kernel.numba_passes` leaves out what they need); "forceinline" is said here
+    # too, else it is taken over from a caller that is copied in
+    LINKED = {
+        "pipeline_class": WithoutMachineCode, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+        "forceinline": False, "_nrt": False, **FAST,
+    }  # fmt: skip
+    INLINE = {**LINKED, "forceinline": True}
+    OF_USER = {**INLINE, "pipeline_class": OfUser, "_nrt": True}  # it may make arrays
 
 u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
 

@@ -9,8 +9,7 @@ from numba import njit
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from springpot.machine.faults import cause_of
-from springpot.simulation.kernel.lanes import INLINE
-from springpot.simulation.kernel.numba_passes import OfUser
+from springpot.simulation.kernel.lanes import OF_USER
 
 __all__ = ["inlined"]
 
@@ -37,4 +36,4 @@ def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
         njit(signature)(plain)
     except (NumbaError, UnsupportedBytecodeError, TypeError) as reason:
         raise ValueError(f"{what} that Numba cannot compile: {cause_of(reason)}") from None
-    return njit(**{**INLINE, "pipeline_class": OfUser, "_nrt": True})(plain)  # it may make arrays
+    return njit(**OF_USER)(plain)

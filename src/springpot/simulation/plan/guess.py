@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,11 +128,9 @@ def _around_the_wells(potential: Potential) -> FloatArray:
     inside = [min(max(float(place), low), high) for place in (*real, *touches, 0.0)]
     first, last = (_uphill(potential, end, sign) for end, sign in ((min(inside), -1.0), (max(inside), 1.0)))
     grid = np.linspace(first, last, 2001)
-    depth = potential.energy(grid)
+    force = potential.force(grid)
     wells = [
-        _from(lambda x: potential.force(x) > 0.0, grid[i - 1], grid[i + 1])
-        for i in range(1, grid.size - 1)
-        if depth[i - 1] > depth[i] <= depth[i + 1]
+        _root(potential.force, grid[i], grid[i + 1]) for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
     ]
     return np.unique(np.concatenate([grid, inside, wells]))
 
@@ -156,24 +155,13 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
     if not beyond.any():
         return end
     first = int(np.argmax(beyond))
-    return _from(lambda x: potential.energy(x) > energy, places[first - 1], places[first])
+    return _root(lambda x: potential.energy(x) - energy, places[first - 1], places[first])
 
 
-def _from(holds: Callable[[FloatArray], NDArray[np.bool_]], before: float, after: float, parts: int = 64) -> float:
-    """The number between two others from which on a condition holds, to 1e-12 of their distance.
+def _root(function: Callable[[float], Any], low: float, high: float) -> float:
+    from scipy import optimize  # slow to import
 
-    The distance is cut in parts again and again.  SciPy's searches would take longer to import than most runs take.
-
-    Examples
-    --------
-    >>> round(_from(lambda x: x**2 > 2.0, 0.0, 2.0), 9)
-    1.414213562
-    """
-    for _ in range(math.ceil(40.0 / math.log2(parts))):
-        numbers = np.linspace(before, after, parts + 1)
-        first = int(np.argmax(np.append(holds(numbers[1:-1]), True)))
-        before, after = numbers[first], numbers[first + 1]
-    return float(after)
+    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14))
 
 
 def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
@@ -331,8 +319,7 @@ def _temperature(unit: System, potential: Potential) -> float:
                 break
             surplus = _fed(unit, law) - dissipated(unit, law)
             if surplus > 0.0 and not math.isnan(last):
-                taken = lambda t: np.array([_surplus(unit, potential, math.exp(t[0])) <= 0.0])  # noqa: E731
-                return math.exp(_from(taken, math.log(theta), math.log(last), parts=2))
+                return _root(lambda t: _surplus(unit, potential, t), float(theta), last)
             if surplus > 0.0:
                 break
             last = float(theta)

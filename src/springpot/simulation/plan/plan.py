@@ -102,7 +102,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     --------
     >>> from springpot.problem.oscillator import Oscillator
     >>> plan_of(Oscillator(), paths=10, duration=5.0).settings.steps
-    674
+    500
     """
     motion = motion_of(as_system(system))
     options = cast(Options, {**DEFAULTS, **given})

@@ -97,7 +97,9 @@ def _mean(paper: Dimensionless) -> float:
     """E[x] by averaging with the wall moved to the equilibrium, or the wall's place if that is farther inside."""
     if paper.barrier is None:
         return 0.0
-    mean = abs(averaging(replace(paper, barrier=Barrier(0.0, paper.restitution))).x_mean)
+    mean = 0.0
+    if paper.dissipates:
+        mean = abs(averaging(replace(paper, barrier=Barrier(0.0, paper.restitution))).x_mean)
     return paper.direction * max(paper.direction * paper.barrier.position, mean)
 
 

@@ -120,7 +120,7 @@ class Run:
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
-            "warnings": list(self.warnings),
+            "warnings": [*map(str, self.warnings)],
         }
 
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
@@ -235,7 +235,7 @@ class Run:
             "system": json.dumps(self.system.to_dict()),
             "settings": json.dumps(self.settings.to_dict()),
             "diagnostics": json.dumps(self.diagnostics),
-            "warnings": list(self.warnings),
+            "warnings": [*map(str, self.warnings)],
             "Conventions": "CF-1.11",
         }
         # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that

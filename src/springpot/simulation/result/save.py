@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from springpot.simulation.result.results import Run
 from springpot.problem.file import check_writable
 from springpot.problem.system import System
+from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
@@ -215,7 +216,6 @@ def _packed(array: npt.NDArray[Any]) -> dict[str, Any]:
 # --- tables ---------------------------------------------------------------------------------------------------------
 
 _PARTS = ("standard_error", "step_bias", "memory_bias", "transient", "total_error")
-_ENDINGS = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
 
 
 def _table(run: Run) -> bytes:
@@ -225,11 +225,11 @@ def _table(run: Run) -> bytes:
     for name in dataset.data_vars:
         variable = dataset[name]
         if variable.ndim > 1 or any(
-            str(name).endswith(end) and str(name).removesuffix(end) in dataset for end in _ENDINGS
+            str(name).endswith(end) and str(name).removesuffix(end) in dataset for end in PARTS_OF_ERROR
         ):
             continue
-        along = [np.nan] if variable.ndim == 0 else np.asarray(variable[variable.dims[0]], dtype=float)
-        errors = [dataset.get(f"{name}{ending}") for ending in _ENDINGS]
+        along = [np.nan] if variable.ndim == 0 else variable[variable.dims[0]].to_numpy().tolist()
+        errors = [dataset.get(f"{name}{ending}") for ending in PARTS_OF_ERROR]
         for i, place in enumerate(along):
             value, *cells = (None if part is None else float(np.atleast_1d(part)[i]) for part in (variable, *errors))
             unit = variable.attrs.get("units", "")
@@ -257,5 +257,7 @@ def _csv(header: list[str], rows: Any) -> bytes:
     return out.getvalue().encode()
 
 
-def _cell(number: float | None) -> str:
-    return "" if number is None or math.isnan(number) else repr(float(number))
+def _cell(value: float | str | None) -> str:
+    if isinstance(value, str):  # a wall's name
+        return value
+    return "" if value is None or math.isnan(value) else repr(float(value))

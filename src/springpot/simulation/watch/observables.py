@@ -19,7 +19,6 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, shown
-from springpot.problem.quantities import COMMON
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -28,6 +27,9 @@ from springpot.simulation.watch.distributions import SKETCHED
 __all__ = ["COUNTED", "EXTREMES", "extremes", "faster_than", "mean_of", "taken_names"]
 
 Floats = npt.NDArray[np.float64]
+
+PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
+"""Endings of names of errors."""
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
@@ -60,7 +62,7 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {shown(name)}.")
-    if name in taken_names() or name.endswith("_se"):
+    if name in taken_names() or name.endswith(PARTS_OF_ERROR):
         raise ValueError(f"an observable cannot be called {name!r}: a run already has a result of that name.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         given = shown(function)
@@ -77,14 +79,13 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
 
 
 def taken_names() -> set[str]:
-    """Names that the results of a run use already."""
-    budgets = (f"{name}_{part}" for name in COMMON for part in ("step_bias", "memory_bias", "transient", "error"))
+    """Names that every run uses already, beside those of its results."""
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
     biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
     extreme = (f"{name}_quantile" for name in EXTREMES)
     others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
     attributes = ("system", "settings", "diagnostics", "warnings")
-    return {*COMMON, *COUNTED, *budgets, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+    return {*COUNTED, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
 
 
 def _on_steps_of(function: Callable[..., float]) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import per_cent
+from springpot.problem.messages import Message, say
 
 __all__ = ["PassageTimes"]
 
@@ -234,17 +235,14 @@ class PassageTimes:
         return t, *self.survival(t)
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Message, ...]:
         """Warnings: one sentence each."""
         name, (mean, error, assumed) = f"{self.quantity}_first_passage", self.mean
         sentences = []
         if assumed and not mean - self.restricted_mean[0] < error:
-            sentences.append(f"{name}: {assumed}")
+            sentences.append(say("passage_mean_extrapolated", name=name, assumed=assumed))
         if self.share_at_start > 0.0:
-            share = per_cent(self.share_at_start)
-            sentences.append(
-                f"{name}: {share} of the paths were beyond the level when the clock started; their time is 0."
-            )
+            sentences.append(say("passed_at_start", name=name, share=per_cent(self.share_at_start)))
         return tuple(sentences)
 
 

@@ -494,14 +494,16 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
 
     From the outermost turning point below this energy it rises to it, and stays above.
     """
+    from scipy import optimize
+
+    def excess(reach: float) -> float:
+        return float(potential.energy(start + sign * reach)) - energy
+
     wall = potential.low if sign < 0.0 else potential.high
     low, high = 0.0, max(1e-16 * abs(start), 1e-60)
-    while high < abs(wall - start) and float(potential.energy(start + sign * high)) <= energy:
+    while high < abs(wall - start) and excess(high) <= 0.0:
         low, high = high, 2.0 * high
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if float(potential.energy(start + sign * middle)) <= energy else (low, middle)
-    edge = start + sign * high
+    edge = start + sign * (high if excess(high) <= 0.0 else optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15))
     return max(edge, wall) if sign < 0.0 else min(edge, wall)
 
 

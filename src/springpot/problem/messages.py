@@ -1,0 +1,239 @@
+"""The catalogue of warnings: each has a name, a category, a sentence with its numbers, and what to do.
+
+A result's ``warnings`` are `Message`: strings that know their name and category.  `springpot.simulate` also raises them
+as Python warnings of their category, so that `warnings.filterwarnings` can tell them apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = [
+    "MESSAGES", "AccuracyWarning", "Message", "NoEffectWarning", "ProblemWarning", "RareEventWarning",
+    "SpringpotWarning", "StationarityWarning", "say",
+]  # fmt: skip
+
+
+class SpringpotWarning(UserWarning):
+    """Any warning of springpot."""
+
+
+class AccuracyWarning(SpringpotWarning):
+    """A number may be off by more than its error says."""
+
+
+class StationarityWarning(SpringpotWarning):
+    """An average is not that of a stationary state."""
+
+
+class RareEventWarning(SpringpotWarning):
+    """So few events were seen that a standard error does not say enough."""
+
+
+class ProblemWarning(SpringpotWarning):
+    """The problem itself is odd: often a slip of a sign or a unit."""
+
+
+class NoEffectWarning(SpringpotWarning):
+    """An argument was given that changes nothing."""
+
+
+class Message(str):
+    """A sentence that knows its name in `MESSAGES`."""
+
+    name: str
+
+    def __new__(cls, sentence: str, name: str) -> Message:
+        self = super().__new__(cls, sentence)
+        self.name = name
+        return self
+
+    @property
+    def category(self) -> type[SpringpotWarning]:
+        """The class of the Python warning."""
+        return MESSAGES[self.name].category
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One entry of the catalogue.
+
+    Attributes
+    ----------
+    category : type
+    sentence : str
+        With the names of its numbers in braces.
+    advice : str
+        What to do.
+    """
+
+    category: type[SpringpotWarning]
+    sentence: str
+    advice: str
+
+
+def say(name: str, /, **numbers: Any) -> Message:
+    """The sentence of a message with its numbers.
+
+    Examples
+    --------
+    >>> say("few_impacts", rate="impact_rate", low=0.1, high=0.9, seen="3 impacts", time="20 s").name
+    'few_impacts'
+    """
+    return Message(MESSAGES[name].sentence.format(**numbers), name)
+
+
+_ACCURACY, _STATIONARY, _RARE = AccuracyWarning, StationarityWarning, RareEventWarning
+_PROBLEM, _NO_EFFECT = ProblemWarning, NoEffectWarning
+
+MESSAGES: dict[str, Kind] = {
+    "not_finite": Kind(
+        _ACCURACY, "the response is not a finite number{cause}",
+        "Use a much finer step; check a force or a law of your own, which must return a number everywhere.",
+    ),
+    "coarse_step": Kind(
+        _ACCURACY,
+        "step is {step:g} s, {ratio:.2g} of the shortest time scale: expect errors of about 1 % above {limit:g}; use "
+        "at most {most:.2g} s.",
+        "Use the step that the sentence names, or rtol=, which chooses it.",
+    ),
+    "coarse_step_of_transients": Kind(
+        _ACCURACY,
+        "step is {step:g} s, {ratio:.2g} of the shortest time scale: stationary averages of motion and impacts have no "
+        "error of the step at order 1, but transients, spectra, extremes and first passages have; use at most "
+        "{most:.2g} s for these.",
+        "Nothing for averages; for the rest use the step that the sentence names.",
+    ),
+    "contact_tolerance": Kind(
+        _ACCURACY,
+        "contact_tolerance is {tolerance:g} m, which is not small compared with the root mean square displacement of "
+        "{size:.2g} m: the response is biased by about their ratio; use at most {most:.1g} m.",
+        "Give a smaller contact_tolerance.",
+    ),
+    "uncountable_impacts": Kind(
+        _PROBLEM,
+        "impact rate and speeds are undefined, but energies are correct: {reason}. slowest_counted_impact counts those "
+        "that are faster.",
+        "Give slowest_counted_impact=, or ask for powers and forces of the wall, which are finite.",
+    ),
+    "transient_in_window": Kind(
+        _STATIONARY,
+        "window starts at {begin:g} s, when about {left} of the transient is left: start it after {later:.3g} s for "
+        "stationary values.",
+        "Use a longer run and a later window, or rtol=.",
+    ),
+    "no_stationary_state": Kind(
+        _STATIONARY, "there is no stationary state: {reason}.",
+        "Read the averages as those of a transient, or add what dissipates energy.",
+    ),
+    "starts_from_rest": Kind(
+        _STATIONARY, "the run starts from rest, because there is no stationary state: {reason}.",
+        "Give start='rest' to say that you know.",
+    ),
+    "unchecked_start": Kind(
+        _STATIONARY,
+        "the adapted start was taken from a rough theory and was not checked: long enough pilot runs would take too "
+        "much time.",
+        "Use a longer run, and compare two windows of it.",
+    ),
+    "start_was_off": Kind(
+        _STATIONARY,
+        "the adapted start was off by {off} of the root mean square displacement (standard error {error}) before its "
+        "last correction.",
+        "Use more paths, or a longer run with a later window.",
+    ),
+    "energy_drifts": Kind(
+        _STATIONARY,
+        "the mean energy still changed by {share} over the window ({errors:.0f} standard errors), so it is not "
+        "stationary yet: use a longer run and a later window.",
+        "Use a longer run and a later window.",
+    ),
+    "memory_of_start": Kind(
+        _STATIONARY,
+        "the memory still acts of the start: its mean force is {share} of the springs' (0 in the stationary state) "
+        "and decays only like t^-{order:.2g}, so mean displacement and impact rate are not yet stationary (energies "
+        "are barely affected). Use start='stationary' for them.",
+        "Use start='stationary'.",
+    ),
+    "energy_balance": Kind(
+        _ACCURACY,
+        "the energy balance fails by {share} of the input power (standard error {error}): repeat the run with a finer "
+        "step before you trust it.",
+        "Repeat the run with a finer step.",
+    ),
+    "slow_impacts": Kind(
+        _ACCURACY,
+        "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the "
+        "step misses slow impacts behind this lossy wall, and the error decreases only like step^{order:.2g}; "
+        "energies are correct. With rtol= the error is bounded.",
+        "Use rtol=, or count only impacts that matter with slowest_counted_impact=.",
+    ),
+    "slow_impacts_of_some_wall": Kind(
+        _ACCURACY,
+        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are "
+        "correct.",
+        "Use a finer step, or slowest_counted_impact=.",
+    ),
+    "slow_impact_quantiles": Kind(
+        _ACCURACY,
+        "the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are wrong: {quantiles}. "
+        "impact_speed_quantile_step_bias bounds the error; a shorter step reduces it.",
+        "Use a finer step, or read higher quantiles only.",
+    ),
+    "uncontrolled_impacts": Kind(
+        _ACCURACY,
+        "quantities does not name these results, which may be wrong by up to: {off}; name them to bound their errors.",
+        "Name them in quantities=.",
+    ),
+    "rtol_not_reached": Kind(
+        _ACCURACY, "{sentence}", "Give a larger rtol or max_time; the sentence says what holds it up.",
+    ),
+    "observable_not_finite": Kind(
+        _ACCURACY,
+        "observable {name} is not a finite number: its function raised an error, or is not finite everywhere.",
+        "Check the function at every x and v that the motion reaches.",
+    ),
+    "passage_mean_extrapolated": Kind(
+        _ACCURACY, "{name}: {assumed}",
+        "Use a longer run, or read the restricted mean and the survival curve.",
+    ),
+    "passed_at_start": Kind(
+        _STATIONARY,
+        "{name}: {share} of the paths were beyond the level when the clock started; their time is 0.",
+        "Start from rest, or take a level that the stationary motion passes rarely.",
+    ),
+    "unseen_impacts": Kind(
+        _RARE,
+        "{rate} is below {high:.2g} per second with a probability of 95 %: no impact was seen in {time} of all paths "
+        "together.",
+        "Use more or longer paths, or theory.",
+    ),
+    "few_impacts": Kind(
+        _RARE,
+        "{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric about its "
+        "value: only {seen} in {time} of all paths together.",
+        "Use more or longer paths.",
+    ),
+    "far_wall": Kind(
+        _PROBLEM,
+        "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, "
+        "side and unit.",
+        "Check position, side and unit; leave the wall out if it is meant.",
+    ),
+    "pressed_wall": Kind(
+        _PROBLEM,
+        "{wall} is pressed against by the springs all the time, and x has a standard deviation of only {spread:.2g} m: "
+        "check position, side and unit.",
+        "Check position, side and unit: a gap of the wrong sign is a preload.",
+    ),
+    "chatter": Kind(
+        _PROBLEM,
+        "{wall} is struck {rate:.3g} times per second, {often:.0f} times in a natural period: this is chatter near a "
+        "wall, or rattle in a narrow gap, of impacts that are mostly small; slowest_counted_impact of a run counts "
+        "those that are not.",
+        "Give slowest_counted_impact=.",
+    ),
+    "no_effect": Kind(_NO_EFFECT, "{argument} has no effect{why}.", "Leave the argument out."),
+}  # fmt: skip
+"""Every warning by name."""
