@@ -22,7 +22,7 @@ from springpot.simulation.plan.transient import missing_variance, shares_missing
 from springpot.theory.result import MOMENTS
 from tests.sizes import validation
 
-from .problems import oscillator, truncated_gaussian
+from .problems import oscillator, system, truncated_gaussian
 
 
 @pytest.mark.parametrize("position", [-0.5, validation(0.0), 0.7])
@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_numbers_for_any_number_of_threads() -> Non
 
 
 def test_what_cannot_be_reached_is_said() -> None:
-    found = reach(oscillator(), 0.001, most_path_steps=1e7)
+    found = reach(system(), 0.001, most_path_steps=1e7)
     assert found.shortfall.startswith("amplitude_mean_square is known to ")
     assert "not to the 0.1 % asked for" in found.shortfall
     total, value = found.budgets["amplitude_mean_square"].total, found.values["amplitude_mean_square"]
@@ -134,7 +134,7 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(accuracy, "Clock", ThreeMeasures)
-    short = reach(oscillator(0.7), 1e-3, max_time=2.0, seed=3)
+    short = reach(system(0.7), 1e-3, max_time=2.0, seed=3)
     assert "max_time of 2 s is over" in short.shortfall
     assert short.shortfall.startswith("amplitude_mean_square is known to ")
     value, budget = short.values["amplitude_mean_square"], short.budgets["amplitude_mean_square"]
@@ -151,7 +151,7 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
 def test_a_tighter_tolerance_gives_no_worse_result() -> None:
     """0.0002 used to end at 0.94 %, for the start and the memory stood in its way."""
     most = 5e6
-    loose, tight = (reach(oscillator(), rtol, most_path_steps=most) for rtol in (1e-3, 7e-4))
+    loose, tight = (reach(system(), rtol, most_path_steps=most) for rtol in (1e-3, 7e-4))
     assert "would take more than" in tight.shortfall
     name = "amplitude_mean_square"
     assert tight.budgets[name].total < 1.2 * loose.budgets[name].total
@@ -240,7 +240,7 @@ def test_an_overdamped_displacement_is_awaited() -> None:
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
 def test_a_wall_that_is_never_struck_has_no_known_rate(restitution: float) -> None:
     """It used to end in a division by zero, or to call a mean speed of no impacts known."""
-    far = oscillator(1.0, 2.0, position=-8.0, restitution=restitution)
+    far = system(1.0, 2.0, position=-8.0, restitution=restitution)
     for name in ("impact_rate", "impact_speed_mean"):
         found = reach(far, 0.3, quantities=(name,), most_path_steps=2e6)
         assert found.shortfall.startswith(f"{name} is not known at all, not to the 30 % asked for: in ")

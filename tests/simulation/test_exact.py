@@ -98,8 +98,7 @@ def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency
     problem = oscillator(order, coefficient, frequency, 1.0, None)
     found = run(problem, paths=10_000, duration=150.0, step=0.02, start="stationary")
     assert_agrees(found, exact)
-    assert found.values["impact_rate"] == 0.0
-    assert math.isnan(found.values["impact_speed_mean"])
+    assert not any("impact" in name for name in found.values)
 
 
 @pytest.mark.parametrize("tolerance", [DOUBLE, validation(1e-6)])
@@ -278,6 +277,9 @@ def test_free_response_converges_to_the_laplace_inversion(order: float, scheme: 
             derivative=derivative, memory_tolerance=1e-11, scheme=scheme,
         )  # fmt: skip
         errors.append(np.abs(found.record[0, np.rint(times / step).astype(int), 0] - exact).max())
+    if order == 0.0 and scheme == "default":  # a spring, which is flown exactly
+        assert max(errors) < 1e-13
+        return
     measured_order = math.log(errors[0] / errors[1], 4.0)
     # the force x(0) t^-order of Riemann-Liouville, infinite at t = 0, costs the order of the derivative
     expected = 2.0 if derivative == "caputo" else 2.0 - order
