@@ -84,8 +84,10 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
         ),
         (
             ["simulate", "--rtol", "0.1", "--quantity", "impactrate"],
-            "--quantity must be among amplitude_mean_square, x_mean, x_mean_square, v_mean_square, impact_rate, "
-            "impact_speed_mean, impact_speed_mean_square, not impactrate; did you mean impact_rate?",
+            "--quantity must be among x_mean, x_mean_square, v_mean_square, amplitude_mean_square, impact_rate, "
+            "impact_speed_mean, impact_speed_mean_square, damping_power, input_power, barrier_power, "
+            "barrier_force_mean, barrier_impact_rate, barrier_impact_speed_mean, not impactrate; did you mean "
+            "impact_rate?",
         ),
     ],
 )
@@ -158,7 +160,7 @@ def test_a_warning_names_flags_on_the_command_line(capsys: pytest.CaptureFixture
         (["--scheme", "grunwald", "--contact-tolerance", "0.1"], "--contact-tolerance is 0.1 m"),
         (["--window", "0", "1"], "--window starts at 0 s"),
         (["--step", "0.2"], "--step is 0.2 s"),
-        (["--restitution", "0.1"], "--restitution 0.1 is not above"),
+        (["--restitution", "0.1"], "restitution 0.1 of barrier is not above"),
         (["--derivative", "riemann-liouville"], "--derivative riemann-liouville has no effect"),
         (["--restitution", "0.3"], "With --rtol the error is bounded"),
     ],

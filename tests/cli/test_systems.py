@@ -72,7 +72,7 @@ def test_simulate_and_compare_a_file(place: str, capsys: pytest.CaptureFixture[s
     places = zip(("barrier_1", "barrier_2"), exact.barrier_impact_rate, strict=True)
     for wall, rate in places:
         assert abs(numbers[f"{wall}_impact_rate"] - rate) < 4.0 * numbers[f"{wall}_impact_rate_se"] + 1e-3
-    assert numbers["oscillator"] == json.loads(json.dumps(DUFFING.to_dict()))
+    assert numbers["system"] == json.loads(json.dumps(DUFFING.to_dict()))
     assert cli.main(["simulate", place, "--paths", "64", "--step", "0.001"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("system:\n  0.2 x'' + 80 x + 400000 x^3 + 0.4 x' = w(t)\n")
