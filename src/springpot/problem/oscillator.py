@@ -13,7 +13,7 @@ Oscillator = Dimensionless
 
 def as_system(problem: Dimensionless | System) -> System:
     """The problem as a sum of parts."""
-    if isinstance(problem, System):
+    if not isinstance(problem, Dimensionless):
         return problem
     wall = () if problem.barrier is None else (problem.barrier,)
     # sqrt(fl(w^2)) = w in binary arithmetic: the frequency comes back without a rounding error

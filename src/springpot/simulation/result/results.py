@@ -41,7 +41,7 @@ class Run:
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
-        Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
+        Estimates and standard errors by name; `units` has their units.
     budgets : dict
         Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
     diagnostics : dict
