@@ -8,13 +8,13 @@ import pytest
 import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
-from springpot.explorer.methods import LISTED
 from springpot.explorer.motion import Player, blocks, marks, record
 from springpot.problem.oscillator import as_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.theory.registry import METHODS
 from tests.sizes import validation
 
 FREQUENCY = 2.0
@@ -39,8 +39,8 @@ def gathered(system: sp.System, *, speeds: float = 0.0, **given: object) -> Gath
 @pytest.mark.parametrize("position", [validation(-1.0), validation(0.0), validation(0.5), 5.0])
 def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
     """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
-    system = as_system(sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0)))
-    answers = {name: answer for name in LISTED if (answer := solve(system, name)[0]) is not None}
+    system = as_system(sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above")))
+    answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found = table(system, answers, {})
     places = np.array(found["places"]["amplitude"])
     density = np.array(found["methods"]["envelope"]["densities"]["amplitude"])

@@ -15,7 +15,6 @@ import pytest
 import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.examples import examples
-from springpot.explorer.methods import LISTED
 from springpot.explorer.motion import marks, record, voltages
 from springpot.explorer.protocol import Problem, parse
 from springpot.explorer.question import Opened, question_of
@@ -23,10 +22,12 @@ from springpot.explorer.sliders import Size, changed, described_parts, numbers, 
 from springpot.explorer.views import labels, sizes, view_of
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.theory.registry import METHODS
 from tests.explorer.conftest import Server, running
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 from tests.sizes import validation
+from tests.struck import rates_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -198,11 +199,11 @@ def test_theory_of_a_system_for_the_page() -> None:
     system = sp.System(
         sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-0.3), sp.Barrier(0.9, side="below"), sp.WhiteNoise(1.0)
     )
-    answers = {name: answer for name in LISTED if (answer := solve(system, name)[0]) is not None}
+    answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found: dict[str, Any] = table(system, answers, {})
     exact = sp.theory.exact(system)
     assert found["recommended"] == "exact"
-    assert found["methods"]["exact"]["moments"]["barrier_1_impact_rate"] == pytest.approx(exact.barrier_impact_rate[0])
+    assert found["methods"]["exact"]["moments"]["barrier_1_impact_rate"] == pytest.approx(rates_of(exact)[0])
     density = np.array(found["methods"]["exact"]["densities"]["x"])
     assert np.trapezoid(density, found["places"]["x"]) == pytest.approx(1.0, abs=1e-3)
 

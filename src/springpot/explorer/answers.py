@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.explorer.methods import LISTED
+from springpot.evidence.recommendation import recommended
+from springpot.evidence.reliability import warnings_of
 from springpot.explorer.question import paper_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import as_system
-from springpot.problem.parts import Barrier, Contact, Springpot
+from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
-from springpot.theory.registry import Method
-from springpot.theory.reliability import best_guess, recommended
-from springpot.theory.result import MOMENTS
+from springpot.theory.registry import METHODS, Method
 from springpot.theory.solve import solve_one
 
 __all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_number", "solve", "table"]
@@ -52,37 +51,26 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
     >>> found["recommended"], round(found["methods"]["exact"]["moments"]["x_mean_square"], 3)
     ('exact', 2.5)
     """
-    best = recommended(system, answers)
-    shown = best or best_guess(system, answers)
+    choice = recommended(system, answers)
+    shown = choice.guess
     places = _places(system, answers[shown]) if shown else {}
     beside = AVERAGING[1] if shown == AVERAGING[0] else AVERAGING[0]
     return {
-        "recommended": best or None,
+        "recommended": choice.method or None,
         "shown": shown or None,
         "drawn": [name for name in (shown, beside) if name in answers],
         "statements": statements,
         "places": {name: plain(place) for name, place in places.items()},
         "methods": {
             name: {
-                "moments": _moments(system, answer),
-                "warnings": list(answer.warnings),
+                "moments": {moment: plain_number(value) for moment, value in answer.numbers.items()},
+                "warnings": list(warnings_of(answer)),
                 "assumptions": list(answer.assumptions),
                 "densities": _densities(answer, places),
             }
             for name, answer in answers.items()
         },
     }
-
-
-def _moments(system: System, answer: Any) -> dict[str, float | None]:
-    """The moments by name, those of each wall with the wall's name."""
-    found = {name: getattr(answer, name) for name in MOMENTS}
-    moments = answer.moments
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
-    rates = getattr(moments, "barrier_impact_rate", ()) or (found["impact_rate"],) * (len(walls) == 1)
-    found |= {f"{name}_impact_rate": rate for name, rate in zip(walls, rates, strict=False)}
-    found["harvested_power"] = getattr(moments, "harvested_power", math.nan)
-    return {name: plain_number(value) for name, value in found.items()}
 
 
 def _places(system: System, answer: Any) -> dict[str, Floats]:
@@ -99,7 +87,7 @@ def _places(system: System, answer: Any) -> dict[str, Floats]:
         least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
         above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
         places["amplitude"] = np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS)
-    one_wall = len(system.of(Barrier, Contact)) == 1  # of several, methods have a law for each
+    one_wall = len(system.stops) == 1  # of several, methods have a law for each
     if one_wall and answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
         places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
     return places
@@ -138,7 +126,8 @@ def growth(
                 curves[name] = plain(answer.amplitude_mean_square_at(times))
     for name in AVERAGING:
         with suppress(NotCoveredError):
-            curves[name] = plain(LISTED[name].solve(system).mean_square(times))
+            growing: Any = METHODS[name].solve(system)
+            curves[name] = plain(growing.mean_square(times))
     return curves
 
 
@@ -163,10 +152,10 @@ def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     here = [as_system(replace(paper, springpot=Springpot(order, paper.springpot.coefficient))) for order in ORDERS]
     values: dict[str, list[float | None]] = {
         name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
-        for name, method in LISTED.items()
+        for name, method in METHODS.items()
         if method.over_order
     }
-    slow = [name for name in values if LISTED[name].over_order == "one by one"]
+    slow = [name for name in values if METHODS[name].over_order == "one by one"]
     waiting = _ends_first(len(here))
     while True:
         yield {"orders": ORDERS, "methods": {name: values[name][:] for name in values}, "missing": sorted(waiting)}
@@ -174,7 +163,7 @@ def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
             return
         index = waiting.pop(0)
         for name in slow:
-            values[name][index] = _amplitude(LISTED[name], here[index])
+            values[name][index] = _amplitude(METHODS[name], here[index])
 
 
 def _ends_first(count: int) -> list[int]:

@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import replace
 
-from springpot.theory.registry import METHODS, SYSTEM_METHODS, Method
+from springpot.theory.registry import METHODS
 
-__all__ = ["LISTED", "method_list"]
+__all__ = ["method_list"]
 
 LINE_WIDTH = 2.0  # px, of the page's curves
-
-_ALL = {name: method for name, method in METHODS.items() if name not in SYSTEM_METHODS} | dict(SYSTEM_METHODS)
-LISTED: Mapping[str, Method] = {
-    name: replace(method, over_order=METHODS[name].over_order if name in METHODS else "")
-    for name, method in _ALL.items()
-}
-"""Every method by name, the most exact last."""
 
 
 def method_list() -> str:
@@ -35,6 +26,6 @@ def method_list() -> str:
             "dash": [LINE_WIDTH * length for length in method.dash],
             "over_order": method.over_order,
         }
-        for method in reversed([*LISTED.values()])
+        for method in reversed([*METHODS.values()])
     }
     return f"export const METHODS = {json.dumps(listed)};\nexport const NAMES = Object.keys(METHODS);\n"

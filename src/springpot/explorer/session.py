@@ -195,10 +195,10 @@ class Session:
         await engine.theory_ready.wait()
         self._post("status", theory=True, kernel=engine.kernel_ready.is_set())
         from springpot.explorer import answers
-        from springpot.explorer.methods import LISTED
+        from springpot.theory.registry import METHODS
 
         found, statements = dict[str, Any](), dict[str, str]()
-        for name in LISTED:  # one by one: the next question waits for one at most
+        for name in METHODS:  # one by one: the next question waits for one at most
             answer, statement = await think(answers.solve, system, name)
             if answer is None:
                 statements[name] = statement

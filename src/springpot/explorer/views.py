@@ -11,8 +11,8 @@ from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, paper_of
 from springpot.explorer.sliders import Size, described_parts, sliders, written
 from springpot.machine.faults import listed
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import units_of_system
+from springpot.problem.catalogue import unit_of_result
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
 __all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
@@ -99,7 +99,7 @@ def _quantities(system: System) -> Iterator[tuple[str, str]]:
     if paper_of(system):
         yield "amplitude_mean_square", "⟨A²⟩"
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    walls = [*system.stops]
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
@@ -127,7 +127,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
     words = _ALL | dict(_of_parts(system)) | _LAST
-    return [(name, said, _unit(units_of_system(system, name))) for name, said in words.items() if name in names]
+    return [(name, said, _unit(unit_of_result(system, name))) for name, said in words.items() if name in names]
 
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
