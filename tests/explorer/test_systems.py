@@ -176,7 +176,7 @@ def test_a_wall_that_is_left_out_makes_another_system_the_paper_s() -> None:
     found = question_of(Problem(without=["barrier_2"]), opened)
     assert found.paper is not None
     assert found.paper.barrier == sp.Barrier(-0.2)
-    assert found.command == "springpot simulate device-changed.toml --paths 5000 --seed 1"
+    assert found.command == "springpot simulate device-changed.toml --paths 10000 --seed 1"
 
 
 def test_examples_are_possible_and_differ() -> None:

@@ -21,7 +21,7 @@ def command_of(system: System, file: str, asked: Problem) -> str:
     --------
     >>> from springpot.problem.parts import Spring, Springpot, WhiteNoise
     >>> command_of(System(Spring(4.0)), "device.toml", Problem(seed=3))
-    'springpot simulate device.toml --paths 5000 --seed 3'
+    'springpot simulate device.toml --paths 10000 --seed 3'
     >>> command_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "", Problem(paths=64))[:56]
     'springpot simulate --order 0.5 --coefficient 1.0 --natur'
     """

@@ -48,7 +48,7 @@ class Problem(BaseModel):
     numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
     without: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_NUMBERS)] = []
     seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
-    paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 5_000
+    paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
     start: Literal["rest", "stationary"] = "stationary"
 
 

@@ -15,7 +15,7 @@ from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
-from springpot.problem.parts.walls import Stop
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 
 __all__ = ["Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
@@ -97,6 +97,7 @@ def numbers(system: System) -> dict[str, float]:
 
     Examples
     --------
+    >>> from springpot.problem.parts import PolynomialSpring, Spring
     >>> numbers(System(Spring(80.0), PolynomialSpring((0.0, 0.0, 5.0))))["polynomial_spring-coefficients-3"]
     5.0
     """
@@ -115,6 +116,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Spring
     >>> changed(System(Spring(80.0)), {"spring-stiffness": 90.0}).parts
     (Spring(stiffness=90.0),)
     """
@@ -152,6 +154,7 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Barrier, Mass, Spring
     >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
     >>> [(one.name, one.begin, one.end) for one in found[1:]]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
@@ -277,18 +280,23 @@ def _lowered(power: int) -> str:
 
 
 def described_parts(system: System) -> list[dict[str, Any]]:
-    """Each part with its name, its kind, and what is chosen in it by a word: for headings and for the picture.
+    """Each part with its name, its kind, how it is drawn, and what is chosen in it: for headings and the picture.
 
     Examples
     --------
-    >>> described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
-    {'name': 'barrier', 'kind': 'barrier', 'title': 'barrier', 'note': 'wall, x ≤ b', 'side': 'below', 'on': ''}
+    >>> from springpot.problem.parts import Barrier, Spring
+    >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
+    >>> wall["glyph"], wall["title"], wall["note"]
+    ('stop', 'barrier', 'wall, x ≤ b')
     """
     return [
         {
             "name": name,
             "kind": kind_of(part),
             "glyph": part.glyph,
+            "said": part.said,
+            "linear": part.is_linear,
+            "soft": isinstance(part, SoftStop),
             "title": name.replace("_", " "),
             "note": _note(name, part),
             "side": getattr(part, "side", ""),

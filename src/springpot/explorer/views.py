@@ -33,6 +33,7 @@ def opened_script(opened: Opened) -> str:
     content = {
         "file": opened.file,
         "writable": opened.is_writable,
+        "heavy": system.has_mass,
         "sliders": [one.to_dict() for one in sliders(system, Size(size["frequency"], size["length"]))],
         "parts": described_parts(system),
         "sizes": size,
@@ -73,7 +74,7 @@ def paper_view(system: System) -> dict[str, Any] | None:
         "restitution": None if paper.barrier is None else paper.restitution,
         "frequency": paper.natural_frequency,
         "length": paper.length_scale,
-        "mass": system.mass,
+        "mass": system.inertia,
     }
 
 
@@ -114,7 +115,6 @@ _LAST = {
     "contact_penetration": "deepest penetration, mean over the paths",
     "energy_residual": "energy balance: share of the power that is missing",
 }
-_FEEDS = ("noise", "impulses", "harmonic", "recorded_excitation")
 
 
 def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
@@ -132,20 +132,18 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
-    described = {part["name"]: part for part in described_parts(system)}
-    fed = [name for name, part in described.items() if any(word in part["kind"] for word in _FEEDS)]
-    linear = ("springpot", "dashpot", "fractional_maxwell", "maxwell", "piezoelectric_circuit", "polynomial_dashpot")
-    dampers = [part["title"] for part in described.values() if part["kind"] in linear]
+    titles = {name: name.replace("_", " ") for name in system.names}
+    dampers = [titles[name] for name, part in system.named() if "damping" in part.powers]
+    fed = [name for name, part in system.named() if {"fed", "input"} & {*part.powers}]
     if dampers:
         yield "damping_power", f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")
-    for name, part in described.items():
-        if name in fed and len(fed) > 1:
-            yield f"{name}_power", f"fed in by {part['title']}"
-        elif name not in fed and part["kind"] not in linear:
-            yield f"{name}_power", f"taken by {part['title']}"
-        yield f"{name}_impact_rate", f"impacts on {part['title']}"
-        yield f"{name}_impact_speed_mean", f"mean impact speed on {part['title']}"
-        yield f"{name}_voltage_mean_square", f"mean square voltage of {part['title']}"
+    for name, part in system.named():
+        if name not in fed or len(fed) > 1:
+            does = "fed in by" if name in fed else "work of" if "work" in part.powers else "taken by"
+            yield f"{name}_power", f"{does} {titles[name]}"
+        yield f"{name}_impact_rate", f"impacts on {titles[name]}"
+        yield f"{name}_impact_speed_mean", f"mean impact speed on {titles[name]}"
+        yield f"{name}_voltage_mean_square", f"mean square voltage of {titles[name]}"
 
 
 def _unit(unit: str) -> str:

@@ -33,14 +33,14 @@ export class Controls {
   }
 
   // the numbers of a part under its name; a wall can be left out
-  part({ name, title, note, kind }) {
+  part({ name, title, note, glyph }) {
     const own = Object.keys(PARAMETERS).filter((number) => number.startsWith(`${name}-`));
     const group = document.createElement("section"), head = document.createElement("h3");
     group.className = "part";
     group.dataset.part = name;
     head.textContent = title;
     if (note) head.append(" ", Object.assign(document.createElement("small"), { textContent: note }));
-    if (isWall({ kind })) {
+    if (isWall({ glyph })) {
       const box = Object.assign(document.createElement("input"), { type: "checkbox", id: `with-${name}`, title: "uncheck to leave this wall out" });
       box.setAttribute("aria-label", `with ${title}`);
       box.addEventListener("change", () => {

@@ -6,7 +6,7 @@ import { CHOICES, USUAL } from "./units.js";
 const RUN = ["seed", "paths", "start"];
 export const DEFAULTS = Object.freeze({
   ...Object.fromEntries(OPENED.sliders.map(({ name, value }) => [name, value])),
-  without: [], seed: 1, paths: 5000, start: isRecorded ? "rest" : "stationary",
+  without: [], seed: 1, paths: 10000, start: isRecorded ? "rest" : "stationary",
 });
 const MOST_PATHS = 100000;
 
