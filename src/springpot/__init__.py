@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from springpot.problem.parts.walls import PowerRestitution
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
-    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.result.load import load_run
     from springpot.studies import open_study, study
 
@@ -107,7 +107,6 @@ __all__ = [
     "open_study",
     "read_data",
     "read_system",
-    "run",
     "sensitivity",
     "simulate",
     "study",
@@ -138,7 +137,6 @@ _LATER = {
     "read_data": "springpot.fitting",
     "read_system": "springpot.problem.file",
     "to_toml": "springpot.problem.file",
-    "run": "springpot.simulation",
     "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",

@@ -202,7 +202,7 @@ def compare(
     ]
     units = result.simulation.units
     for name in result.moments:
-        value, error = result.simulation.values[name], result.simulation.errors[name]
+        value, error = result.simulation[name].value, result.simulation[name].error
         if not math.isfinite(value):
             continue
         cells = [gap(gaps[method].get(name)) for method in gaps]
@@ -316,7 +316,7 @@ def simulate(
     given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.problem.oscillator import as_system
-        from springpot.simulation import run
+        from springpot.simulation.monte_carlo import simulated
         from springpot.simulation.plan.motion import motion_of
         from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
@@ -327,7 +327,7 @@ def simulate(
         rtol is not None or (settings.start or default_start(motion_of(as_system(problem)), given)[0]) == "stationary"
     )
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
-        result = run(problem, **given, progress=bar)
+        result = simulated(problem, **given, progress=bar)
     answer = result.to_dict()
     for sentence in sentences(answer, "warnings"):
         warn(sentence)

@@ -76,7 +76,8 @@ class Comparison:
     @property
     def moments(self) -> tuple[str, ...]:
         """The moments that theory and Monte Carlo both have, by name."""
-        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self.simulation.budgets)
+        run = self.simulation
+        return tuple(name for name in (*MOMENTS, "harvested_power") if name in run and run[name].budget)
 
     def gaps(self, method: str) -> dict[str, Gap]:
         """Gap of each moment that both have.
