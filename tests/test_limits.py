@@ -14,7 +14,6 @@ import springpot as sp
 from springpot.evidence.explanation import equation
 from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import few, listed
-from springpot.problem.oscillator import as_system
 from springpot.simulation.error.reach import reach
 from springpot.simulation.lowering.filters import Filter, _stationary
 from springpot.simulation.plan.plan import plan_of
@@ -53,7 +52,7 @@ REFUSED: list[Any] = [
     (lambda: plan_of(HUGE), "must be closer together|system must move by more than rounding"),
     validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
     (
-        lambda: reach(as_system(UNDAMPED), 0.1),
+        lambda: reach(UNDAMPED, 0.1),
         "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s",
     ),
     (lambda: plan_of(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),

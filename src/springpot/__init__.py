@@ -49,7 +49,8 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord",
+        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
+        "MeasuredRecord",
         "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
         "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "design", "explain",
         "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
@@ -58,7 +59,8 @@ if TYPE_CHECKING:
 
 _ROOMS = ("figures", "theory")
 _MESSAGES = (
-    "AccuracyWarning", "NoEffectWarning", "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning",
+    "AccuracyWarning", "NoEffectWarning", "ProblemWarning", "RareEventWarning", "SpringpotWarning",
+    "StationarityWarning",
 )  # fmt: skip
 _LATER = {
     **dict.fromkeys(_MESSAGES, "springpot.problem.messages"),

@@ -8,8 +8,8 @@ The rule.  A question is any of these, in src:
    that is called ``paper``, ``dimensionless`` or ``oscillator``;
 4. an annotation that allows both a `System` and a `Dimensionless`.
 
-A call of ``Dimensionless.of`` that lets the error pass is no question: the method that calls it covers that problem only,
-and the caller is told which part forbids it.
+A call of ``Dimensionless.of`` that lets the error pass is no question: the method that calls it covers that problem
+only, and the caller is told which part forbids it.
 
 It is asked at a door, before any plan, in DOORS; everywhere else it counts as asked after.
 """

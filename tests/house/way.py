@@ -1,8 +1,8 @@
 """The way of a problem through the files of a simulation.
 
 The rule.  A simulation is run under Python's own trace.  A call counts if one of its arguments is the problem or what
-carries it: a `System`, `Motion`, `Plan`, `Simulation` or `Run`, whose values the callee can ask.  Each such call from one
-file into another is an entry, counted once for each place in the code that calls: a loop over the parts is one.
+carries it: a `System`, `Motion`, `Plan`, `Simulation` or `Run`, whose values the callee can ask.  Each such call from
+one file into another is an entry, counted once for each place in the code that calls: a loop over the parts is one.
 Properties, the methods of the dataclasses that carry the problem and what they call are its own and do not count.
 
 stays     entries

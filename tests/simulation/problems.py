@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import springpot as sp
-from springpot.problem.oscillator import as_system
 from springpot.simulation import Run
 
 
@@ -24,7 +23,7 @@ def oscillator(
 
 def system(*numbers: float, **named: float | None) -> sp.System:
     """The same as a sum of parts."""
-    return as_system(oscillator(*numbers, **named))  # type: ignore[arg-type]
+    return oscillator(*numbers, **named)  # type: ignore[arg-type]
 
 
 def assert_agrees(run: Run, exact: dict[str, float], *, most: float = 4.0, sharp: float = 0.005) -> None:

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import all_methods, recommended
 from springpot.evidence.reliability import trust, warnings_of
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, as_system
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import run
 from springpot.theory import (
     Averaging,
@@ -340,7 +340,7 @@ def test_a_density_has_one_time():
 
 def test_dictionary_is_what_the_command_prints():
     answer = averaging(oscillator()).to_dict()
-    assert list(answer) == [*names_of_results(as_system(oscillator())), "decay_rate", "assumptions", "warnings"]
+    assert list(answer) == [*names_of_results(oscillator()), "decay_rate", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
 from springpot.figures.style import panel
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Springpot
 from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:

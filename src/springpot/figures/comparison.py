@@ -45,7 +45,7 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     --------
     >>> import springpot as sp
     >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> run = sp.run(dashpot, paths=640, duration=60.0, distributions=True, spectrum=[0.5, 1.0, 1.5])
+    >>> run = sp.simulate(dashpot, paths=640, duration=60.0, distributions=True, spectrum=[0.5, 1.0, 1.5])
     >>> len(sp.figures.draw_comparison(run, {"exact": sp.theory.exact(dashpot)}).axes)
     6
     """

@@ -13,7 +13,7 @@ from springpot.figures.data import Data, FloatArray, Theory, as_dataset, paper_o
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import Averaging, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def survival(
     return axes
 
 
-def _from_rest(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:
+def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, FloatArray]:
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
     _, time, x, v = recorded(dataset)

@@ -63,7 +63,7 @@ def path(
     Examples
     --------
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> run = sp.simulate(sp.Oscillator(), paths=1, record=1, duration=20.0)
     >>> sp.figures.path(run, window=(10.0, 20.0)).get_ylabel()
     'displacement $x$ (m)'
     """
@@ -119,7 +119,7 @@ def phase_portrait(
     Examples
     --------
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> run = sp.simulate(sp.Oscillator(), paths=1, record=1, duration=20.0)
     >>> axes = sp.figures.phase_portrait(run)
     >>> axes.get_xlabel(), axes.get_ylabel()
     ('displacement $x$ (m)', 'velocity $v$ (m/s)')

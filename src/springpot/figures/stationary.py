@@ -67,7 +67,7 @@ def density(
     --------
     >>> import springpot as sp
     >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> run = sp.run(dashpot, paths=640, duration=20.0, distributions=True)
+    >>> run = sp.simulate(dashpot, paths=640, duration=20.0, distributions=True)
     >>> sp.figures.density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
     'density (s/m)'
     """

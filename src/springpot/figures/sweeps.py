@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, paper_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
@@ -31,7 +33,7 @@ MOMENTS = {
 }
 """Labels of the moments, with units."""
 
-Method = Callable[[Oscillator], Result]
+Method = Callable[[System], Result]
 
 
 PARAMETER_LABELS = {
@@ -50,7 +52,7 @@ def against(
     axes: Axes | None = None,
     *,
     quantity: str = "amplitude_mean_square",
-    oscillator: Oscillator | None = None,
+    oscillator: System | None = None,
     values: ArrayLike = (),
     theory: Iterable[Method] | Mapping[str, Method] = (),
     runs: Iterable[Data] = (),
@@ -67,7 +69,7 @@ def against(
         Where to draw; a new figure if left out.
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
-    oscillator : Oscillator, optional
+    oscillator : System, optional
         The other parameters, for theory.
     values : array_like, shape (n,)
         Of the parameter, for theory.
@@ -98,7 +100,7 @@ def against(
     >>> orders = [0.3, 0.5, 1.0]
     >>> axes = sp.figures.against(
     ...     "order", oscillator=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
-    ...     runs=[sp.run(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
+    ...     runs=[sp.simulate(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
     ... )
     >>> axes.lines[0].get_ydata().round(3)
     array([4.25 , 2.296, 1.   ])
@@ -132,20 +134,22 @@ def against(
     return axes
 
 
-def _number(oscillator: Oscillator, parameter: str) -> float:
-    """One parameter of an oscillator; NaN if it belongs to a wall and there is none."""
+def _number(known: Dimensionless, parameter: str) -> float:
+    """One parameter of the paper's problem; NaN if it belongs to a wall and there is none."""
+    numbers = known.numbers
     of_a_wall = parameter in ("position", "restitution")
-    return math.nan if of_a_wall and oscillator.barrier is None else float(oscillator.numbers[parameter])
+    return math.nan if of_a_wall and not numbers["barrier"] else float(numbers[parameter])
 
 
-def _with(oscillator: Oscillator, parameter: str, value: float) -> Oscillator:
+def _with(oscillator: System, parameter: str, value: float) -> System:
     """The oscillator with another value of a parameter."""
-    if math.isnan(_number(oscillator, parameter)):
+    known = Dimensionless.of(oscillator)
+    if math.isnan(_number(known, parameter)):
         raise ValueError("oscillator must have a wall if parameter is 'position' or 'restitution'.")
-    return Oscillator.from_numbers(**oscillator.numbers | {parameter: value})
+    return Oscillator.from_numbers(**known.numbers | {parameter: value})
 
 
-def _curve(method: Method, oscillators: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:
+def _curve(method: Method, oscillators: Iterable[System], quantity: str) -> tuple[list[float], str]:
     """One number for each oscillator, NaN where the method has no result, and the name of the method."""
     numbers, name = [], ""
     for oscillator in oscillators:

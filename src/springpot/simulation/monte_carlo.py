@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.problem.messages import say
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.few_events import error_of_unseen
@@ -58,7 +57,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     progress = options.pop("progress", None)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
-    system, rtol = as_system(system), options.pop("rtol", None)
+    system, rtol = system, options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
     watched = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
