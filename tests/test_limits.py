@@ -50,7 +50,7 @@ def test_scales_of_a_wall_far_outside_the_law() -> None:
 MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
 REFUSED: list[Any] = [
     (lambda: plan_of(HUGE), "must be closer together|system must move by more than rounding"),
-    validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
+    validation(lambda: sp.simulate(FAR, paths=4), "the problem's numbers must be closer together"),
     (
         lambda: reach(UNDAMPED, 0.1),
         "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s",
@@ -60,7 +60,7 @@ REFUSED: list[Any] = [
     (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),
     (lambda: sp.explain([MANY]), "problem must be a System or an Oscillator, not "),
     (lambda: sp.Oscillator([*range(10_000)]), "natural_frequency must be a real number, not "),  # type: ignore[arg-type]
-    (lambda: sp.run(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
+    (lambda: sp.simulate(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
     (lambda: sp.theory.envelope(MANY), "must be an Oscillator"),  # type: ignore[call-overload]
     (lambda: plan_of(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
     (lambda: sp.design(_walled(7), "c", {"impact_rat": (None, 1.0)}), "did you mean impact_rate"),

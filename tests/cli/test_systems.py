@@ -99,7 +99,7 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     from_flags = json.loads(capsys.readouterr().out)
     assert from_file["system"] == from_flags["system"]
     assert from_file["x_mean_square"] == from_flags["x_mean_square"] > 0.0
-    assert sp.run(asked, paths=64, duration=2.0, start="rest").system == asked
+    assert sp.simulate(asked, paths=64, duration=2.0, start="rest").system == asked
 
 
 @pytest.mark.parametrize(

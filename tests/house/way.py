@@ -49,10 +49,10 @@ def entries(system: Any, **given: Any) -> Counter[str]:
         if any(isinstance(frame.f_locals.get(name), carriers) for name in names):
             places.add((before, caller.f_lineno, str(Path(here).relative_to(SOURCE))))
 
-    sp.simulate(system, **given)  # what is loaded and compiled at first use is no part of the way
+    sp.simulate(system, **given).to_xarray()  # what is loaded and compiled at first use is no part of the way
     sys.setprofile(follow)
     try:
-        sp.simulate(system, **given)
+        sp.simulate(system, **given).to_xarray()
     finally:
         sys.setprofile(None)
     return Counter(file for _, _, file in places)

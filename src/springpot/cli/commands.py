@@ -182,10 +182,9 @@ def compare(
         for sentence in warnings_of(result.answers[result.recommended]):
             warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
-        from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
 
-        save(draw_comparison(observed, result.answers), Path(plot))
+        save(plot_comparison(observed, result.answers), Path(plot))
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
@@ -411,10 +410,9 @@ def fit(
     if place is not None:
         place.write_text(to_toml(found.model), encoding="utf-8")
     if plot is not None:
-        from springpot.figures.fits import draw_fit
         from springpot.figures.style import save
 
-        save(draw_fit(found), Path(plot))
+        save(plot_fit(found), Path(plot))
     return tell(found, json_, place, plot)
 
 
@@ -501,7 +499,6 @@ def validity(
     with leave_at_once():
         from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
         from springpot.figures.style import save
-        from springpot.figures.validity import draw_gaps, draw_system_gaps
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
@@ -523,9 +520,9 @@ def validity(
         print(folder / file.name)
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):
-            print(save(draw_gaps(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
+            print(save(plot_gaps_of_methods(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
     for moment in ("x_mean_square", "v_mean_square", "impact_rate"):
-        print(save(draw_system_gaps(moment, path=of_systems), folder / f"validity_systems_{moment}.png"))
+        print(save(plot_system_gaps_of_methods(moment, path=of_systems), folder / f"validity_systems_{moment}.png"))
     return 0
 
 

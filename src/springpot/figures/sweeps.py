@@ -20,7 +20,7 @@ from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCove
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["MOMENTS", "PARAMETER_LABELS", "against"]
+__all__ = ["MOMENTS", "PARAMETER_LABELS", "plot_against"]
 
 MOMENTS = {
     "amplitude_mean_square": r"mean square amplitude $\langle A^2\rangle$ (m$^2$)",
@@ -47,9 +47,9 @@ PARAMETER_LABELS = {
 """Labels of the problem's numbers, with units."""
 
 
-def against(
+def plot_against(
     parameter: str,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     quantity: str = "amplitude_mean_square",
     oscillator: System | None = None,
@@ -65,7 +65,7 @@ def against(
     ----------
     parameter : {"order", "coefficient", "natural_frequency", "restitution", "position", "intensity"}
         The parameter on the horizontal axis.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
@@ -98,7 +98,7 @@ def against(
 
     >>> import springpot as sp
     >>> orders = [0.3, 0.5, 1.0]
-    >>> axes = sp.figures.against(
+    >>> axes = sp.figures.plot_against(
     ...     "order", oscillator=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
     ...     runs=[sp.simulate(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
     ... )
@@ -109,8 +109,8 @@ def against(
         raise ValueError(f"parameter must be one of {', '.join(PARAMETER_LABELS)}, not {parameter!r}.")
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
-    axes = panel(axes)
-    design, before = next_design(axes, color), set(axes.get_children())
+    ax = panel(ax)
+    design, before = next_design(ax, color), set(ax.get_children())
     color = design.color
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
@@ -120,18 +120,18 @@ def against(
         oscillators = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
         curve, name = _curve(method, oscillators, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
-        method_curve(axes, name, place, curve, color=color, label=label_of)
+        method_curve(ax, name, place, curve, color=color, label=label_of)
     points = [(_number(paper_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
         at, datasets = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in datasets]
         error = [float(each[f"{quantity}_se"]) for each in datasets]
         points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
-        bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
+        bars(ax, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
     design.tag(before)
-    axes.set_xlabel(PARAMETER_LABELS[parameter])
-    axes.set_ylabel(MOMENTS[quantity])
-    return axes
+    ax.set_xlabel(PARAMETER_LABELS[parameter])
+    ax.set_ylabel(MOMENTS[quantity])
+    return ax
 
 
 def _number(known: Dimensionless, parameter: str) -> float:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.figures import COLORS, bars, fourier_error, fourier_series, new_figure, save
+from springpot.figures import COLORS, bars, new_figure, save
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.problem.oscillator import Oscillator
@@ -57,8 +57,8 @@ def fig1(out: Path) -> list[Path]:
     ['fig1.png']
     """
     figure, (curves, errors) = new_figure(7.0, 6.0, ratios=(3.0, 2.0))
-    fourier_series(curves)
-    fourier_error(errors)
+    plot_fourier_series(curves)
+    plot_fourier_error(errors)
     curves.set_xlabel("")
     return [save(figure, out / "fig1.png")]
 
