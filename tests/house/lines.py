@@ -19,7 +19,7 @@ def lines_of(text: str) -> int:
     """
     skipped: set[int] = set()
     for node in ast.walk(ast.parse(text)):
-        words = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        words = isinstance(node, ast.Expr) and isinstance(getattr(node.value, "value", None), str)
         if words or isinstance(node, ast.Import | ast.ImportFrom):
             skipped.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     return sum(bool(line.strip()) and n not in skipped for n, line in enumerate(text.splitlines(), 1))

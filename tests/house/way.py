@@ -62,8 +62,8 @@ def compared() -> Iterator[str]:
     """The paper's oscillator beside a system with two walls."""
     paper = sp.Oscillator(barrier=sp.Barrier(-0.5, 0.8))
     two = sp.System(
-        sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5)), sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3),
-        sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8),
+        sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5)), sp.Springpot(0.5, 1.2),
+        sp.WhiteNoise(1e-3), sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8),
     )  # fmt: skip
     found = {name: entries(each, paths=64) for name, each in (("oscillator", paper), ("two walls", two))}
     for name, ways in found.items():

@@ -182,6 +182,7 @@ def compare(
         for sentence in warnings_of(result.answers[result.recommended]):
             warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
+        from springpot.figures.comparison import plot_comparison
         from springpot.figures.style import save
 
         save(plot_comparison(observed, result.answers), Path(plot))
@@ -410,6 +411,7 @@ def fit(
     if place is not None:
         place.write_text(to_toml(found.model), encoding="utf-8")
     if plot is not None:
+        from springpot.figures.fits import plot_fit
         from springpot.figures.style import save
 
         save(plot_fit(found), Path(plot))
@@ -499,6 +501,7 @@ def validity(
     with leave_at_once():
         from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
         from springpot.figures.style import save
+        from springpot.figures.validity import plot_gaps_of_methods, plot_system_gaps_of_methods
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)

@@ -47,6 +47,7 @@ def sensitivity(
     for sentence in found.warnings:
         warn(sentence)
     if plot is not None:
+        from springpot.figures.designing import plot_sensitivities
         from springpot.figures.style import save
 
         save(plot_sensitivities(found), Path(plot))
@@ -137,6 +138,7 @@ def design(
     if place is not None:
         place.write_text(to_toml(with_values(system, found.values)), encoding="utf-8")
     if plot is not None:
+        from springpot.figures.designing import plot_design_curve
         from springpot.figures.style import new_figure, save
 
         figure, (axes,) = new_figure(5.6, 3.8)

@@ -250,6 +250,7 @@ def plot(
     Example: springpot study plot dampers.zarr --out dampers.png
     """
     with leave_at_once():
+        from springpot.figures.studies import plot_study
         from springpot.figures.style import save
         from springpot.studies.ask import open_study
 

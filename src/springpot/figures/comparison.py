@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from springpot.figures.data import as_dataset
+from springpot.figures.stationary import plot_density, plot_spectrum
 from springpot.figures.style import new_grid
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless

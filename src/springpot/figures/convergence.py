@@ -54,7 +54,8 @@ def plot_convergence(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.plot_convergence({"Euler": ([0.1, 0.05], [2e-2, 1e-2])}, orders=[1.0], ylabel="error of x (m)")
+    >>> euler = {"Euler": ([0.1, 0.05], [2e-2, 1e-2])}
+    >>> axes = sp.figures.plot_convergence(euler, orders=[1.0], ylabel="error of x (m)")
     >>> axes.get_xscale(), axes.get_ylabel()
     ('log', 'error of x (m)')
     """

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.figures import COLORS, bars, new_figure, save
+from springpot.figures import COLORS, bars, new_figure, plot_fourier_error, plot_fourier_series, save
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.problem.oscillator import Oscillator
