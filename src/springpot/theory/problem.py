@@ -109,7 +109,7 @@ def checked_system(system: System) -> System:
     TypeError
         If it is something else.
     """
-    if not isinstance(system, System | Dimensionless):
+    if not isinstance(system, System):
         raise TypeError(f"system must be a System, not {shown(system)}.")
     return system
 
