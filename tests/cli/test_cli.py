@@ -12,30 +12,34 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from inspect import signature
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
+from springpot.problem.units import UNITS
 
 import springpot
 from springpot import cli, simulation
 from springpot.cli import doctor, terminal
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
-from springpot.problem.units import UNITS
-from springpot.simulation.plan.settings import resolve
+from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.oscillator import as_system
+from springpot.simulation.plan.options import DEFAULTS
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
 COMMAND = [sys.executable, "-m", "springpot"]
+PLAIN = as_system(springpot.Oscillator())
+UNITS = {name: unit_of_result(PLAIN, name) for name in possible_results(PLAIN)}
 
 
 class Answer:
     """Stands for a run's answer: every quantity the same, one that does not exist (no impacts), one warning."""
 
-    def __init__(self, settings: dict[str, Any], oscillator: springpot.Oscillator) -> None:
-        self._settings, self.oscillator, self.units = settings, oscillator, UNITS
+    def __init__(self, settings: dict[str, Any], system: springpot.System) -> None:
+        self._settings, self.system, self.units = settings, system, UNITS
 
     def to_dict(self) -> dict[str, Any]:
         numbers = dict.fromkeys(UNITS, 1.2345678) | {f"{name}_se": 0.0123 for name in UNITS}
@@ -47,7 +51,7 @@ class Answer:
             "impact_speed_mean": None,
             "impact_speed_mean_se": None,
             "settings": self._settings,
-            "oscillator": self.oscillator.to_dict(),
+            "system": self.system.to_dict(),
             "diagnostics": {"modes": [1.0, math.nan, math.inf]},
             "warnings": ["The window is short."],
         }
@@ -61,7 +65,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
         note.update(settings, oscillator=oscillator)
-        return Answer(settings, oscillator)
+        return Answer(settings, as_system(oscillator))
 
     monkeypatch.setattr(simulation, "run", run)
     return note
@@ -125,12 +129,12 @@ def test_theory_json_has_one_object_per_method(capsys: pytest.CaptureFixture[str
     assert cli.main(["theory", *flags, "--json"]) == 0
     out, _ = capsys.readouterr()
     answer = json.loads(out)
-    assert answer["oscillator"] == {
-        "natural_frequency": 3.0,
-        "springpot": {"order": 0.7, "coefficient": 0.2},
-        "barrier": {"position": 0.0, "restitution": 1.0, "side": "above"},
-        "excitation": {"intensity": 1.0},
-    }
+    assert answer["system"]["parts"] == [
+        {"name": "spring", "kind": "spring", "stiffness": 9.0},
+        {"name": "springpot", "kind": "springpot", "order": 0.7, "coefficient": 0.2},
+        {"name": "barrier", "kind": "barrier", "position": 0.0, "restitution": 1.0, "side": "above"},
+        {"name": "white_noise", "kind": "white_noise", "intensity": 1.0, "on": "mass"},
+    ]
     assert answer["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
     assert answer["averaging"]["amplitude_mean_square"] == pytest.approx(1.173, abs=5e-4)
     assert answer["averaging"]["impact_rate"] == pytest.approx(3 / math.pi)
@@ -152,12 +156,12 @@ def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) ->
     assert cli.main(["theory"]) == 0
     out, _ = capsys.readouterr()
     rows = {line.split()[0]: line.split()[1:] for line in out.splitlines() if line.startswith("  ")}
-    assert out.splitlines()[0].startswith("oscillator: natural_frequency 1, springpot order 0.5, coefficient 1")
-    methods = out.splitlines()[1].split()
+    assert out.splitlines()[0].startswith("x'' + 1 x + 1 D^0.5 x = w(t)")
+    methods = next(line.split() for line in out.splitlines() if line.lstrip().startswith("averaging_printed"))
     assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_shifted"]
     assert rows["amplitude_mean_square"][:2] == ["2.2963", "2.2963"]
     assert rows["amplitude_mean_square"][-1] == "m2"
-    assert out.splitlines()[-1] in ("* recommended here: closure", "* recommended here: envelope")
+    assert out.splitlines()[-1] in ("* recommended here: memory_closure", "* recommended here: envelope")
     assert "fokker_planck: The Fokker-Planck solution covers order 1" in out
 
 
@@ -188,11 +192,13 @@ def test_simulate_leaves_the_defaults_to_the_library(asked: dict[str, Any], caps
 def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    for name, parameter in signature(resolve).parameters.items():
-        default = parameter.default
-        if name in signature(cli.commands.simulate).parameters and default is not None:
-            entry = text.partition(f" --{name.replace('_', '-')} ")[2].partition(" --")[0]
-            assert f"{default if isinstance(default, str) else format(default, 'g')} if not given" in entry, name
+    stated = {field.name for field in fields(cli.flags.RunFlags)}
+    assert {"paths", "seed", "scheme", "memory_tolerance"} < stated
+    for name, default in DEFAULTS.items():
+        if name in stated and default is not None:
+            wanted = f"{default if isinstance(default, str) else format(default, 'g')} if not given"
+            mentions = text.split(f" --{name.replace('_', '-')} ")[1:]  # its entry, and those of others that name it
+            assert any(wanted in mention.partition(" --")[0] for mention in mentions), name
 
 
 def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -244,7 +250,7 @@ def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: py
 def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--no-barrier"]) == 0
     capsys.readouterr()
-    assert asked["oscillator"].barrier is None
+    assert not as_system(asked["oscillator"]).of(springpot.Barrier)
 
 
 def test_json_is_one_object_without_nan(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -260,19 +266,21 @@ def test_the_table_shows_values_with_errors_and_units(
 ) -> None:
     assert cli.main(["simulate"]) == 0
     out, err = capsys.readouterr()
-    rows = dict(line.split(maxsplit=1) for line in out.splitlines() if line.startswith("  "))
+    table = out.partition("\nsettings: ")[2].splitlines()
+    rows = dict(line.split(maxsplit=1) for line in table if line.startswith("  "))
     assert rows.pop("value") == "+- standard error"
     assert rows.keys() == UNITS.keys()
     assert rows["x_mean_square"] == "1.235 +- 0.012 m2"
     assert rows["energy_residual"] == "1.235 +- 0.012"
     assert rows["impact_speed_mean"] == "none"
-    assert "oscillator: natural_frequency 1, springpot order 0.5, coefficient 1, barrier position 0" in out
+    assert out.startswith("system:\n  x'' + 1 x + 1 D^0.5 x = w(t)\n")
+    assert "  wall (barrier): x >= 0 m, restitution 1\n" in out
     assert err == "springpot: warning: The window is short.\n"
 
 
 def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = capsys.readouterr().out.partition("\nsettings: ")[2].splitlines()
     cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
     assert cells[0] == ["value +- total error (95 %)", "standard error", "step", "memory", "transient"]
     assert cells[1] == ["x_mean", "1.235 +- 0.029 m", "0.012", "0.005", "1e-07", "0"]

@@ -12,13 +12,12 @@ from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_va
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
+from springpot.evidence.reliability import MAPPED, SYSTEM_MAPPED, trust
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
-from springpot.theory import trust
-from springpot.theory.reliability import mapped_methods
-from springpot.theory.solve import methods_for
+from springpot.theory.registry import METHODS
 
 __all__ = ["approximated", "leading", "places_of", "smooth"]
 
@@ -80,15 +79,14 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
         known = [theory_values(system, name)[0] for system in systems[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
-    methods = methods_for(systems[0])
-    for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
+    for name in [name for name, method in METHODS.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
     steps = plan_of(systems[0], paths=PILOT_PATHS).settings.steps
     run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * steps
     worst = {}
-    for name in mapped_methods(systems[0]):
-        trusted = [trust(system, name) for system in systems] if methods[name].seconds <= run else []
+    for name in dict.fromkeys((*MAPPED, *SYSTEM_MAPPED)):
+        trusted = [trust(system, name) for system in systems] if METHODS[name].seconds <= run else []
         if trusted and all(each.judges and each.largest <= LARGEST_GAP for each in trusted):
             worst[name] = max(each.worst for each in trusted)
     return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)

@@ -26,7 +26,7 @@ from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motion import motion_of
 from springpot.simulation.plan.plan import check_stationary
 from springpot.simulation.plan.settings import checked_seed
-from springpot.theory.solve import methods_for
+from springpot.theory.registry import METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
 
@@ -138,7 +138,7 @@ def design(
         approximation = Approximation(space, quick, cost, 1e-4)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing))))
-        exact = chosen != MONTE_CARLO and methods_for(system)[chosen].exact
+        exact = chosen != MONTE_CARLO and METHODS[chosen].exact
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
         measure = simulated(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
         found = rounds(task, measure)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 
+from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import meant, shown
 from springpot.problem.system import System
-from springpot.theory import Result, best_guess, solve_all, solve_one
-from springpot.theory.methods.systems.result import SystemResult, walls_of
-from springpot.theory.solve import methods_for, trusted
+from springpot.theory import solve_all, solve_one
+from springpot.theory.registry import METHODS
 
 __all__ = ["MONTE_CARLO", "chosen_method", "theory_values"]
 
@@ -27,7 +26,9 @@ def theory_values(system: System, method: str) -> tuple[dict[str, float], str]:
     True
     """
     result, statement = solve_one(system, method)
-    return ({}, statement) if result is None else (_moments(result), "")
+    if result is None:
+        return {}, statement
+    return {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}, ""
 
 
 def chosen_method(system: System, method: str | None) -> tuple[str, str]:
@@ -51,7 +52,7 @@ def chosen_method(system: System, method: str | None) -> tuple[str, str]:
     >>> chosen_method(System(Spring(1.0)), "envelope")
     ('envelope', '')
     """
-    known = [*methods_for(system), "theory", MONTE_CARLO]
+    known = [*METHODS, "theory", MONTE_CARLO]
     if method is not None and method not in known:
         raise ValueError(
             f"method must be one of {', '.join(known)}, not {shown(method)}{meant(str(method), known) or '.'}"
@@ -59,26 +60,13 @@ def chosen_method(system: System, method: str | None) -> tuple[str, str]:
     if method not in (None, "theory"):
         return str(method), ""
     answers, statements = solve_all(system)
-    best, why = trusted(system, answers)
-    if best:
-        return best, ""
+    best = recommended(system, answers)
+    if best.method:
+        return best.method, ""
     if method is None:
         return MONTE_CARLO, ""
     if not answers:
         reason = next(iter(statements.values()), "")
         raise ValueError(f"method 'theory' has no answer for this problem: {reason}")
-    guess = best_guess(system, answers) or next(iter(answers))
-    return guess, f"{guess} is a guess: {why}"
-
-
-def _moments(result: Result | SystemResult) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for name, value in asdict(result.moments).items():
-        if isinstance(value, tuple) and isinstance(result, SystemResult):
-            walls = [result.system.name_of(wall) for wall in walls_of(result.system)]
-            found |= {
-                f"{wall}_{name.removeprefix('barrier_')}": number for wall, number in zip(walls, value, strict=False)
-            }
-        else:
-            found[name] = value
-    return {name: float(value) for name, value in found.items() if not math.isnan(value)}
+    guess = best.guess or next(iter(answers))
+    return guess, f"{guess} is a guess: {best.why_none}"

@@ -14,7 +14,7 @@ from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
 from springpot.machine.faults import few, listed, meant, name_results, per_cent
 from springpot.machine.plain import plain
-from springpot.problem.quantities import units_of_system
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import chance_below
 
@@ -191,7 +191,7 @@ class Design:
         >>> sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
         'm2 s-2'
         """
-        return {name: units_of_system(self.model, name) for name in self.quantities} | dict(self._units)
+        return {name: unit_of_result(self.model, name) for name in self.quantities} | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
         """The least cost against one limit, the other limits as they are.

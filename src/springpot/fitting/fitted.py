@@ -24,7 +24,8 @@ from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.oscillator import as_system
-from springpot.problem.system import KINDS, System, kind_of
+from springpot.problem.parts.registration import kind_of
+from springpot.problem.system import KINDS, System
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress

@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import possible_results, units_of_system
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.system import System
-from springpot.theory.result import MOMENTS
+from springpot.theory.result import names_of_results
 
 __all__ = [
     "ENDINGS",
@@ -40,7 +39,7 @@ def columns_of(method: str, system: System) -> tuple[str, ...]:
     ('amplitude_mean_square', 'x_mean')
     """
     if method != "monte_carlo":
-        return (*MOMENTS, *_more_of_theory(system))
+        return names_of_results(system)
     return tuple(name + ending for name in possible_results(system) for ending in ENDINGS)
 
 
@@ -68,36 +67,19 @@ def bare(column: str) -> str:
 
 def unit_of_column(column: str, system: System) -> str:
     """The unit of a number in a result."""
-    return units_of_system(system, bare(column))
+    return unit_of_result(system, bare(column))
 
 
 def walls_of(system: System) -> tuple[str, ...]:
     """Names of walls and contacts, in the order of the parts."""
-    return tuple(name for name, part in system.named() if isinstance(part, Barrier | Contact))
+    return tuple(system.stops)
 
 
 def numbers_of_answer(result: Any, system: System) -> tuple[float, ...]:
     """The numbers of a theory's result; NaN where there is none."""
-    moments = tuple(getattr(result, name) for name in MOMENTS)
-    walls = walls_of(system)
-    if len(walls) == 1:  # a method for oscillators knows one wall
-        alone = {"impact_rate": (result.impact_rate,), "impact_speed_mean": (result.impact_speed_mean,)}
-    else:
-        alone = {}
-    found = {
-        f"{wall}_{what}": value
-        for what in ("impact_rate", "impact_speed_mean")
-        for wall, value in zip(walls, getattr(result.moments, f"barrier_{what}", alone.get(what, ())), strict=False)
-    }
-    found["harvested_power"] = getattr(result.moments, "harvested_power", math.nan)
-    return (*moments, *(float(found.get(name, math.nan)) for name in _more_of_theory(system)))
+    return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
 def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System) -> tuple[float, ...]:
     """The numbers of a run from its values, standard errors and totals; NaN where there is none."""
     return tuple(float(part.get(name, math.nan)) for name in possible_results(system) for part in parts)
-
-
-def _more_of_theory(system: System) -> tuple[str, ...]:
-    rates = (f"{wall}_{what}" for wall in walls_of(system) for what in ("impact_rate", "impact_speed_mean"))
-    return (*rates, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.problem.quantities import UNCONTROLLED
 from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
@@ -103,7 +103,7 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     def known(column: str) -> bool:
         if not column.endswith("_error"):
             return True
-        return "rtol" in given and not bare(column).endswith(UNCONTROLLED)
+        return "rtol" in given and is_controlled(bare(column))
 
     return tuple(column for column in columns_of(method, study.base) if known(column))
 
