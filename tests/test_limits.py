@@ -52,7 +52,10 @@ MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
 REFUSED: list[Any] = [
     (lambda: plan_of(HUGE), "must be closer together|system must move by more than rounding"),
     validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
-    (lambda: reach(as_system(UNDAMPED), 0.1), "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s"),
+    (
+        lambda: reach(as_system(UNDAMPED), 0.1),
+        "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s",
+    ),
     (lambda: plan_of(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
     (lambda: sp.System(*SPRINGS, *MANY), "a system must have at most 64 parts, not 202"),
     (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),

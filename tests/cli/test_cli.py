@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from springpot.problem.units import UNITS
 
 import springpot
 from springpot import cli, simulation
