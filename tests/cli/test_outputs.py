@@ -80,7 +80,8 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
         ),
         (
             ["compare", "--order", "0"],
-            "compare needs a stationary state, and there is none: nothing dissipates energy, so it grows without limit.",
+            "compare needs a stationary state, and there is none: nothing dissipates energy, so it grows without "
+            "limit.",
         ),
         (
             ["simulate", "--rtol", "0.1", "--quantity", "impactrate"],
