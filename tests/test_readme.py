@@ -15,8 +15,8 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.problem.catalogue import possible_results
 from springpot.problem.oscillator import as_system
-from springpot.problem.quantities import possible_results
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli, theory
+from springpot.problem.oscillator import as_system
 from springpot.problem.spectral_density import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
 from tests.sizes import validation
 
@@ -107,7 +108,7 @@ def test_what_a_device_becomes() -> None:
     [
         ({"gap": 0.01}, Barrier(-0.01), -1.0),
         ({"gap": 0.01, "side": "below"}, Barrier(0.01, side="below"), -1.0),
-        ({"gap": -0.01}, Barrier(0.01), 1.0),
+        ({"gap": -0.01}, Barrier(0.01, side="above"), 1.0),
         ({"gap": 0.0}, Barrier(0.0), 0.0),
         ({}, None, None),
         ({"gap": None}, None, None),
@@ -166,23 +167,23 @@ def test_a_density_of_force_needs_the_mass() -> None:
 WORDS = "--mass 2 --stiffness 18 --springpot 0.5 1 --psd 4 --psd-unit N2/Hz"
 
 
-@pytest.mark.parametrize("command", ["theory", "atlas"])
-def test_a_device_on_the_command_line(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("command", "what"), [("theory", "system"), ("atlas", "oscillator")])
+def test_a_device_on_the_command_line(command: str, what: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, *f"{WORDS} --gap 0 --restitution 0.8 --side below --json".split()]) == 0
-    asked = json.loads(capsys.readouterr().out)["oscillator"]
+    asked = json.loads(capsys.readouterr().out)[what]
     device = Oscillator.from_device(
         mass=2.0, stiffness=18.0, springpot=(0.5, 1.0), psd=4.0, psd_unit="N2/Hz", gap=0.0, restitution=0.8,
         side="below",
     )  # fmt: skip
-    assert asked == device.to_dict()
+    assert asked == (as_system(device) if what == "system" else device).to_dict()
 
 
 def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> None:
     words = [*WORDS.replace("0.5", "1").split(), "--sides", "2", "--of", "force"]
     assert cli.main(["simulate", *words, "--paths", "100", "--duration", "2", "--json"]) == 0
-    asked = json.loads(capsys.readouterr().out)["oscillator"]
-    assert asked["barrier"] is None
-    assert asked["excitation"]["intensity"] == 1.0
+    asked = {part["kind"]: part for part in json.loads(capsys.readouterr().out)["system"]["parts"]}
+    assert "barrier" not in asked
+    assert asked["white_noise"]["intensity"] == 1.0
     assert cli.main(["compare", *words, "--rtol", "0.1", "--json"]) == 0
 
 
@@ -234,7 +235,7 @@ def test_help_shows_the_defaults_of_an_oscillator(capsys: pytest.CaptureFixture[
     shown = {
         "order": default.springpot.order, "coefficient": default.springpot.coefficient,
         "natural-frequency": default.natural_frequency, "intensity": default.excitation.intensity,
-        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": default.barrier.side,
+        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": "that of x = 0",
     }  # fmt: skip
     for name, value in shown.items():
         entries = [after.partition(" --")[0] for after in text.split(f" --{name} ")[1:]]

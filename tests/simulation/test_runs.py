@@ -15,8 +15,8 @@ import pytest
 
 import springpot as sp
 from springpot.memory import direct
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
-from springpot.problem.quantities import possible_results, units_of_system
 from springpot.simulation import run
 from springpot.simulation.estimate.slow_impacts import missed_impacts
 from springpot.simulation.paths.simulation import simulation_of
@@ -355,7 +355,7 @@ def test_dataset_has_names_units_errors_and_paths() -> None:
     assert {"barrier_impact_rate", "barrier_power"} < of_walls
     assert data["barrier"].values.tolist() == ["barrier"]
     for name in possible_results(system):
-        assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == units_of_system(system, name) != ""
+        assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit_of_result(system, name) != ""
         assert data[name].dims == (("barrier",) if name in of_walls else ())
     assert data["x"].dims == ("path", "time")
     assert data["x"].shape == (2, 101)

@@ -18,8 +18,8 @@ import pytest
 import xarray
 
 import springpot as sp
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
-from springpot.problem.quantities import possible_results, units_of_system
 from springpot.simulation import Run
 from springpot.simulation.result import load as loaded
 from springpot.simulation.result import save as saved
@@ -108,14 +108,14 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
         assert row["along"] == "barrier"
         assert float(row["value"]) == rich.values[row["quantity"]]
         assert float(row["standard_error"]) == rich.errors[row["quantity"]]
-        assert row["unit"] == units_of_system(rich.system, row["quantity"])
+        assert row["unit"] == unit_of_result(rich.system, row["quantity"])
     assert list(numbers)[: len(names) + 1] == [*names, "power"]
     assert {row["unit"] for name, row in numbers.items() if name.startswith("speed_first_passage_")} <= {"s", "1"}
     for name in (*names, "power"):
         row = numbers[name]
         assert float(row["value"]) == rich.values[name]
         assert float(row["standard_error"]) == rich.errors[name]
-        assert row["unit"] == ("" if name == "power" else units_of_system(rich.system, name))
+        assert row["unit"] == ("" if name == "power" else unit_of_result(rich.system, name))
     median = [row for row in rows if row["quantity"] == "impact_speed_quantile" and row["at"] == "0.5"]
     assert float(median[0]["value"]) == float(rich.distributions["impact_speed"].quantile(0.5)[0])
     assert (median[0]["along"], median[0]["unit"]) == ("probability", "m s-1")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.problem.quantities import possible_results
+from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.samples import errors_of_the_start
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.lowering.compose import compose

@@ -59,7 +59,7 @@ def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution
 @pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])
 def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int) -> None:
     """The scheme is exact at any step then; at 0.4 / Omega some ten of a block's paths strike in four steps."""
-    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position))
+    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position, side="above"))
     found = sp.run(
         problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True
     )

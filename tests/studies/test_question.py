@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import FileError
-from springpot.simulation.plan.settings import COARSEST
+from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
 from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import TEMPLATE
-from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS
 from tests.studies.samples import DEVICE, RUNS, THEORY, given, write_toml
 
@@ -64,7 +64,10 @@ BAD: list[tuple[dict[str, Any], str]] = [
     (
         {"quantities": ["x_mean", "impact_rat"]},
         "quantities, number 2: must be 'amplitude_mean_square', 'x_mean', 'x_mean_square', 'v_mean_square', "
-        "'impact_rate', 'impact_speed_mean' or 'impact_speed_mean_square', not 'impact_rat'; did you mean impact_rate?",
+        "'impact_rate', 'impact_speed_mean', 'impact_speed_mean_square', 'barrier_impact_rate', "
+        "'barrier_impact_speed_mean', 'damping_force_mean', 'damping_power', 'damping_virial', 'input_power', "
+        "'barrier_power', 'barrier_force_mean', 'energy_residual', 'x_mean_end', 'x_mean_square_end', "
+        "'v_mean_square_end' or 'amplitude_mean_square_end', not 'impact_rat'; did you mean impact_rate?",
     ),
     ({"seed": 16**5000}, "seed: must be less than or equal to 9223372036854775807, not a very long number."),
     (

@@ -19,7 +19,7 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, shown
-from springpot.problem.quantities import possible_results
+from springpot.problem.catalogue import possible_results
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
