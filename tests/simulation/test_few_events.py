@@ -61,7 +61,7 @@ def test_what_was_not_seen_is_not_certain() -> None:
     assert float(run.to_dataset()["impact_rate_se"]) == pytest.approx(bound)
     sentence = f"impact_rate is below {3.0 / TIME:.2g} per second with a probability of 95 %: no impact was seen in"
     assert sum(sentence in each for each in run.warnings) == 1
-    assert sp.simulate(sp.Oscillator(barrier=None), **SHORT).errors["impact_rate"] == 0.0
+    assert not any("impact" in name for name in sp.simulate(sp.Oscillator(barrier=None), **SHORT))
 
 
 def test_of_each_wall_and_of_what_it_takes() -> None:
@@ -89,7 +89,8 @@ def test_few_impacts_have_poissons_interval() -> None:
     assert 0 < seen.sum() < few_events.FEW
     low, high = interval(seen, TIME)
     assert low < run["impact_rate"].value < high
-    said = [each for each in run.warnings if each.startswith(f"impact_rate is between {low:.2g} and {high:.2g} per s")]
+    between = f"barrier_impact_rate is between {low:.2g} and {high:.2g} per s"
+    said = [each for each in run.warnings if each.startswith(between)]
     assert len(said) == 1
 
 
@@ -147,7 +148,7 @@ def test_of_two_walls_each_is_said_by_its_name() -> None:
 def test_theory_says_so_too(wall: sp.Barrier, sentence: str) -> None:
     oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=wall)
     system = sp.System(*DAMPED, sp.PolynomialSpring((0.0, 0.0, 0.01)), stop=sp.Barrier(wall.position, side=wall.side))
-    for problem, name in ((oscillator, "the wall"), (system, "stop")):
+    for problem, name in ((oscillator, "barrier"), (system, "stop")):
         answers, _ = sp.theory.solve_all(problem)
         told = [each for answer in answers.values() for each in answer.warnings if sentence in each]
         assert told
@@ -155,7 +156,7 @@ def test_theory_says_so_too(wall: sp.Barrier, sentence: str) -> None:
 
 
 def test_usual_walls_are_not_spoken_of() -> None:
-    for wall in (sp.Barrier(0.0), sp.Barrier(1.0, 0.8), sp.Barrier(-2.0, 0.8)):
+    for wall in (sp.Barrier(0.0), sp.Barrier(1.0, 0.8, side="above"), sp.Barrier(-2.0, 0.8)):
         problem = sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=wall)
-        assert not about_walls(problem, 1.0, 1.5, 1.0, {"": 0.5})
+        assert not about_walls(problem, 1.0, 1.5, 1.0, {"barrier": 0.5})
         assert not any(" m is " in each for each in sp.theory.envelope(problem).warnings)

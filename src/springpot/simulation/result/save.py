@@ -40,7 +40,7 @@ from springpot.problem.system import System
 from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 if TYPE_CHECKING:
-    from springpot.simulation.result.results import Run
+    Run = Any  # its class is in `springpot.simulation.result.results`, which writes its files with this module
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
