@@ -9,7 +9,6 @@ import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
 from springpot.explorer.motion import Player, blocks, marks, record
-from springpot.problem.oscillator import as_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
@@ -18,13 +17,11 @@ from springpot.theory.registry import METHODS
 from tests.sizes import validation
 
 FREQUENCY = 2.0
-LOSSY = as_system(
-    sp.Oscillator(
-        natural_frequency=FREQUENCY,
-        springpot=sp.Springpot(0.6, 0.4),
-        barrier=sp.Barrier(-0.1, 0.8),
-        excitation=sp.WhiteNoise(0.5),
-    )
+LOSSY = sp.Oscillator(
+    natural_frequency=FREQUENCY,
+    springpot=sp.Springpot(0.6, 0.4),
+    barrier=sp.Barrier(-0.1, 0.8),
+    excitation=sp.WhiteNoise(0.5),
 )
 
 
@@ -39,7 +36,7 @@ def gathered(system: sp.System, *, speeds: float = 0.0, **given: object) -> Gath
 @pytest.mark.parametrize("position", [validation(-1.0), validation(0.0), validation(0.5), 5.0])
 def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
     """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
-    system = as_system(sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above")))
+    system = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above"))
     answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found = table(system, answers, {})
     places = np.array(found["places"]["amplitude"])
@@ -50,15 +47,15 @@ def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> Non
 
 
 @pytest.mark.parametrize("start", ["rest", "stationary"])
-@pytest.mark.parametrize("system", [LOSSY, as_system(sp.Oscillator(barrier=None))])
+@pytest.mark.parametrize("system", [LOSSY, sp.Oscillator(barrier=None)])
 def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
     """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
     given = {"paths": 300, "seed": 11, "start": start}
     ours = gathered(system, **given)
-    run = sp.run(system, distributions=True, **given)
+    run = sp.simulate(system, distributions=True, **given)
     values, errors = ours.estimates()
-    np.testing.assert_equal(values, run.values)
-    np.testing.assert_equal(errors, run.errors)
+    np.testing.assert_equal(values, {name: run[name].value for name in run})
+    np.testing.assert_equal(errors, {name: run[name].error for name in run})
     assert ours.warnings() == run.warnings
     for name, found in ours.distributions().items():
         np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
@@ -68,7 +65,7 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
 def test_a_shown_path_is_a_path_of_the_run() -> None:
     plan = plan_of(LOSSY, paths=129, seed=5, start="rest")
     simulation = simulation_of(plan)
-    run = sp.run(LOSSY, paths=129, seed=5, record=129, start="rest")
+    run = sp.simulate(LOSSY, paths=129, seed=5, record=129, start="rest")
     assert blocks(plan.settings) == 3
     for number in range(3):
         shown = record(simulation, number)
@@ -79,7 +76,7 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
     """Within two in a hundred: the kernel also counts those between the ends of a step."""
-    for system, frequency in ((as_system(sp.Oscillator()), 1.0), (LOSSY, FREQUENCY)):
+    for system, frequency in ((sp.Oscillator(), 1.0), (LOSSY, FREQUENCY)):
         end = 100.0 / frequency
         plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
         found = simulation_of(plan).advance()
@@ -93,7 +90,7 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, speeds=FREQUENCY**-2, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
     times = growth_times(gathering.simulation.plan)
-    run = sp.run(LOSSY, paths=256, seed=3, record=256, start="rest")
+    run = sp.simulate(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / FREQUENCY) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
     width = times[1] - times[0]

@@ -14,7 +14,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.problem.oscillator import as_system
+from springpot.simulation.result.results import Estimate
 from tests.explorer.conftest import Others, Server, running
 from tests.explorer.talk import link as link_of
 
@@ -122,8 +122,8 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
         assert early.page.locator("#status").inner_text() != "live"
         early.changed(lambda: early.page.locator("#field-springpot-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
-        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
-        assert early.number() == run.values["amplitude_mean_square"]
+        run = sp.simulate(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
+        assert early.number() == run["amplitude_mean_square"].value
 
 
 def test_little_stands_before_the_first_move(tab: Tab) -> None:
@@ -341,7 +341,8 @@ def test_what_is_copied_runs(tab: Tab, capsys: pytest.CaptureFixture[str]) -> No
     tab.page.locator("#copy-python").click()
     exec(tab.page.evaluate("navigator.clipboard.readText()"), {})
     printed = capsys.readouterr().out
-    assert f"amplitude_mean_square: {shown:.5g} +-" in printed
+    (line,) = (line for line in printed.splitlines() if line.startswith("amplitude_mean_square "))
+    assert line.split(maxsplit=1)[1] == str(Estimate(shown, tab.number(name="error"), "m2"))
     assert f"envelope: <x^2> = {tab.theory('envelope', 'x_rms') ** 2:.5g} m2" in printed
 
 
@@ -415,11 +416,11 @@ def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
         )
     )
     oscillator = sp.Oscillator(2.0, sp.Springpot(0.7, 0.3), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.5))
-    run = sp.run(oscillator, paths=1000, seed=9)
+    run = sp.simulate(oscillator, paths=1000, seed=9)
     for name in ("amplitude_mean_square", "x_mean", "v_mean_square", "impact_rate"):
-        assert tab.number(name) == run.values[name]
-        assert tab.number(name, name="error") == run.errors[name]
-    answers, _ = sp.theory.solve_all(as_system(oscillator))
+        assert tab.number(name) == run[name].value
+        assert tab.number(name, name="error") == run[name].error
+    answers, _ = sp.theory.solve_all(oscillator)
     for method, answer in answers.items():
         assert tab.theory(method) == pytest.approx(answer.amplitude_mean_square, rel=1e-6)
 

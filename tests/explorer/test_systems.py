@@ -118,10 +118,10 @@ def test_messages_of_a_system() -> None:
 def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
     """Numbers, errors, warnings and counts, to the last bit."""
     system = sp.read_system(USUAL)
-    ours, run = gathered(system, paths=192, seed=4), sp.run(system, paths=192, seed=4, distributions=True)
+    ours, run = gathered(system, paths=192, seed=4), sp.simulate(system, paths=192, seed=4, distributions=True)
     values, errors = ours.estimates()
-    np.testing.assert_equal(values, run.values)
-    np.testing.assert_equal(errors, run.errors)
+    np.testing.assert_equal(values, {name: run[name].value for name in run})
+    np.testing.assert_equal(errors, {name: run[name].error for name in run})
     assert ours.warnings() == run.warnings
     for name, found in ours.distributions().items():
         np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
@@ -131,15 +131,15 @@ def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
 def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
     system = sp.read_system(USUAL)
     simulation = simulation_of(plan_of(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0)))
-    run = sp.run(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
+    run = sp.simulate(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
     shown = record(simulation, 0)
     np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
     marked = [marks(system, run.settings.step, *path.T) for path in run.record]
     lower = sum((path[steps, 1] < 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
     upper = sum((path[steps, 1] > 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
     assert [sum((walls == n).sum() for _, walls in marked) for n in (0, 1)] == [lower, upper]
-    assert lower / 640.0 == pytest.approx(run.values["lower_impact_rate"], rel=0.05)
-    assert upper / 640.0 == pytest.approx(run.values["upper_impact_rate"], rel=0.05)
+    assert lower / 640.0 == pytest.approx(run["lower_impact_rate"].value, rel=0.05)
+    assert upper / 640.0 == pytest.approx(run["upper_impact_rate"].value, rel=0.05)
 
 
 def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
@@ -242,20 +242,20 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
     system = sp.read_system(file)
     serving = nullcontext(usual) if file == USUAL else running(str(file))
     with serving as server, opened(context, server, QUICK) as tab:
-        page, run = tab.page, sp.run(system, paths=128, seed=1)
+        page, run = tab.page, sp.simulate(system, paths=128, seed=1)
         assert page.locator("#sliders [type=range]").count() == len(numbers(system))
         found = shown(tab)
-        assert found.keys() - {"x_rms"} <= run.values.keys()
-        for name in found.keys() & run.values.keys():
-            np.testing.assert_equal(found[name], run.values[name], err_msg=name)
-        assert found["x_rms"] == math.sqrt(run.values["x_mean_square"])
+        assert found.keys() - {"x_rms"} <= {*run}
+        for name in found.keys() & {*run}:
+            np.testing.assert_equal(found[name], run[name].value, err_msg=name)
+        assert found["x_rms"] == math.sqrt(run["x_mean_square"].value)
         slider = next(iter(numbers(system)))
         tab.changed(lambda: page.locator(f"#slider-{slider}").press("ArrowRight"))
         if slider == "spring-stiffness":  # per unit mass it is shown as a frequency
             page.locator(f"#unit-{slider}").select_option("k")
         value = float(page.locator(f"#field-{slider}").input_value())
-        other = sp.run(changed(system, {slider: value}), paths=128, seed=1)
-        assert shown(tab)["v_mean_square"] == other.values["v_mean_square"] != run.values["v_mean_square"]
+        other = sp.simulate(changed(system, {slider: value}), paths=128, seed=1)
+        assert shown(tab)["v_mean_square"] == other["v_mean_square"].value != run["v_mean_square"].value
         with page.expect_download() as loading:
             page.locator("#save-file").click()
         assert loading.value.suggested_filename == f"{file.stem}-changed.toml"
@@ -425,5 +425,5 @@ def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
         tab.wait(f"springpotExplorer.generation > {asked_before}", seconds=5.0)
         tab.complete(asked_before)
         assert page.locator("#status").inner_text() == "live"
-        run = sp.run(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
-        assert shown(tab)["x_mean"] == run.values["x_mean"]
+        run = sp.simulate(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
+        assert shown(tab)["x_mean"] == run["x_mean"].value

@@ -29,10 +29,9 @@ from springpot.cli import main
 from springpot.explorer.answers import solve, table
 from springpot.explorer.methods import method_list
 from springpot.figures import METHOD_LINES
-from springpot.problem.oscillator import as_system
 
 assert main(["theory", "--json"]) == 0
-system = as_system(Oscillator())
+system = Oscillator()
 tree = study({"name": "one", "methods": ["made_up"], "axes": {"order": [0.5, 1.0]}})
 print(json.dumps({
     "page": table(system, {"made_up": solve(system, "made_up")[0]}, {})["methods"]["made_up"]["moments"]["x_mean"],

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,7 +15,7 @@ from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
 from springpot.explorer.question import paper_of
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.oscillator import as_system
+from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
@@ -149,7 +148,8 @@ def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     >>> len(first["methods"]["averaging"]), len(first["missing"])
     (33, 33)
     """
-    here = [as_system(replace(paper, springpot=Springpot(order, paper.springpot.coefficient))) for order in ORDERS]
+    frequency, wall, noise = paper.natural_frequency, paper.barrier, paper.excitation
+    here = [Oscillator(frequency, Springpot(order, paper.springpot.coefficient), wall, noise) for order in ORDERS]
     values: dict[str, list[float | None]] = {
         name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
         for name, method in METHODS.items()

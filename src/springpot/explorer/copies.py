@@ -64,9 +64,8 @@ def python_of(system: System, file: str, asked: Problem) -> str:
 import springpot as sp
 
 {made}
-run = sp.run(system, paths={asked.paths}, seed={asked.seed}{start})
-for name, value in run.values.items():
-    print(f"{{name}}: {{value:.5g}} +- {{run.errors[name]:.2g}}")
+run = sp.simulate(system, paths={asked.paths}, seed={asked.seed}{start})
+print(run)
 answers, statements = sp.theory.solve_all(system)
 for method, answer in answers.items():
     print(f"{{method}}: <x^2> = {{answer.x_mean_square:.5g}} m2")

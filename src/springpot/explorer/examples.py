@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from springpot.explorer.sliders import numbers
-from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Contact, Dashpot, Springpot
 from springpot.problem.system import System
 
@@ -53,7 +53,7 @@ def examples(system: System, file: str) -> Iterator[dict[str, Any]]:
     ['device.toml', 'Elastic walls', 'Without walls']
     """
     known = numbers(system)
-    if system == as_system(Oscillator()):
+    if system == Oscillator():
         cases = _PAPER
     else:
         own = {

@@ -12,7 +12,7 @@ from springpot.explorer.protocol import Problem
 from springpot.explorer.sliders import changed
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
 
@@ -34,7 +34,7 @@ class Opened:
         The name of its file; empty if it was not read from one.
     """
 
-    system: System = field(default_factory=lambda: as_system(Oscillator()))
+    system: System = field(default_factory=Oscillator)
     file: str = ""
 
     @property
