@@ -6,7 +6,7 @@ import re
 import shlex
 
 from springpot.explorer.protocol import Problem
-from springpot.machine.faults import NotCoveredError, listed
+from springpot.machine.faults import listed
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
@@ -14,31 +14,25 @@ from springpot.problem.system import System
 __all__ = ["command_of", "python_of"]
 
 
-def command_of(system: System, file: str, asked: Problem) -> str:
+def command_of(file: str, paper: Dimensionless | None, asked: Problem) -> str:
     """The command that gives the page's numbers, with the system's file, or with the flags of the paper's problem.
+
+    What has no file and is not the paper's problem has to be saved first.
 
     Examples
     --------
-    >>> from springpot.problem.parts import Spring, Springpot, WhiteNoise
-    >>> command_of(System(Spring(4.0)), "device.toml", Problem(seed=3))
+    >>> command_of("device.toml", None, Problem(seed=3))
     'springpot simulate device.toml --paths 10000 --seed 3'
-    >>> command_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0)), "", Problem(paths=64))[:56]
+    >>> command_of("", Dimensionless(barrier=None), Problem(paths=64))[:56]
     'springpot simulate --order 0.5 --coefficient 1.0 --natur'
     """
+    numbers = {} if paper is None else paper.numbers
+    wall = {name: numbers.pop(name) for name in ("position", "restitution", "side") if name in numbers}
+    shown = numbers | (wall if numbers.pop("barrier", False) else {"no-barrier": ""})
+    flags = " ".join(f"--{name.replace('_', '-')} {value}".rstrip() for name, value in shown.items())
+    what = shlex.quote(file) if file else flags if paper else "system.toml"
     start = " --start rest" if asked.start == "rest" else ""  # stationary where possible is the default
-    what = shlex.quote(file) if file else _flags(system)
     return f"springpot simulate {what} --paths {asked.paths} --seed {asked.seed}{start}"
-
-
-def _flags(system: System) -> str:
-    """The paper's problem as flags; any other system has to be saved first."""
-    try:
-        numbers = Dimensionless.of(system).numbers
-    except NotCoveredError:
-        return "system.toml"
-    left_out = {"barrier"} | (set() if numbers["barrier"] else {"position", "restitution", "side"})
-    flags = [f"--{name.replace('_', '-')} {value}" for name, value in numbers.items() if name not in left_out]
-    return " ".join([*flags, *([] if numbers["barrier"] else ["--no-barrier"])])
 
 
 def python_of(system: System, file: str, asked: Problem) -> str:

@@ -66,6 +66,8 @@ class Question:
     wanted : {"stationary", "rest"}
         The start, where there is a stationary state.
     system : System
+    paper : Dimensionless or None
+        The same as the paper's problem, if it is that.
     command, python : str
         The same run without the page.
     file : str
@@ -77,6 +79,7 @@ class Question:
     paths: int
     wanted: StartKind
     system: System
+    paper: Dimensionless | None
     command: str
     python: str
     file: str
@@ -94,11 +97,6 @@ class Question:
         from springpot.simulation.plan.plan import default_start
 
         return "rest" if self.wanted == "rest" else default_start(self.motion)[0]
-
-    @cached_property
-    def paper(self) -> Dimensionless | None:
-        """The system as the paper's problem, if it is that."""
-        return paper_of(self.system)
 
     @property
     def frequency(self) -> float:
@@ -138,14 +136,15 @@ def question_of(message: Problem, opened: Opened) -> Question:
     system = changed(opened.system, message.numbers)
     if message.without:
         system = System(**{name: part for name, part in system.named() if name not in message.without})
-    file = opened.name_of(system)
+    file, paper = opened.name_of(system), paper_of(system)
     return Question(
         generation=message.generation,
         seed=message.seed,
         paths=message.paths,
         wanted=message.start,
         system=system,
-        command=command_of(system, opened.file and file, message),
+        paper=paper,
+        command=command_of(opened.file and file, paper, message),
         python=python_of(system, file, message),
         file=file,
     )
