@@ -190,8 +190,7 @@ def test_the_curve_over_the_order_comes_in_parts(server: Server) -> None:
 def test_a_stiff_springpot_of_a_fast_device_is_taken() -> None:
     """100 Hz needs a thousand times what 1 rad/s does: the system itself says what is too much."""
     given = numbers(natural_frequency=628.0, coefficient=15000.0)
-    paper = question_of(Problem(numbers=given), Opened()).paper
-    assert paper is not None
+    (paper,) = question_of(Problem(numbers=given), Opened()).papers
     assert paper.springpot.coefficient == 15000.0
     with pytest.raises(ValueError, match=r"^springpot.coefficient must be"):
         question_of(Problem(numbers=numbers(coefficient=1e300)), Opened())

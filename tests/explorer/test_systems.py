@@ -158,7 +158,7 @@ def test_a_system_that_is_the_paper_s_problem_has_its_numbers_too() -> None:
     assert found.system == changed(system, {"mass-value": 4.0})
     assert found.file == "device-changed.toml"
     assert labels(system, ["damping_power"]) == [("damping_power", "taken by springpot", "W")]
-    view, paper = view_of(system), sp.Oscillator.of(system)
+    view, paper = view_of(system), sp.Dimensionless.of(system)
     assert view["quantities"][0] == ("amplitude_mean_square", "⟨A²⟩")
     assert view["paper"] == {
         "order": 0.5, "strength": paper.dimensionless_coefficient, "wall": paper.dimensionless_position,
@@ -172,10 +172,9 @@ def test_a_wall_that_is_left_out_makes_another_system_the_paper_s() -> None:
         sp.Spring(8.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.2), sp.Barrier(0.3, side="below"), sp.WhiteNoise(1.0)
     )
     opened = Opened(system, "device.toml")
-    assert question_of(Problem(), opened).paper is None
+    assert question_of(Problem(), opened).papers == ()
     found = question_of(Problem(without=["barrier_2"]), opened)
-    assert found.paper is not None
-    assert found.paper.barrier == sp.Barrier(-0.2)
+    assert found.papers[0].barrier == sp.Barrier(-0.2)
     assert found.command == "springpot simulate device-changed.toml --paths 10000 --seed 1"
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
-from springpot.explorer.question import paper_of
+from springpot.explorer.question import papers_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot
@@ -81,7 +81,7 @@ def _places(system: System, answer: Any) -> dict[str, Floats]:
     if not (low < high and fastest > 0.0):
         return {}
     places = {"x": np.linspace(low, high, POINTS), "v": np.linspace(-fastest, fastest, POINTS)}
-    if paper := paper_of(system):
+    for paper in papers_of(system):
         # with a preload A is at least the wall's distance, and A^2 minus its square varies
         least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
         above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
@@ -114,16 +114,16 @@ def growth(
     A method without a transient has its stationary value.  Without a stationary state averaging still has the growing
     response.
     """
-    paper = paper_of(system)
-    moment = "x_mean_square" if paper is None else "amplitude_mean_square"
+    papers = papers_of(system)
+    moment = "amplitude_mean_square" if papers else "x_mean_square"
     curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
-    if paper is None or not from_rest:
+    if not from_rest:
         return curves
     for name, answer in answers.items():
-        if hasattr(answer, "amplitude_mean_square_at"):
+        if hasattr(answer, f"{moment}_at"):
             with suppress(NotCoveredError, NoStationaryStateError, NoConvergenceError):
-                curves[name] = plain(answer.amplitude_mean_square_at(times))
-    for name in AVERAGING:
+                curves[name] = plain(getattr(answer, f"{moment}_at")(times))
+    for name in AVERAGING * len(papers):
         with suppress(NotCoveredError):
             growing: Any = METHODS[name].solve(system)
             curves[name] = plain(growing.mean_square(times))

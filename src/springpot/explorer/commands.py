@@ -42,11 +42,10 @@ def explore(system: System, *, host: str = "127.0.0.1", port: int = 8765, browse
     >>> import springpot as sp
     >>> sp.explore(sp.System(sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0)))  # doctest: +SKIP
     """
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {system!r}.")
     with leave_at_once():
         from springpot.explorer.question import Opened
-    open_page(Opened(system), host=host, port=port, browser=browser)
+        from springpot.theory.problem import checked_system
+    open_page(Opened(checked_system(system)), host=host, port=port, browser=browser)
 
 
 def open_file(file: str | None, *, host: str, port: int, browser: bool) -> None:

@@ -14,25 +14,29 @@ from springpot.problem.system import System
 __all__ = ["command_of", "python_of"]
 
 
-def command_of(file: str, paper: Dimensionless | None, asked: Problem) -> str:
+def command_of(file: str, papers: tuple[Dimensionless, ...], asked: Problem) -> str:
     """The command that gives the page's numbers, with the system's file, or with the flags of the paper's problem.
 
     What has no file and is not the paper's problem has to be saved first.
 
     Examples
     --------
-    >>> command_of("device.toml", None, Problem(seed=3))
+    >>> command_of("device.toml", (), Problem(seed=3))
     'springpot simulate device.toml --paths 10000 --seed 3'
-    >>> command_of("", Dimensionless(barrier=None), Problem(paths=64))[:56]
+    >>> command_of("", (Dimensionless(barrier=None),), Problem(paths=64))[:56]
     'springpot simulate --order 0.5 --coefficient 1.0 --natur'
     """
-    numbers = {} if paper is None else paper.numbers
-    wall = {name: numbers.pop(name) for name in ("position", "restitution", "side") if name in numbers}
-    shown = numbers | (wall if numbers.pop("barrier", False) else {"no-barrier": ""})
-    flags = " ".join(f"--{name.replace('_', '-')} {value}".rstrip() for name, value in shown.items())
-    what = shlex.quote(file) if file else flags if paper else "system.toml"
+    what = shlex.quote(file) if file else next((_flags(paper) for paper in papers), "system.toml")
     start = " --start rest" if asked.start == "rest" else ""  # stationary where possible is the default
     return f"springpot simulate {what} --paths {asked.paths} --seed {asked.seed}{start}"
+
+
+def _flags(paper: Dimensionless) -> str:
+    numbers = paper.numbers
+    wall = {name: numbers.pop(name) for name in ("position", "restitution", "side")}
+    struck = numbers.pop("barrier")
+    shown = numbers | (wall if struck else {"no-barrier": ""})
+    return " ".join(f"--{name.replace('_', '-')} {value}".rstrip() for name, value in shown.items())
 
 
 def python_of(system: System, file: str, asked: Problem) -> str:

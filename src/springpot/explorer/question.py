@@ -19,7 +19,7 @@ from springpot.simulation.plan.options import StartKind
 if TYPE_CHECKING:
     from springpot.simulation.plan.motion import Motion
 
-__all__ = ["Opened", "Question", "paper_of", "question_of"]
+__all__ = ["Opened", "Question", "papers_of", "question_of"]
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Question:
     wanted : {"stationary", "rest"}
         The start, where there is a stationary state.
     system : System
-    paper : Dimensionless or None
-        The same as the paper's problem, if it is that.
+    papers : tuple of Dimensionless
+        The same as the paper's problem; empty if it is another one.
     command, python : str
         The same run without the page.
     file : str
@@ -79,7 +79,7 @@ class Question:
     paths: int
     wanted: StartKind
     system: System
-    paper: Dimensionless | None
+    papers: tuple[Dimensionless, ...]
     command: str
     python: str
     file: str
@@ -99,25 +99,30 @@ class Question:
         return "rest" if self.wanted == "rest" else default_start(self.motion)[0]
 
     @property
+    def speeds(self) -> float:
+        """What v^2 counts in the mean square over time: <A^2> of the paper's problem, <x^2> of any other."""
+        return sum(paper.natural_frequency**-2 for paper in self.papers)
+
+    @property
     def frequency(self) -> float:
         """Radians per second of the motion, for the speed at which it is shown."""
         return self.motion.scales.frequency
 
 
-def paper_of(system: System) -> Dimensionless | None:
-    """A system as the paper's problem; None if it is none, and for one without noise, which has no length scale.
+def papers_of(system: System) -> tuple[Dimensionless, ...]:
+    """A system as the paper's problem; none if it is another, or without noise, where there is no length scale.
 
     Examples
     --------
     >>> from springpot.problem.parts import Friction, Spring, WhiteNoise
-    >>> paper_of(System(Spring(1.0), WhiteNoise(1.0), Friction(0.1))) is None
-    True
+    >>> papers_of(System(Spring(1.0), WhiteNoise(1.0), Friction(0.1)))
+    ()
     """
     try:
         paper = Dimensionless.of(system)
     except NotCoveredError:
-        return None
-    return paper if paper.length_scale > 0.0 else None
+        return ()
+    return (paper,) if paper.length_scale > 0.0 else ()
 
 
 def question_of(message: Problem, opened: Opened) -> Question:
@@ -130,21 +135,21 @@ def question_of(message: Problem, opened: Opened) -> Question:
 
     Examples
     --------
-    >>> question_of(Problem(numbers={"springpot-order": 0.7}), Opened()).paper.springpot.order
+    >>> question_of(Problem(numbers={"springpot-order": 0.7}), Opened()).papers[0].springpot.order
     0.7
     """
     system = changed(opened.system, message.numbers)
     if message.without:
         system = System(**{name: part for name, part in system.named() if name not in message.without})
-    file, paper = opened.name_of(system), paper_of(system)
+    file, papers = opened.name_of(system), papers_of(system)
     return Question(
         generation=message.generation,
         seed=message.seed,
         paths=message.paths,
         wanted=message.start,
         system=system,
-        paper=paper,
-        command=command_of(opened.file and file, paper, message),
+        papers=papers,
+        command=command_of(opened.file and file, papers, message),
         python=python_of(system, file, message),
         file=file,
     )

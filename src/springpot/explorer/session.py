@@ -33,6 +33,7 @@ from springpot.explorer.protocol import (
     StopFit,
 )
 from springpot.explorer.question import Question, question_of
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Springpot
 
 if TYPE_CHECKING:
@@ -242,7 +243,7 @@ class Session:
             with stopping() as check:
                 plan = await self._pilots.take(adapt, plan, progress=check)
         simulation = await engine.simulate(simulation_of, plan)
-        growing = await engine.simulate(Gathering, simulation, speeds=_speeds(question))
+        growing = await engine.simulate(Gathering, simulation, speeds=question.speeds)
         await asyncio.gather(self._show(question, growing), self._gather(growing))
 
     async def _compiled(self, system: System) -> None:
@@ -281,9 +282,11 @@ class Session:
             self._slots["grown"] = frames.pack(frames.GROWTH, question.generation, growth)
 
     async def _curve(self, question: Question) -> None:
-        engine, paper = self._engine, question.paper
-        if paper is None:
-            return
+        for paper in question.papers:
+            await self._curve_of(paper)
+
+    async def _curve_of(self, paper: Dimensionless) -> None:
+        engine = self._engine
         await engine.theory_ready.wait()
         from springpot.explorer.answers import along_the_order
 
@@ -314,11 +317,6 @@ def stopping() -> Iterator[Callable[[float], None]]:
         yield check
     finally:
         unwanted.set()
-
-
-def _speeds(question: Question) -> float:
-    """What v^2 counts in the mean square over time: <A^2> of the paper's problem, <x^2> of any other."""
-    return 0.0 if question.paper is None else question.paper.natural_frequency**-2
 
 
 def _of_parts(question: Question, values: dict[str, Any]) -> dict[str, Any]:

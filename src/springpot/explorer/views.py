@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from springpot.explorer.examples import examples
-from springpot.explorer.question import Opened, paper_of
+from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
@@ -64,9 +65,10 @@ def paper_view(system: System) -> dict[str, Any] | None:
     >>> paper_view(Opened().system)["strength"]
     1.0
     """
-    paper = paper_of(system)
-    if paper is None:
-        return None
+    return next((_of_paper(paper, system.inertia) for paper in papers_of(system)), None)
+
+
+def _of_paper(paper: Dimensionless, inertia: float) -> dict[str, Any]:
     return {
         "order": paper.springpot.order,
         "strength": paper.dimensionless_coefficient,
@@ -74,7 +76,7 @@ def paper_view(system: System) -> dict[str, Any] | None:
         "restitution": None if paper.barrier is None else paper.restitution,
         "frequency": paper.natural_frequency,
         "length": paper.length_scale,
-        "mass": system.inertia,
+        "mass": inertia,
     }
 
 
@@ -97,8 +99,7 @@ def sizes(system: System) -> dict[str, float]:
 
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
-    if paper_of(system):
-        yield "amplitude_mean_square", "⟨A²⟩"
+    yield from (("amplitude_mean_square", "⟨A²⟩") for _ in papers_of(system))
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
     walls = [*system.stops]
     if walls:
