@@ -38,63 +38,33 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "MeasuredFrequencyResponse",
-        "MeasuredImpacts",
-        "MeasuredModuli",
-        "MeasuredRecord",
-        "MeasuredSpectrum",
-        "MeasuredStatistics",
-        "Oscillator",
-        "System",
-        "atlas",
-        "design",
-        "explain",
-        "explore",
-        "extend",
-        "figures",
-        "fit",
-        "free",
-        "load_run",
-        "open_study",
-        "read_data",
-        "read_system",
-        "run",
-        "sensitivity",
-        "simulate",
-        "study",
-        "theory",
-        "to_toml",
+        "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum",
+        "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain", "explore", "extend", "figures",
+        "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate", "study",
+        "theory", "to_toml",
     ]  # fmt: skip
 
-_ROOMS = ("figures", "theory")
+_DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
 _LATER = {
-    "MeasuredFrequencyResponse": "springpot.fitting",
-    "MeasuredImpacts": "springpot.fitting",
-    "MeasuredModuli": "springpot.fitting",
-    "MeasuredRecord": "springpot.fitting",
-    "MeasuredSpectrum": "springpot.fitting",
-    "MeasuredStatistics": "springpot.fitting",
-    "fit": "springpot.fitting",
-    "Oscillator": "springpot.problem.oscillator",
-    "System": "springpot.problem.system",
-    "atlas": "springpot.evidence.atlases",
-    "design": "springpot.designing",
-    "explain": "springpot.evidence.explanation",
-    "explore": "springpot.explorer.commands",
-    "figures": "springpot.figures",
-    "free": "springpot.problem.free_numbers",
-    "extend": "springpot.simulation.extended",
-    "load_run": "springpot.simulation",
-    "open_study": "springpot.studies",
-    "read_data": "springpot.fitting",
-    "read_system": "springpot.problem.file",
-    "to_toml": "springpot.problem.file",
-    "run": "springpot.simulation",
-    "sensitivity": "springpot.designing",
-    "simulate": "springpot.simulation",
-    "study": "springpot.studies",
-    "theory": "springpot.theory",
-}
+    name: f"springpot.{place}"
+    for place, names in {
+        "designing": ("design", "sensitivity"),
+        "evidence.atlases": ("atlas",),
+        "evidence.explanation": ("explain",),
+        "explorer.commands": ("explore",),
+        "figures": ("figures",),
+        "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.file": ("read_system", "to_toml"),
+        "problem.free_numbers": ("free",),
+        "problem.oscillator": ("Oscillator",),
+        "problem.system": ("System",),
+        "simulation": ("load_run", "run", "simulate"),
+        "simulation.extended": ("extend",),
+        "studies": ("open_study", "study"),
+        "theory": ("theory",),
+    }.items()
+    for name in names
+}  # and the parts, from their own list
 
 
 def __getattr__(name: str) -> Any:
@@ -106,7 +76,7 @@ def __getattr__(name: str) -> Any:
 
     if name in _LATER:
         module = importlib.import_module(_LATER[name])
-        return module if name in _ROOMS else getattr(module, name)
+        return module if _LATER[name] == f"springpot.{name}" else getattr(module, name)
     if name == "__all__" or name[0].isupper():
         parts = importlib.import_module("springpot.problem.parts")
         if name == "__all__":
