@@ -16,7 +16,7 @@ from springpot import Barrier, Oscillator, Springpot
 from springpot.machine.processors import threads_available
 from springpot.simulation import Run, run
 from springpot.simulation.kernel.lanes import LANES
-from springpot.theory import Result, averaging, closure, envelope, exact, fokker_planck
+from springpot.theory import Result, averaging, envelope, exact, fokker_planck, memory_closure
 
 __all__ = ["asked_error", "cost_of_length", "start_up", "theory"]
 
@@ -101,7 +101,7 @@ def theory(quick: bool) -> list[Row]:
     cases: dict[str, tuple[Callable[[Oscillator], Result], Oscillator]] = {
         "averaging": (averaging, Oscillator()),
         "envelope": (envelope, Oscillator(barrier=wall)),
-        "closure": (closure, Oscillator(barrier=wall)),
+        "closure": (memory_closure, Oscillator(barrier=wall)),
         "Fokker-Planck": (fokker_planck, Oscillator(springpot=Springpot(1.0, 0.5), barrier=wall)),
         "exact": (exact, Oscillator(barrier=None)),
     }

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from springpot.theory.reliability import MAP_FILE
+from springpot.evidence.reliability import MAP_FILE
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(

@@ -12,6 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot.evidence.explanation import equation
+from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import few, listed
 from springpot.simulation.error.reach import reach
 from springpot.simulation.lowering.filters import Filter, _stationary
@@ -38,7 +39,7 @@ def _warnings_are_errors() -> Any:
 
 @pytest.mark.parametrize("problem", [PRESSED, HUGE, FAR])
 def test_theory_of_extreme_numbers_answers_or_refuses(problem: sp.Oscillator | sp.System) -> None:
-    answers = sp.theory.all_methods(problem)
+    answers = all_methods(problem)
     assert "envelope" in answers
 
 
@@ -83,9 +84,7 @@ def test_an_equation_of_many_parts_is_short() -> None:
     assert max(map(len, lines)) < LONGEST
     assert "(39 more terms) = w(t)" in lines[0]
     noises = [sp.WhiteNoise(1.0) for _ in range(50)]
-    assert "w2(t): white noise (white_noise_23)" in "\n".join(
-        equation(sp.System(sp.Spring(1.0), *noises))
-    )
+    assert "w2(t): white noise (white_noise_23)" in "\n".join(equation(sp.System(sp.Spring(1.0), *noises)))
 
 
 def test_lists_in_sentences_end() -> None:

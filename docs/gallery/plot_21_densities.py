@@ -23,5 +23,5 @@ plt.show()
 # %%
 # The validity map, which holds their gaps to Monte Carlo, shows which method to trust:
 
-print("recommended:", sp.theory.recommended(oscillator, answers))
+print("recommended:", sp.recommended(oscillator, answers))
 print("no result:", statements["averaging"])

@@ -21,7 +21,9 @@ for axes, barrier in zip(panels, (None, sp.Barrier()), strict=True):
         oscillator, paths=600, step=0.025, duration=520.0, window=(120.0, 520.0), start="stationary",
         spectrum=frequencies,
     )  # fmt: skip
-    methods = (sp.theory.exact, sp.theory.averaging) if barrier is None else (sp.theory.closure, sp.theory.averaging)
+    methods = (
+        (sp.theory.exact, sp.theory.averaging) if barrier is None else (sp.theory.memory_closure, sp.theory.averaging)
+    )
     theory = [method(oscillator) for method in methods]
     sp.figures.spectrum(run, axes, theory=theory, at=np.linspace(0.1, 4.5, 400))
     axes.set_title("no wall" if barrier is None else "elastic wall at the equilibrium", fontsize="medium")

@@ -24,7 +24,7 @@ figure, panels = plt.subplots(3, figsize=(6.8, 8.4), sharex=True)
 for axes, quantity in zip(panels, ("amplitude_mean_square", "x_mean", "impact_rate"), strict=True):
     sp.figures.against(
         "position", axes, quantity=quantity, oscillator=wall(0.0), values=np.linspace(-3.0, 1.5, 19),
-        theory=[sp.theory.envelope, sp.theory.closure], runs=runs,
+        theory=[sp.theory.envelope, sp.theory.memory_closure], runs=runs,
     )  # fmt: skip
     if axes is not panels[-1]:
         axes.set_xlabel("")
@@ -36,6 +36,6 @@ plt.show()
 # walls it says so:
 
 try:
-    sp.theory.closure(wall(-2.0))
+    sp.theory.memory_closure(wall(-2.0))
 except sp.theory.NotCoveredError as refusal:
     print(refusal)

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import springpot as sp
 
 figure, panels = plt.subplots(2, 2, figsize=(8.6, 7.0), sharex=True, sharey=True)
-for method, axes in zip(("averaging", "averaging_shifted", "envelope", "closure"), panels.flat, strict=True):
+for method, axes in zip(("averaging", "averaging_shifted", "envelope", "memory_closure"), panels.flat, strict=True):
     sp.figures.gaps(method, axes=axes)
 for axes in panels[0]:
     axes.set_xlabel("")
@@ -21,13 +21,12 @@ for axes in panels[:, 1]:
 plt.show()
 
 # %%
-# The warnings in the results and the recommendation come from this map:
+# The recommendation comes from this map:
 
 for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
     oscillator = sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(restitution=r))
-    answers, _ = sp.theory.solve_all(oscillator)
-    best = sp.theory.recommended(oscillator, answers)
-    gaps = sp.theory.trust(oscillator, best).gaps
+    best = sp.recommended(oscillator).method
+    gaps = sp.trust(oscillator, best).gaps
     print(f"order {order:g}, c = {c:g}, r = {r:g}: {best},", *(f"{name} {gap:.1f} %" for name, gap in gaps.items()))
 
 # %%
@@ -46,13 +45,11 @@ for axes in panels[:, 1]:
 plt.show()
 
 # %%
-# The same warnings and recommendations come from it:
+# Warnings and recommendations come from it:
 
 for kappa, tau in ((0.3, 0.0), (0.3, 0.5), (30.0, 0.0)):
     noise = sp.ColoredNoise(1.0, tau) if tau else sp.WhiteNoise(1.0)
     system = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, kappa)), sp.Springpot(0.5, 0.3), noise)
-    answers, _ = sp.theory.solve_all(system)
-    best = sp.theory.recommended(system, answers)
-    print(f"kappa {kappa:g}, tau {tau:g}: {best or sp.theory.why_none_is_recommended(system, answers)}")
-    for sentence in answers["envelope"].warnings:
+    print(f"kappa {kappa:g}, tau {tau:g}: {sp.recommended(system)}")
+    for sentence in sp.trust(system, "envelope").warnings:
         print("   envelope:", sentence)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from springpot.designing import design, sensitivity
     from springpot.evidence.atlases import atlas
     from springpot.evidence.explanation import explain
+    from springpot.evidence.recommendation import recommended
+    from springpot.evidence.reliability import trust
     from springpot.explorer.commands import explore
     from springpot.fitting import (
         MeasuredFrequencyResponse,
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
     from springpot.problem.free_numbers import free
     from springpot.problem.oscillator import Oscillator
@@ -38,10 +41,10 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum",
-        "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain", "explore", "extend", "figures",
-        "fit", "free", "load_run", "open_study", "read_data", "read_system", "run", "sensitivity", "simulate", "study",
-        "theory", "to_toml",
+        "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord",
+        "MeasuredSpectrum", "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain",
+        "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
+        "recommended", "run", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
 _DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
@@ -51,9 +54,12 @@ _LATER = {
         "designing": ("design", "sensitivity"),
         "evidence.atlases": ("atlas",),
         "evidence.explanation": ("explain",),
+        "evidence.recommendation": ("recommended",),
+        "evidence.reliability": ("trust",),
         "explorer.commands": ("explore",),
         "figures": ("figures",),
         "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),
         "problem.free_numbers": ("free",),
         "problem.oscillator": ("Oscillator",),

@@ -14,23 +14,20 @@ from matplotlib.figure import Figure
 import springpot as sp
 from springpot import cli
 from springpot.evidence.comparison import compare
+from springpot.evidence.recommendation import recommended
+from springpot.evidence.reliability import JUDGED, MAPPED, read_map, trust
 from springpot.evidence.validity import CELLS, gaps_of, make_map, simulate_cell
 from springpot.figures.comparison import draw_comparison
 from springpot.simulation import run
 from springpot.theory import (
     NoStationaryStateError,
+    NotCoveredError,
     averaging,
-    best_guess,
     envelope,
     exact,
     fokker_planck,
-    recommended,
     solve_all,
-    trust,
-    why_none_is_recommended,
 )
-from springpot.theory.registry import MAPPED
-from springpot.theory.reliability import JUDGED, map_warnings, read_map
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
@@ -38,15 +35,16 @@ from tests.sizes import validation
 
 def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     found = compare(oscillator(0.5, 1.0), rtol=0.02)
-    assert set(found.answers) == {"averaging_printed", "averaging", "averaging_shifted", "envelope", "closure"}
-    assert found.recommended in ("envelope", "closure")
+    averagings = {"averaging_printed", "averaging", "averaging_shifted", "averaging_amplitude"}
+    assert set(found.answers) == {*averagings, "envelope", "memory_closure"}
+    assert found.recommended in ("envelope", "memory_closure")
     value, budget = (of["amplitude_mean_square"] for of in (found.simulation.values, found.simulation.budgets))
     error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
     gap = found.gaps("averaging")["amplitude_mean_square"]
     assert gap.percent == pytest.approx(100.0 * (2.2963 / value - 1.0), abs=0.01)
     assert gap.standard_errors == pytest.approx((2.2963 - value) / error, rel=1e-3)
     assert 6.0 < gap.percent < 10.0  # the paper's formula is 8 % high here
-    assert abs(found.gaps("closure")["amplitude_mean_square"].percent) < 4.0
+    assert abs(found.gaps("memory_closure")["amplitude_mean_square"].percent) < 4.0
     answer = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert answer["methods"]["averaging"]["gap_percent"]["amplitude_mean_square"] == pytest.approx(gap.percent)
     assert "order" in answer["statements"]["exact"]
@@ -148,7 +146,7 @@ def test_the_best_method_is_as_good_as_is_claimed() -> None:
     def within(chosen: np.ndarray, most: float) -> tuple[int, int]:
         limits = {"amplitude_mean_square": most, "x_mean": 4.0, "impact_rate": 4.0}
         good = np.zeros(int(chosen.sum()), bool)
-        for method in ("envelope", "closure"):
+        for method in ("envelope", "memory_closure"):
             gaps = [np.abs(np.nan_to_num(cells[f"{method}:{name}"][chosen])) < limits[name] for name in JUDGED]
             good |= np.logical_and.reduce(gaps)
         return int(good.sum()), good.size
@@ -164,7 +162,7 @@ def test_every_cell_that_is_off_warns_and_no_other_does() -> None:
         for method in MAPPED:
             gaps = {name: abs(cells[f"{method}:{name}"][i]) for name in MOMENTS}
             off = any((2.0 if name == MOMENTS[0] else 4.0) < gap < math.inf for name, gap in gaps.items())
-            assert off == ("gaps to Monte Carlo" in " ".join(map_warnings(problem, method)))
+            assert off == ("gaps to Monte Carlo" in " ".join(trust(problem, method).warnings))
 
 
 def test_on_a_cell_only_that_cell_counts() -> None:
@@ -177,7 +175,7 @@ def test_on_a_cell_only_that_cell_counts() -> None:
             assert (name in trust(problem, "envelope").unjudged) == math.isnan(measured)
 
 
-APPROXIMATE = dict.fromkeys(("averaging", "envelope", "closure"), averaging(sp.Oscillator()))
+APPROXIMATE = dict.fromkeys(("averaging", "envelope", "memory_closure"), averaging(sp.Oscillator()))
 
 
 @pytest.mark.parametrize(
@@ -193,13 +191,17 @@ APPROXIMATE = dict.fromkeys(("averaging", "envelope", "closure"), averaging(sp.O
     ],
 )
 def test_nothing_is_recommended_where_the_map_has_no_cell_near(far: sp.Oscillator) -> None:
-    assert not trust(far, "closure").mapped
-    assert recommended(far, APPROXIMATE) == ""
-    guess = best_guess(far, APPROXIMATE)
-    assert guess == "closure"
-    assert why_none_is_recommended(far, APPROXIMATE) == (
-        "no method is recommended here, because the validity map has no cell near this oscillator. "
-        "The best guess is closure: compare with Monte Carlo before you use a number."
+    assert not trust(far, "memory_closure").mapped
+    found = recommended(far, APPROXIMATE)
+    assert found.method == ""
+    assert found.guess == "memory_closure"
+    assert (
+        found.result.warnings[-1]
+        == found.why_none
+        == (
+            "no method is recommended here, because the validity map has no cell near this system. "
+            "The best guess is memory_closure: compare with Monte Carlo before you use a number."
+        )
     )
 
 
@@ -207,28 +209,32 @@ def test_the_command_recommends_nothing_off_the_map(capsys: pytest.CaptureFixtur
     assert cli.main(["theory", "--order", "0.9", "--coefficient", "0.5", "--restitution", "0.1"]) == 0
     out = capsys.readouterr().out
     assert "*" not in out
-    says = "no method is recommended here, because the validity map has no cell near this oscillator. "
+    says = "no method is recommended here, because the validity map has no cell near this system. "
     assert out.splitlines()[-1].startswith(says)
 
 
 def test_near_the_map_one_is_recommended_without_a_word() -> None:
     for near in (oscillator(0.02, 0.3), oscillator(0.5, 0.3, restitution=0.8), oscillator(1.0, 0.3)):
-        assert recommended(near, APPROXIMATE) == best_guess(near, APPROXIMATE) != ""
-        assert why_none_is_recommended(near, APPROXIMATE) == ""
+        found = recommended(near, APPROXIMATE)
+        assert found.method == found.guess != ""
+        assert found.why_none == ""
 
 
 def test_far_off_the_map_averaging_is_no_guess() -> None:
     beyond = oscillator(0.5, 300.0)  # averaging alone has an answer, and is wrong by half
     answers, _ = solve_all(beyond)
     assert "averaging" in answers
-    assert recommended(beyond, answers) == best_guess(beyond, answers) == ""
-    assert "Compare with Monte Carlo" in why_none_is_recommended(beyond, answers)
+    found = recommended(beyond, answers)
+    assert found.method == found.guess == ""
+    assert "Compare with Monte Carlo" in found.why_none
+    with pytest.raises(NotCoveredError, match="no method is recommended here"):
+        _ = found.result
 
 
 def test_what_the_map_cannot_judge_is_not_called_good() -> None:
     lossy = oscillator(0.9, 1.0, position=-2.0, restitution=0.8)
     assert "x_mean" in trust(lossy, "envelope").unjudged
-    (sentence,) = map_warnings(lossy, "envelope")
+    (sentence,) = trust(lossy, "envelope").warnings
     assert "cannot judge <x>, impact rate, mean impact speed and mean square impact speed: Monte" in sentence
 
 
@@ -263,10 +269,10 @@ def test_densities_take_any_argument(order: float, restitution: float) -> None:
 
 def test_far_from_the_map_nothing_is_claimed() -> None:
     far = oscillator(0.5, 500.0)
-    assert not trust(far, "closure").mapped
-    assert "no cell near" in " ".join(map_warnings(far, "averaging"))
+    assert not trust(far, "memory_closure").mapped
+    assert "no cell near" in " ".join(trust(far, "averaging").warnings)
     assert trust(oscillator(0.5, 1e-6), "averaging").mapped  # lighter than any cell
-    assert recommended(oscillator(0.5, 0.3, position=None), {}) == ""
+    assert recommended(oscillator(0.5, 0.3, position=None), {}).method == ""
     with pytest.raises(ValueError, match="method must be one of"):
         trust(far, "guess")
 
@@ -276,11 +282,11 @@ def test_units_do_not_matter_to_trust() -> None:
     unit = oscillator(0.3, 0.5, 1.0, 1.0, -0.5, 0.8)
     length = math.sqrt(3.0 / 20.0**3)
     other = oscillator(0.3, 0.5 * 20.0**1.7, 20.0, 3.0, 0.5 * length, 0.8, "below")
-    for method in ("envelope", "closure"):
+    for method in ("envelope", "memory_closure"):
         assert trust(other, method).gaps == pytest.approx(trust(unit, method).gaps)
 
 
-@pytest.mark.validation  # every day: the map of systems, in tests/theory/test_system_map.py
+@pytest.mark.validation  # every day: the map of systems, in tests/evidence/test_system_map.py
 def test_a_map_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     path = tmp_path / "map.csv"
     cells = [(1.0, 1.0, 1.0, 0.0), (1.0, 3.0, 1.0, 0.5)]
@@ -338,7 +344,7 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
         limits = {"amplitude_mean_square": amplitude, "x_mean": others, "impact_rate": others}
         return any(
             all(not abs(cells[f"{method}:{name}"][i]) > most for name, most in limits.items())
-            for method in ("envelope", "closure")
+            for method in ("envelope", "memory_closure")
         )
 
     near: dict[str, list[bool]] = {"light losses": [], "losses and gaps": []}

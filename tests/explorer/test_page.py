@@ -353,7 +353,7 @@ def test_a_chart_tells_its_numbers(tab: Tab) -> None:
     told = tab.page.locator("#growth .tip").inner_text().splitlines()
     assert [line.split()[0] for line in told[:2]] == ["t", "Monte"]
     assert "±" in told[1]
-    assert any(line.startswith(("envelope", "closure")) for line in told)
+    assert any(line.startswith(("envelope", "memory_closure")) for line in told)
     tab.page.mouse.move(1, 1)
     tab.page.locator("#growth .tip").wait_for(state="hidden")
 

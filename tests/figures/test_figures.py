@@ -65,7 +65,7 @@ DRAWN: dict[str, Callable[[Axes | None], Axes]] = {
     "velocity": lambda axes: figures.path(recorded(), axes, quantity="v", member=3, window=(5.0, 15.0)),
     "phase_portrait": lambda axes: figures.phase_portrait(recorded(), axes),
     "density": lambda axes: figures.density(counted(), "x", axes, theory=exact()),
-    "spectrum": lambda axes: figures.spectrum(counted(), axes, theory=sp.theory.closure(oscillator(1.0, 0.5))),
+    "spectrum": lambda axes: figures.spectrum(counted(), axes, theory=sp.theory.memory_closure(oscillator(1.0, 0.5))),
     "correlation": lambda axes: figures.correlation(recorded(), axes, at=[0.0, 1.0], theory=exact()),
     "transient": lambda axes: figures.transient(recorded(), axes=axes, theory=exact(), at=[0.0, 1.0]),
     "survival": lambda axes: figures.survival(recorded(), 1.5, axes, theory=sp.theory.envelope(oscillator(1.0, 0.3))),
@@ -160,7 +160,7 @@ def test_a_density_has_the_counts_and_the_curve(quantity: str) -> None:
 
 
 def test_a_spectrum_has_the_sums_and_the_curve() -> None:
-    run, closure = counted(), sp.theory.closure(oscillator(1.0, 0.5))
+    run, closure = counted(), sp.theory.memory_closure(oscillator(1.0, 0.5))
     axes = figures.spectrum(run, theory=[closure, exact()])  # exact has none behind a wall
     place, value, half = marks(axes)
     assert run.spectrum is not None
@@ -168,7 +168,7 @@ def test_a_spectrum_has_the_sums_and_the_curve() -> None:
     assert np.array_equal(value, run.spectrum.density)
     assert half == pytest.approx(1.96 * run.spectrum.standard_error)
     assert np.array_equal(axes.lines[-1].get_ydata(), closure.spectrum(FREQUENCIES))
-    assert [text for text in axes.get_legend_handles_labels()[1] if "Monte" not in text] == ["closure"]
+    assert [text for text in axes.get_legend_handles_labels()[1] if "Monte" not in text] == ["memory closure"]
 
 
 def test_a_dataset_is_as_good_as_a_run() -> None:
@@ -251,13 +251,13 @@ def test_a_sweep_has_a_gap_where_there_is_no_answer() -> None:
 
 
 def test_the_gaps_are_those_of_the_map() -> None:
-    from springpot.theory.reliability import read_map
+    from springpot.evidence.reliability import read_map
 
     cells = read_map()
     chosen = (cells["restitution"] == 0.7) & (cells["position"] == 0.0)
-    axes = figures.gaps("closure", "impact_rate", restitution=0.7)
+    axes = figures.gaps("memory_closure", "impact_rate", restitution=0.7)
     shown = axes.images[0].get_array()
-    wanted = cells["closure:impact_rate"][chosen]
+    wanted = cells["memory_closure:impact_rate"][chosen]
     assert shown.compressed() == pytest.approx(wanted[np.isfinite(wanted)].tolist(), abs=1e-9) or sorted(
         shown.compressed()
     ) == pytest.approx(sorted(wanted[np.isfinite(wanted)]))
@@ -312,7 +312,7 @@ def test_known_slopes_are_drawn_as_they_are() -> None:
             "must have a wall",
         ),
         (lambda: figures.gaps("guess"), ValueError, "method must be one of"),
-        (lambda: figures.gaps("closure", restitution=0.33), ValueError, "no cells with restitution 0.33"),
+        (lambda: figures.gaps("memory_closure", restitution=0.33), ValueError, "no cells with restitution 0.33"),
         (lambda: figures.convergence({"one": ([0.1], [0.1, 0.2])}), ValueError, "as many errors as steps"),
         (lambda: figures.convergence({"one": ([0.1], [-0.1])}), ValueError, "must be positive"),
     ],

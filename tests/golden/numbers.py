@@ -227,7 +227,7 @@ def methods_for_systems(count: int = 100) -> Named:
             for rest, value in answers[method].to_dict().items():
                 if isinstance(value, bool | int | float):
                     yield f"{number}/{method}/{rest}", float(value)
-        yield f"{number}/recommended", str(theory.recommended(system, answers))
+        yield f"{number}/recommended", sp.recommended(system, answers).method
 
 
 def _densities(result: Any, oscillator: sp.Oscillator) -> Named:
@@ -261,7 +261,7 @@ def methods(count: int = 300, with_densities: int = 60) -> Named:
             if number < with_densities:
                 for rest, value in _densities(answers[method], oscillator):
                     yield f"{number}/{method}/{rest}", value
-        yield f"{number}/recommended", str(theory.recommended(oscillator, answers))
+        yield f"{number}/recommended", sp.recommended(oscillator, answers).method
         try:
             found = sp.atlas(oscillator)
         except (ValueError, theory.NotCoveredError):
@@ -274,7 +274,7 @@ def methods(count: int = 300, with_densities: int = 60) -> Named:
 STUDY: dict[str, Any] = {
     "name": "golden",
     "seed": 7,
-    "methods": ["averaging", "envelope", "closure", "monte_carlo"],
+    "methods": ["averaging", "envelope", "memory_closure", "monte_carlo"],
     "quantities": ["amplitude_mean_square", "impact_rate"],
     "axes": {"order": [0.4, 1.0], "restitution": [1.0, 0.7]},
 }

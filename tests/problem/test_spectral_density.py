@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli, theory
+from springpot.problem.oscillator import as_system
 from springpot.problem.spectral_density import STANDARD_GRAVITY, intensity_from_psd, psd_from_intensity
 from tests.sizes import validation
 
@@ -166,15 +167,15 @@ def test_a_density_of_force_needs_the_mass() -> None:
 WORDS = "--mass 2 --stiffness 18 --springpot 0.5 1 --psd 4 --psd-unit N2/Hz"
 
 
-@pytest.mark.parametrize("command", ["theory", "atlas"])
-def test_a_device_on_the_command_line(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("command", "what"), [("theory", "system"), ("atlas", "oscillator")])
+def test_a_device_on_the_command_line(command: str, what: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, *f"{WORDS} --gap 0 --restitution 0.8 --side below --json".split()]) == 0
-    asked = json.loads(capsys.readouterr().out)["oscillator"]
+    asked = json.loads(capsys.readouterr().out)[what]
     device = Oscillator.from_device(
         mass=2.0, stiffness=18.0, springpot=(0.5, 1.0), psd=4.0, psd_unit="N2/Hz", gap=0.0, restitution=0.8,
         side="below",
     )  # fmt: skip
-    assert asked == device.to_dict()
+    assert asked == (as_system(device) if what == "system" else device).to_dict()
 
 
 def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.file import schema
 from springpot.problem.oscillator import as_system
 from springpot.problem.system import KINDS
-from springpot.theory.solve import methods_for
+from springpot.theory.registry import METHODS
 
 KICK = sp.WhiteNoise(0.02)
 
@@ -340,7 +340,7 @@ def test_explain_has_every_part_and_every_method() -> None:
             assert f"({name})" in words
     assert "wall (stop): x <= 0.003 m, restitution 0.7" in words
     assert "analytical methods with an answer: none" in words
-    assert all(method in words for method in methods_for(EVERYTHING))
+    assert all(method in words for method in METHODS)
     assert "analytical methods with an answer: averaging_printed, averaging" in sp.explain(sp.Oscillator())
     with pytest.raises(TypeError, match="problem must be a System or an Oscillator"):
         sp.explain(3)

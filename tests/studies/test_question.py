@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import FileError
-from springpot.simulation.plan.settings import COARSEST
+from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
 from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import TEMPLATE
-from springpot.theory import all_methods
 from springpot.theory.result import MOMENTS
 from tests.studies.samples import DEVICE, RUNS, THEORY, given, write_toml
 

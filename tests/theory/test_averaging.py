@@ -12,23 +12,23 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from springpot.evidence.comparison import compare
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.evidence.recommendation import all_methods, recommended
+from springpot.evidence.reliability import trust, warnings_of
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, as_system
 from springpot.simulation import run
 from springpot.theory import (
     Averaging,
     NoStationaryStateError,
     NotCoveredError,
-    all_methods,
     averaging,
-    closure,
     envelope,
     fokker_planck,
+    memory_closure,
     solve_all,
-    trust,
 )
 from springpot.theory.methods.averaging import harmonic_sum
 from springpot.theory.methods.exact import exact
-from springpot.theory.result import MOMENTS
+from springpot.theory.result import MOMENTS, names_of_results
 
 
 def oscillator(alpha=0.5, coefficient=1.0, omega=1.0, q=1.0, barrier=Barrier()) -> Oscillator:  # noqa: B008
@@ -104,7 +104,7 @@ def test_impact_loss_adds_to_the_decay(asked, r):
 def test_impact_loss_value_and_warning():
     result = averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.9)))
     assert result.amplitude_mean_square == pytest.approx(9.04, abs=0.01)
-    (warning,) = averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.5))).warnings
+    (warning,) = warnings_of(averaging(oscillator(0.5, 0.1, barrier=Barrier(restitution=0.5))))
     assert "gaps to Monte Carlo" in warning
     assert averaging(oscillator(0.0, barrier=Barrier(restitution=0.9))).amplitude_mean_square > 0
 
@@ -211,7 +211,7 @@ def test_transient_refuses(arguments):
 @pytest.mark.parametrize("wall", [Barrier(), Barrier(side="below"), None])
 def test_densities_have_the_moments(time, wall):
     result = averaging(oscillator(0.6, 0.4, omega=1.7, q=2.0, barrier=wall))
-    omega = result.oscillator.natural_frequency
+    omega = result.paper.natural_frequency
     mu = result.amplitude_mean_square if time is None else float(result.mean_square(time))
 
     def moment(density, power, low=-60.0, high=60.0):
@@ -246,16 +246,16 @@ def test_ito_equation_gives_the_mean_square(asked):
 
 
 def test_warning_where_the_springpot_is_not_light():
-    (warning,) = averaging(oscillator()).warnings
+    (warning,) = warnings_of(averaging(oscillator()))
     assert "the validity map has gaps to Monte Carlo of up to: <A^2> 7" in warning
-    assert averaging(oscillator(0.5, 0.05)).warnings == ()
-    assert averaging(oscillator(1.0)).warnings == ()
+    assert warnings_of(averaging(oscillator(0.5, 0.05))) == ()
+    assert warnings_of(averaging(oscillator(1.0))) == ()
     assert "factor Omega = 3" in averaging(oscillator(0.7, 0.2, omega=3.0), form="printed").warnings[0]
 
 
 @pytest.mark.parametrize("barrier", [Barrier(), None])
 def test_warning_where_nothing_was_checked(barrier):
-    warning, *of_the_map = averaging(oscillator(0.5, 100.0, barrier=barrier)).warnings
+    warning, *of_the_map = warnings_of(averaging(oscillator(0.5, 100.0, barrier=barrier)))
     assert ["no cell near" in sentence for sentence in of_the_map] == ([True] if barrier else [])
     assert "unchecked" in warning
     assert "100" in warning
@@ -284,13 +284,14 @@ def test_a_strong_springpot_without_a_wall_against_the_exact_spectrum(c):
 
 
 def trusted(value):
-    return trust(value, "closure")
+    return trust(value, "memory_closure")
 
 
 @pytest.mark.parametrize("value", [3, None, "oscillator", Springpot(0.5, 1.0)])
-def test_what_is_not_an_oscillator(value):
-    for solve in (averaging, envelope, closure, exact, fokker_planck, solve_all, all_methods, compare, trusted):
-        with pytest.raises(TypeError, match=r"^oscillator must be an Oscillator, not "):
+def test_what_is_not_a_system(value):
+    methods = averaging, envelope, memory_closure, exact, fokker_planck
+    for solve in (*methods, solve_all, all_methods, compare, trusted, recommended):
+        with pytest.raises(TypeError, match=r"^system must be a System, not "):
             solve(value)
 
 
@@ -339,7 +340,7 @@ def test_a_density_has_one_time():
 
 def test_dictionary_is_what_the_command_prints():
     answer = averaging(oscillator()).to_dict()
-    assert list(answer) == [*MOMENTS, "decay_rate", "assumptions", "warnings"]
+    assert list(answer) == [*names_of_results(as_system(oscillator())), "decay_rate", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
 
 
@@ -424,13 +425,13 @@ def test_shifted_moments_hang_together():
     assert float(result.mean_square(math.inf)) == pytest.approx(2 * result.x_mean_square)
     assert result.to_dict()["frequency"] == w
     assert "one frequency w" in " ".join(result.assumptions)
-    (warning,) = result.warnings
+    (warning,) = warnings_of(result)
     assert "gaps to Monte Carlo" in warning
 
 
 def test_shifted_form_warns_and_refuses():
     assert shifted(0.5, 0.03).warnings == ()
-    assert "gaps to Monte Carlo" in shifted().warnings[0]
+    assert "gaps to Monte Carlo" in warnings_of(shifted())[0]
     assert "unchecked" in shifted(0.5, 5.0).warnings[0]
     assert "without a wall" in shifted(barrier=None).warnings[0]
     with pytest.raises(NotCoveredError, match="position 0 or no wall"):

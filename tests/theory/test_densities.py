@@ -7,8 +7,8 @@ import pytest
 
 from springpot.machine.faults import per_cent
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory import averaging, closure, envelope, exact, fokker_planck
-from springpot.theory.methods.closure.quadrature import panel_rule
+from springpot.theory import averaging, envelope, exact, fokker_planck, memory_closure
+from springpot.theory.methods.memory_closure.quadrature import panel_rule
 from springpot.theory.result import NotCoveredError
 from tests.sizes import validation
 
@@ -31,10 +31,10 @@ CASES = {
     "envelope crossing": lambda: envelope(make(0.9, 3.0, -0.2)),
     "envelope dashpot": lambda: envelope(make(1.0, 0.5, 0.0, side="below", omega=2.0, q=3.0)),
     "envelope without a wall": lambda: envelope(make(0.4, 1.0, None)),
-    "closure": lambda: closure(make(0.5, 1.0)),
-    "closure losses": lambda: closure(make(0.2, 0.05, 0.8, 0.6)),
-    "closure gap": lambda: closure(make(0.6, 0.3, -0.3, 0.7, omega=2.0)),
-    "closure without a wall": lambda: closure(make(0.4, 0.2, None)),
+    "memory_closure": lambda: memory_closure(make(0.5, 1.0)),
+    "closure losses": lambda: memory_closure(make(0.2, 0.05, 0.8, 0.6)),
+    "closure gap": lambda: memory_closure(make(0.6, 0.3, -0.3, 0.7, omega=2.0)),
+    "closure without a wall": lambda: memory_closure(make(0.4, 0.2, None)),
     "fokker_planck": lambda: fokker_planck(make(1.0, 0.3, 0.0, 0.8)),
     "fokker_planck slow": lambda: fokker_planck(make(1.0, 0.3, -0.5, 0.3, side="above", omega=2.0)),
 }
@@ -62,7 +62,7 @@ def densities(result):
         if not hasattr(result, name):
             continue
         density = getattr(result, name)
-        if name == "impact_speed_density" and result.oscillator.barrier is None:
+        if name == "impact_speed_density" and result.paper.barrier is None:
             with pytest.raises(NotCoveredError):
                 density(1.0)
             continue
@@ -73,7 +73,9 @@ def densities(result):
 
 def dip(result):
     """How far below 0 a density may fall, over its maximum: the closure's polynomials do in their tails."""
-    return 0.02 if result.method == "closure" else 0.0  # measured: 1e-9 to 0.012, the most behind a lossy preload
+    return (
+        0.02 if result.method == "memory_closure" else 0.0
+    )  # measured: 1e-9 to 0.012, the most behind a lossy preload
 
 
 def integral(density, *, corner, low, high, panels=20_000, dip=0.0):
@@ -89,7 +91,7 @@ def integral(density, *, corner, low, high, panels=20_000, dip=0.0):
 
 
 def test_mass_is_one(result):
-    wall, omega = result.oscillator.barrier, result.oscillator.natural_frequency
+    wall, omega = result.paper.barrier, result.paper.natural_frequency
     place = 0.0 if wall is None else wall.position
     far = abs(place) + 16.0 * math.sqrt(result.amplitude_mean_square)
     for name, density in densities(result):
@@ -108,7 +110,7 @@ def test_mass_is_one(result):
             )
             assert du @ (np.exp(u) * density(np.exp(u))) == pytest.approx(1.0, abs=1e-10), name
             continue
-        panels = 1000 if result.method == "closure" else 20_000  # it is smooth, and slow
+        panels = 1000 if result.method == "memory_closure" else 20_000  # it is smooth, and slow
         assert integral(density, **ends, panels=panels, dip=dip(result)) == pytest.approx(1.0, abs=1e-10), name
 
 
@@ -141,7 +143,7 @@ def test_any_argument_is_safe(result):
 
 def test_a_spectrum_takes_nothing_and_refuses_what_is_no_number():
     problems = (Oscillator(barrier=None), Oscillator())
-    for result in [method(problem) for method in (averaging, closure) for problem in problems]:
+    for result in [method(problem) for method in (averaging, memory_closure) for problem in problems]:
         for function in (result.spectrum, getattr(result, "correlation", result.spectrum)):
             assert function([]).shape == (0,)
             with pytest.raises(ValueError, match=r"must be finite|must be a time"):
@@ -151,9 +153,9 @@ def test_a_spectrum_takes_nothing_and_refuses_what_is_no_number():
 
 
 def test_densities_below_zero_are_said():
-    lossy = closure(Oscillator(springpot=Springpot(0.7, 0.03), barrier=Barrier(1.0, 0.5, side="above")))
+    lossy = memory_closure(Oscillator(springpot=Springpot(0.7, 0.03), barrier=Barrier(1.0, 0.5)))
     v = np.linspace(-5.0, 5.0, 401) * math.sqrt(lossy.v_mean_square)
     dip = float(-lossy.v_density(v).min() / lossy.v_density(v).max())
     assert dip > 0.02
     assert any(f"below 0 by up to {per_cent(dip, 1)}" in sentence for sentence in lossy.warnings)
-    assert not any("below 0" in sentence for sentence in closure(Oscillator()).warnings)
+    assert not any("below 0" in sentence for sentence in memory_closure(Oscillator()).warnings)

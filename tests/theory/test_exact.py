@@ -249,7 +249,7 @@ def test_densities_have_the_moments(alpha, c, wall):
 def test_units():
     """Scaling lengths and times scales every answer."""
     base, scaled = (exact(oscillator(0.6, 0.5 * w**1.4, w, q)) for w, q in ((1.0, 1.0), (50.0, 7.0)))
-    length, speed = scaled.oscillator.length_scale, scaled.oscillator.speed_scale
+    length, speed = scaled.paper.length_scale, scaled.paper.speed_scale
     assert scaled.x_mean_square == pytest.approx(base.x_mean_square * length**2, rel=1e-12)
     assert scaled.v_mean_square == pytest.approx(base.v_mean_square * speed**2, rel=1e-12)
     np.testing.assert_allclose(scaled.correlation(2.0 / 50), base.correlation(2.0) * length**2, rtol=1e-10)
@@ -321,7 +321,7 @@ def test_not_covered(asked):
 
 def test_refusals():
     result = exact(oscillator())
-    with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
+    with pytest.raises(TypeError, match="system must be a System"):
         exact(3)
     for ask, name in (
         (result.x_density, "displacement"),

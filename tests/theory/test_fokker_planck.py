@@ -15,7 +15,7 @@ from springpot.theory.methods.exact import exact
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, moments, solve
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm
-from springpot.theory.problem import Problem, canonical
+from springpot.theory.problem import Problem, problem_and_units
 from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import validation
 
@@ -25,7 +25,7 @@ def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Os
 
 
 def problem_of(asked: Oscillator) -> Problem:
-    return canonical(asked)[0]
+    return problem_and_units(asked)[0]
 
 
 @pytest.mark.parametrize(
@@ -193,13 +193,13 @@ def test_not_covered(asked, said):
 
 
 def test_refusals_and_dictionary():
-    with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
+    with pytest.raises(TypeError, match="system must be a System"):
         fokker_planck(None)
     result = fokker_planck(oscillator())
     with pytest.raises(TypeError, match="speed must be a real number"):
         result.impact_speed_density("a")
     answer = result.to_dict()
-    assert list(answer) == [*MOMENTS, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
+    assert list(answer) == [*result.numbers, "error_estimate", "impact_rate_error", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
     assert result.warnings == ()
     assert math.exp(-math.pi / math.sqrt(3)) == COLLAPSE_BELOW

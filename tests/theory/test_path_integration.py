@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.theory import NoConvergenceError, NotCoveredError, linear, path_integration, solve_one, trust
+from springpot.evidence.reliability import trust, warnings_of
+from springpot.theory import NoConvergenceError, NotCoveredError, linear, path_integration, solve_one
 from springpot.theory.methods.systems.chain import Chain, Stop, grid_over, make_chain
 from tests.sizes import validation
 
@@ -133,7 +134,7 @@ def test_a_mirror_image_and_other_units() -> None:
         ((sp.WhiteNoise(1.0),), "not white_noise"),
         ((noise(1.0), sp.WhiteNoise(1.0)), "not white_noise"),
         ((noise(1.0), noise(2.0)), "several"),
-        ((noise(1.0), sp.PiezoelectricCircuit(0.1, 2.0, 0.5)), "not circuit"),
+        ((noise(1.0), sp.PiezoelectricCircuit(0.1, 2.0, 0.5)), "not piezoelectric_circuit"),
         ((noise(1.0), sp.Contact(0.0, 5.0, dissipation=0.1)), "not the dissipation of contact"),
         ((), "no colored noise"),
         ((noise(1e-4),), "it is white"),
@@ -173,7 +174,7 @@ def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     gap = 100.0 * abs(found.v_mean_square / run.values["v_mean_square"] - 1.0)
     assert gap > 2.0
     assert trust(held, "path_integration").gaps["v_mean_square"] > 0.8 * gap
-    assert any("<v^2>" in sentence for sentence in found.warnings)
+    assert any("<v^2>" in sentence for sentence in warnings_of(found))
 
 
 def test_light_damping_is_refused_after_few_tries(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ from springpot.cli.flags import (
     problem_of,
     with_flags,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, walls, with_error
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.faults import Stopped
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
@@ -87,30 +87,27 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     problem = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
-        from springpot.problem.catalogue import CATALOGUE, unit_of
-        from springpot.problem.system import System
-        from springpot.theory import all_methods
+        from springpot.evidence.recommendation import all_methods
+        from springpot.problem.catalogue import unit_of_result
+        from springpot.problem.oscillator import as_system
+        from springpot.theory.result import names_of_results
 
-    dicts = all_methods(problem)
+    system = as_system(problem)
+    dicts = all_methods(system)
     if json_:
-        print_json({"oscillator" if file is None else "system": problem.to_dict(), **dicts})
+        print_json({"system": system.to_dict(), **dicts})
         return 0
-    if isinstance(problem, System):
-        print("\n".join(equation(problem)))
-    else:
-        print(f"oscillator: {plain(problem.to_dict())}")
+    print("\n".join(equation(system)))
     best, why_none = dicts.pop("recommended"), dicts.pop("why_none_is_recommended")
     answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    heavy = isinstance(problem, System) and problem.has_mass
-    units = {entry.name: unit_of(entry.name, heavy) for entry in CATALOGUE if entry.name in names(shown)}
+    units = {name: unit_of_result(system, name) for name in names_of_results(system)} | {"decay_rate": "s-1"}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
+        if name in names(shown)
     ]
-    if isinstance(problem, System):
-        rows += walls(problem, shown)
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for statement in dict.fromkeys(silent.values()):
         print(f"{', '.join(name for name, reason in silent.items() if reason == statement)}: {statement}")
@@ -173,6 +170,7 @@ def compare(
     with leave_at_once():
         from springpot.evidence.comparison import compare as set_side_by_side
         from springpot.evidence.comparison import observe
+        from springpot.evidence.reliability import warnings_of
 
     if plot is not None:
         check_picture(plot, "plot")
@@ -183,19 +181,17 @@ def compare(
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:
-        for sentence in result.answers[result.recommended].warnings:
+        for sentence in warnings_of(result.answers[result.recommended]):
             warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
         from springpot.figures.comparison import draw_comparison
         from springpot.figures.style import save
-        from springpot.theory import Result
 
-        answers = {name: answer for name, answer in result.answers.items() if isinstance(answer, Result)}
-        save(draw_comparison(observed, answers), Path(plot))
+        save(draw_comparison(observed, result.answers), Path(plot))
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
-    print(_stated(problem))
+    print(_stated(result.system))
     gaps = {name: result.gaps(name) for name in result.answers}
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]
@@ -508,9 +504,9 @@ def validity(
     if threads is not None and not simulate_again:
         raise ValueError("--threads has no effect without --simulate-again: nothing is computed.")
     with leave_at_once():
+        from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
         from springpot.figures.style import save
         from springpot.figures.validity import draw_gaps, draw_system_gaps
-        from springpot.theory.reliability import MAP_FILE, SYSTEMS_FILE
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)

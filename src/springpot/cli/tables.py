@@ -12,7 +12,6 @@ from springpot.machine.faults import per_cent
 
 if TYPE_CHECKING:
     from springpot.evidence.comparison import Gap
-    from springpot.problem.system import System
 
 __all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences", "with_error"]
 
@@ -59,19 +58,6 @@ def with_error(value: float | None, error: float | None, unit: str = "1") -> str
 def _power(number: float) -> int:
     """The power of ten of a number written with two digits."""
     return int(f"{number:.1e}".partition("e")[2])
-
-
-def walls(system: System, answers: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """A row for the impact rate and mean speed of each wall, where there are several."""
-
-    places = [*system.stops]
-    rows = []
-    for quantity, unit in (("impact_rate", "s-1"), ("impact_speed_mean", "m s-1")):
-        for place, wall in enumerate(places if len(places) > 1 else []):
-            values = [answer.get(f"barrier_{quantity}") or [] for answer in answers.values()]
-            cells = [f"{each[place]:.5g}" if place < len(each) and is_number(each[place]) else "" for each in values]
-            rows.append([f"{quantity} of {wall}", *cells, unit])
-    return rows
 
 
 def plain(value: object) -> str:

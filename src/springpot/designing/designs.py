@@ -27,7 +27,7 @@ from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motion import motion_of
 from springpot.simulation.plan.plan import check_stationary
 from springpot.simulation.plan.settings import checked_seed
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
+from springpot.theory.registry import METHODS
 
 __all__ = ["Curve", "Design", "Promise", "Round", "design"]
 
@@ -139,7 +139,7 @@ def design(
         pilot = Model(space, quick, cost, 1e-4)
         if missing := set(needed).difference(*(pilot.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing))))
-        exact = chosen != MONTE_CARLO and {**METHODS, **SYSTEM_METHODS}[chosen].exact
+        exact = chosen != MONTE_CARLO and METHODS[chosen].exact
         plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
         measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
         found = rounds(plan, measure)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 
+from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import meant, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
-from springpot.theory import Result, best_guess, solve_all, solve_one
-from springpot.theory.methods.systems.result import SystemResult, walls_of
-from springpot.theory.solve import methods_for, trusted
+from springpot.theory import solve_all, solve_one
+from springpot.theory.registry import METHODS
 
 __all__ = ["MONTE_CARLO", "checked_names", "chosen_method", "theory_values", "unit_of"]
 
@@ -28,7 +27,9 @@ def theory_values(problem: Oscillator | System, method: str) -> tuple[dict[str, 
     True
     """
     result, statement = solve_one(problem, method)
-    return ({}, statement) if result is None else (_moments(result), "")
+    if result is None:
+        return {}, statement
+    return {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}, ""
 
 
 def chosen_method(problem: Oscillator | System, method: str | None) -> tuple[str, str]:
@@ -51,7 +52,7 @@ def chosen_method(problem: Oscillator | System, method: str | None) -> tuple[str
     >>> chosen_method(Oscillator(), "envelope")
     ('envelope', '')
     """
-    known = [*methods_for(problem), "theory", MONTE_CARLO]
+    known = [*METHODS, "theory", MONTE_CARLO]
     if method is not None and method not in known:
         raise ValueError(
             f"method must be one of {', '.join(known)}, not {shown(method)}{meant(str(method), known) or '.'}"
@@ -59,18 +60,16 @@ def chosen_method(problem: Oscillator | System, method: str | None) -> tuple[str
     if method not in (None, "theory"):
         return str(method), ""
     answers, statements = solve_all(problem)
-    best, why = trusted(problem, answers)
-    if best:
-        return best, ""
+    best = recommended(problem, answers)
+    if best.method:
+        return best.method, ""
     if method is None:
         return MONTE_CARLO, ""
     if not answers:
         reason = next(iter(statements.values()), "")
         raise ValueError(f"method 'theory' has no answer for this problem: {reason}")
-    canonical = {name: answer for name, answer in answers.items() if isinstance(answer, Result)}
-    guess = best_guess(problem, canonical) if isinstance(problem, Oscillator) else ""
-    guess = guess or ("envelope" if "envelope" in answers else next(iter(answers)))
-    return guess, f"{guess} is a guess: {why}"
+    guess = best.guess or next(iter(answers))
+    return guess, f"{guess} is a guess: {best.why_none}"
 
 
 def checked_names(quantities: Sequence[str] | str, name: str) -> tuple[str, ...]:
@@ -98,16 +97,3 @@ def unit_of(problem: Oscillator | System, name: str) -> str:
     's-1'
     """
     return unit_of_result(as_system(problem), name)
-
-
-def _moments(result: Result | SystemResult) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for name, value in asdict(result.moments).items():
-        if isinstance(value, tuple) and isinstance(result, SystemResult):
-            walls = [result.system.name_of(wall) for wall in walls_of(result.system)]
-            found |= {
-                f"{wall}_{name.removeprefix('barrier_')}": number for wall, number in zip(walls, value, strict=False)
-            }
-        else:
-            found[name] = value
-    return {name: float(value) for name, value in found.items() if not math.isnan(value)}

@@ -13,14 +13,13 @@ from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.designing.watch import Watch
+from springpot.evidence.reliability import MAPPED, SYSTEM_MAPPED, trust
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
-from springpot.theory import trust
-from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
-from springpot.theory.solve import methods_for
+from springpot.theory.registry import METHODS
 
 __all__ = ["leading", "places_of", "quick_quantities", "smooth"]
 
@@ -83,14 +82,13 @@ def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch:
         known = [theory_values(model, name)[0] for model in models[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
-    methods = methods_for(simulated[0])
-    for name in [name for name, method in methods.items() if method.exact][::-1]:  # the most exact first
+    for name in [name for name, method in METHODS.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
     run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * plan_of(simulated[0], paths=PILOT_PATHS).settings.steps
     worst = {}
-    for name in SYSTEM_MAPPED if isinstance(simulated[0], System) else MAPPED:
-        trusted = [trust(model, name) for model in simulated] if methods[name].seconds <= run else []
+    for name in dict.fromkeys((*MAPPED, *SYSTEM_MAPPED)):
+        trusted = [trust(model, name) for model in simulated] if METHODS[name].seconds <= run else []
         if trusted and all(each.judges and each.largest <= LARGEST_GAP for each in trusted):
             worst[name] = max(each.worst for each in trusted)
     return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)

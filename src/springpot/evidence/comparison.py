@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from springpot.problem.oscillator import Oscillator
+from springpot.evidence.recommendation import Recommendation, recommended
+from springpot.evidence.reliability import warnings_of
 from springpot.problem.system import System
 from springpot.simulation import Run, run
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import checked_seed
-from springpot.theory import Result, best_guess, solve_all
-from springpot.theory.methods.systems.result import SystemResult
+from springpot.theory import Result, solve_all
+from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS
-from springpot.theory.solve import trusted
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]
 
@@ -47,11 +47,11 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Results of all methods and of Monte Carlo for one oscillator or system.
+    """Results of all methods and of Monte Carlo for one system.
 
     Attributes
     ----------
-    oscillator : Oscillator or System
+    system : System
     answers : dict
         `springpot.theory.Result` of each method, by name.
     statements : dict
@@ -62,8 +62,8 @@ class Comparison:
         With a stationary start.
     """
 
-    oscillator: Oscillator | System
-    answers: Mapping[str, Result | SystemResult]
+    system: System
+    answers: Mapping[str, Result]
     statements: Mapping[str, str]
     recommended: str
     simulation: Run
@@ -71,7 +71,7 @@ class Comparison:
     @property
     def why_none_is_recommended(self) -> str:
         """One sentence; empty if a method is recommended."""
-        return trusted(self.oscillator, self.answers)[1]
+        return recommended(self.system, self.answers).why_none
 
     @property
     def moments(self) -> tuple[str, ...]:
@@ -93,12 +93,13 @@ class Comparison:
 
         Examples
         --------
+        >>> import springpot as sp
         >>> from springpot import Springpot
-        >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
+        >>> comparison = compare(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
         >>> sorted(comparison.gaps("exact"))[:2]
         ['amplitude_mean_square', 'impact_rate']
         """
-        moments = asdict(self.answers[method].moments)
+        moments = self.answers[method].moments
         gaps = {}
         for name in self.moments:
             theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
@@ -114,18 +115,19 @@ class Comparison:
         Returns
         -------
         dict
-            ``oscillator``, ``recommended`` and ``why_none_is_recommended``, ``simulation``,
+            ``system``, ``recommended`` and ``why_none_is_recommended``, ``simulation``,
             ``methods`` (with their gaps) and ``statements``; what is
             not a number is None.
         """
         return {
-            "oscillator": self.oscillator.to_dict(),
+            "system": self.system.to_dict(),
             "recommended": self.recommended,
             "why_none_is_recommended": self.why_none_is_recommended,
             "simulation": self.simulation.to_dict(),
             "methods": {
                 method: {
                     **answer.to_dict(),
+                    "warnings": list(warnings_of(answer)),
                     "gap_percent": {name: _number(gap.percent) for name, gap in self.gaps(method).items()},
                     "gap_standard_errors": {
                         name: _number(gap.standard_errors) for name, gap in self.gaps(method).items()
@@ -138,7 +140,7 @@ class Comparison:
 
 
 def compare(
-    oscillator: Oscillator | System,
+    system: System,
     *,
     rtol: float = 0.01,
     quantities: Sequence[str] | None = None,
@@ -151,7 +153,7 @@ def compare(
 
     Parameters
     ----------
-    oscillator : Oscillator or System
+    system : System
         With a stationary state.
     rtol : float
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
@@ -174,56 +176,49 @@ def compare(
 
     Examples
     --------
+    >>> import springpot as sp
     >>> from springpot import Springpot
-    >>> comparison = compare(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
+    >>> comparison = compare(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)), rtol=0.05)
     >>> comparison.recommended
     'exact'
     >>> abs(comparison.gaps("exact")["amplitude_mean_square"].percent) < 5.0
     True
     """
-    answers, statements = solve_all(oscillator)
-    check_stationary(oscillator, "compare")
-    best, _ = trusted(oscillator, answers)
+    system = checked_system(system)
+    answers, statements = solve_all(system)
+    check_stationary(system, "compare")
+    best = recommended(system, answers)
     if quantities is None:
-        quantities = _usual_quantities(oscillator, answers, best)
+        quantities = _usual_quantities(system, best)
     simulation = run(
-        oscillator,
+        system,
         rtol=rtol,
         quantities=tuple(quantities),
         max_time=max_time,
-        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
+        seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,
         progress=progress,
     )
-    return Comparison(oscillator, answers, statements, best, simulation)
+    return Comparison(system, answers, statements, best.method, simulation)
 
 
-def _usual_quantities(
-    problem: Oscillator | System, answers: Mapping[str, Result | SystemResult], best: str
-) -> tuple[str, ...]:
-    if isinstance(problem, Oscillator):
-        known = {name: answer for name, answer in answers.items() if isinstance(answer, Result)}
-        guess: Result | SystemResult | None = known.get(best_guess(problem, known))
-    else:
-        guess = answers.get(best, next(iter(answers.values()), None))
-    energy = "amplitude_mean_square" if problem.natural_frequency > 0.0 else "v_mean_square"
-    return (energy, "x_mean") if _has_a_mean(guess) else (energy,)
+def _usual_quantities(system: System, best: Recommendation) -> tuple[str, ...]:
+    energy = "amplitude_mean_square" if system.natural_frequency > 0.0 else "v_mean_square"
+    return (energy, "x_mean") if _has_a_mean(best.answers.get(best.guess)) else (energy,)
 
 
-def _has_a_mean(answer: Result | SystemResult | None) -> bool:
+def _has_a_mean(answer: Result | None) -> bool:
     """Whether the mean is large enough, against the spread, for a relative error of it to make sense."""
     return answer is not None and abs(answer.moments.x_mean) > 0.1 * math.sqrt(answer.moments.x_mean_square)
 
 
-def observe(
-    oscillator: Oscillator, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None
-) -> Run:
+def observe(system: System, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None) -> Run:
     """An adapted run for pictures: distributions, and a spectrum over a window long enough for its peaks.
 
     Parameters
     ----------
-    oscillator : Oscillator
-        With a stationary state.
+    system : System
+        The paper's problem, with a stationary state.
     seed, threads, progress
         As in `compare`.
 
@@ -233,21 +228,23 @@ def observe(
 
     Examples
     --------
+    >>> import springpot as sp
     >>> from springpot import Springpot
-    >>> run = observe(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> run = observe(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)))
     >>> run.spectrum.frequency.size
     117
     """
-    plan = plan_of(oscillator)
-    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / oscillator.natural_frequency)
+    system = checked_system(system)
+    plan = plan_of(system)
+    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / system.natural_frequency)
     step = 4.0 * plan.settings.step
-    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * oscillator.natural_frequency
+    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * system.natural_frequency
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
     steps = min(math.ceil(window / step), LONGEST_WINDOW)
     skipped = math.ceil(5.0 * relaxation / step)
     paths = int(min(max(PATH_STEPS / (steps + skipped), 256.0), 20_000.0))
     return run(
-        oscillator,
+        system,
         paths=paths,
         step=step,
         duration=(steps + skipped) * step,
@@ -255,7 +252,7 @@ def observe(
         start="stationary",
         distributions=True,
         spectrum=frequencies,
-        seed=own_seed(checked_seed(seed), oscillator.to_dict()),
+        seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,
         progress=progress,
     )

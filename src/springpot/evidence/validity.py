@@ -1,10 +1,11 @@
-"""The validity maps: gap of every method to Monte Carlo over the dimensionless problem, of oscillators and of systems.
+"""The validity maps: gap of every method to Monte Carlo over the dimensionless problem, of the paper's problem and of
+systems.
 
-Of an oscillator four numbers matter: the order alpha, c = C Omega^(alpha-2), the restitution r and the wall's place
-b sqrt(Omega^3 / q); of a system on the map the seven of `springpot.theory.cells.Cell`.  `simulate_cell` makes the
-Monte Carlo, which takes minutes for all oscillators and an hour for all systems; `gaps_of` puts the theory
-beside it.  Both are kept in ``theory/validity.csv`` and ``theory/validity_systems.csv``, from which
-:mod:`springpot.theory.reliability` says how far to trust a method.
+Of the paper's problem four numbers matter: the order alpha, c = C Omega^(alpha-2), the restitution r and the wall's
+place b sqrt(Omega^3 / q); of a system on the map the seven of `springpot.evidence.cells.Cell`.  `simulate_cell` makes
+the Monte Carlo, which takes minutes for all cells of it and an hour for all systems; `gaps_of` puts the theory beside
+it.  Both are kept in ``validity.csv`` and ``validity_systems.csv``, from which :mod:`springpot.evidence.reliability`
+says how far to trust a method.
 """
 
 from __future__ import annotations
@@ -15,24 +16,31 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.evidence.cells import Cell, system_of
+from springpot.evidence.reliability import (
+    GOOD,
+    MAP_FILE,
+    MAPPED,
+    SYSTEM_MAPPED,
+    SYSTEM_MOMENTS,
+    SYSTEMS_GOOD,
+    exists,
+    moment_of,
+)
+from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import run
 from springpot.simulation.plan.options import own_seed
-from springpot.theory.cells import Cell, system_of
-from springpot.theory.methods.systems.result import SYSTEM_MOMENTS
-from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
-from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_GOOD, exists
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 
 __all__ = ["CELLS", "SYSTEM_CELLS", "gaps_of", "make_map", "simulate_cell"]
 
-OscillatorCell = tuple[float, float, float, float]
+PaperCell = tuple[float, float, float, float]
 ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
 PLACES = dict.fromkeys((1.0, 0.8, 0.5), (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)) | {0.9: (0.0,), 0.7: (0.0,)}
-CELLS: tuple[OscillatorCell, ...] = tuple(
+CELLS: tuple[PaperCell, ...] = tuple(
     (order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
 )
 """(order, c, restitution, position), with Omega = q = 1."""
@@ -85,22 +93,22 @@ OSCILLATOR_RTOL, RTOL = 0.004, 0.015  # asked of the Monte Carlo of an oscillato
 SECONDS, SECONDS_OF_RARE = 60.0, 6.0  # how long it may take; the same where one of two walls is struck rarely
 
 
-def _problem(cell: OscillatorCell | Cell) -> Oscillator | System:
+def _problem(cell: PaperCell | Cell) -> System:
     if isinstance(cell, Cell):
         return system_of(cell)
     order, c, restitution, position = cell
-    return Oscillator(springpot=Springpot(order, c), barrier=Barrier(position, restitution, side="above"))
+    return System(Spring(1.0), Springpot(order, c), Barrier(position, restitution, side="above"), WhiteNoise(1.0))
 
 
-def simulate_cell(cell: OscillatorCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:
+def simulate_cell(cell: PaperCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:
     """Stationary Monte Carlo of one cell: every moment and, under ``_se``, its standard error.
 
     Each cell has random numbers of its own for the same ``seed``.
 
-    For an oscillator the total error of <x^2> and <v^2> is 0.4 %, or what more paths do not reduce.  For a system that
-    of <x^2>, <v^2> and the impact rate is 1.5 %, or what can be reached in a minute; where a method is exact its values
-    stand there, with an error of 0.  What does not exist, as an impact rate without walls or behind a lossy one with
-    colored noise, is NaN.
+    For the paper's problem the total error of <x^2> and <v^2> is 0.4 %, or what more paths do not reduce.  For a system
+    that of <x^2>, <v^2> and the impact rate is 1.5 %, or what can be reached in a minute; where a method is exact its
+    values stand there, with an error of 0.  What does not exist, as an impact rate without walls or behind a lossy one
+    with colored noise, is NaN.
 
     Examples
     --------
@@ -122,7 +130,7 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
     for method in ("exact", "linear"):
         result, _ = solve_one(system, method)
         if result is not None:
-            exact = {name: float(getattr(result, name)) for name in SYSTEM_MOMENTS}
+            exact = {name: float(moment_of(result, name)) for name in SYSTEM_MOMENTS}
             return exact | {f"{name}_se": 0.0 for name in SYSTEM_MOMENTS}
     countable = cell.walls > 0 and (cell.restitution == 1.0 or cell.color == 0.0)
     each = ("barrier_1_impact_rate", "barrier_2_impact_rate") if cell.walls == 2 else ("impact_rate",)
@@ -136,7 +144,7 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
     return values | errors
 
 
-def gaps_of(cell: OscillatorCell | Cell, simulated: Mapping[str, float]) -> dict[str, float]:
+def gaps_of(cell: PaperCell | Cell, simulated: Mapping[str, float]) -> dict[str, float]:
     """Gap in per cent of every moment of every method, under ``method:moment``.
 
     Infinite if the method has no result; NaN if the error of Monte Carlo is above 1 % (a wall with very rare impacts),
@@ -155,7 +163,7 @@ def gaps_of(cell: OscillatorCell | Cell, simulated: Mapping[str, float]) -> dict
             elif (place and not exists(name, place)) or not error < limit * abs(value):
                 gap = math.nan
             else:
-                gap = 100.0 * (getattr(answer, name) / value - 1.0)
+                gap = 100.0 * (moment_of(answer, name) / value - 1.0)
             gaps[f"{method}:{name}"] = gap
     return gaps
 
@@ -163,7 +171,7 @@ def gaps_of(cell: OscillatorCell | Cell, simulated: Mapping[str, float]) -> dict
 def make_map(
     *,
     again: bool = False,
-    cells: Sequence[OscillatorCell | Cell] = CELLS,
+    cells: Sequence[PaperCell | Cell] = CELLS,
     path: Path = MAP_FILE,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -171,7 +179,7 @@ def make_map(
     """Write the map: Monte Carlo where the file has none of a cell (or ``again``), the gaps of theory anew.
 
     What is simulated is written at once, so an interrupted map goes on where it was.  The map of systems has
-    ``cells=SYSTEM_CELLS`` and the path `springpot.theory.reliability.SYSTEMS_FILE`.
+    ``cells=SYSTEM_CELLS`` and the path `springpot.evidence.reliability.SYSTEMS_FILE`.
     """
     place, moments = (Cell._fields, SYSTEM_MOMENTS) if isinstance(cells[0], Cell) else (_PLACE, MOMENTS)
     simulated = tuple(name + part for name in moments for part in ("", "_se"))

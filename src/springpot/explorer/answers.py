@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from springpot.evidence.recommendation import recommended
+from springpot.evidence.reliability import warnings_of
 from springpot.problem.oscillator import Oscillator, Springpot
 from springpot.theory import (
     Averaging,
@@ -21,10 +23,8 @@ from springpot.theory import (
     NoStationaryStateError,
     NotCoveredError,
     Result,
-    best_guess,
     solve_all,
 )
-from springpot.theory import recommended as best_of
 from springpot.theory.registry import METHODS, Method
 
 __all__ = ["ORDERS", "POINTS", "along_the_order", "densities_of", "growth", "plain", "plain_number", "solve", "table"]
@@ -42,7 +42,7 @@ Floats = npt.NDArray[np.float64]
 def solve(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str], str]:
     """Results, statements of the methods without one, and the name of the recommended method (or "")."""
     results, statements = solve_all(oscillator)
-    return results, statements, best_of(oscillator, results)
+    return results, statements, recommended(oscillator, results).method
 
 
 def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[str, str], best: str) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
     >>> len(content["methods"]["envelope"]["densities"]["x"]) == len(content["places"]["x"])
     True
     """
-    near = best_guess(oscillator, answers)
+    near = recommended(oscillator, answers).guess
     beside = AVERAGING[1] if best == AVERAGING[0] else AVERAGING[0]
     places = {} if not near else _places(oscillator, answers[near])
     return {
@@ -64,8 +64,8 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
         "places": {name: plain(place) for name, place in places.items()},
         "methods": {
             name: {
-                "moments": {moment: plain_number(value) for moment, value in asdict(answer.moments).items()},
-                "warnings": list(answer.warnings),
+                "moments": {moment: plain_number(value) for moment, value in answer.numbers.items()},
+                "warnings": list(warnings_of(answer)),
                 "assumptions": list(answer.assumptions),
                 "densities": densities_of(answer, places),
             }

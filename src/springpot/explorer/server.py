@@ -162,7 +162,7 @@ def application(allowed: Callable[[str], bool], opened: Opened | None = None) ->
     opened : Opened, optional
         The system that the page is of; an oscillator if left out.
     """
-    problem_script, method_script = opened_script(opened), method_list(of_system=opened is not None)
+    problem_script, method_script = opened_script(opened), method_list()
     mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
     open_tabs: set[WebSocket] = set()
     first_tab = asyncio.Event()

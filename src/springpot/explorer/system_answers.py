@@ -9,25 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from springpot.evidence.recommendation import recommended
+from springpot.evidence.reliability import warnings_of
 from springpot.explorer.answers import POINTS, Floats, densities_of, plain, plain_number
 from springpot.problem.system import System
-from springpot.theory.reliability import best_guess
-from springpot.theory.result import MOMENTS
-from springpot.theory.solve import methods_for, solve_one, trusted
+from springpot.theory.registry import METHODS
+from springpot.theory.solve import solve_one
 
 __all__ = ["lines", "names", "solve", "table"]
 
 
 def names(system: System) -> tuple[str, ...]:
-    """The methods that may cover a system.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> names(System(Spring(1.0)))[-1]
-    'exact'
-    """
-    return tuple(methods_for(system))
+    """The methods that may cover a system."""
+    return tuple(METHODS)
 
 
 @lru_cache(maxsize=128)
@@ -47,8 +41,8 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
     >>> found["recommended"], round(found["methods"]["exact"]["moments"]["x_mean_square"], 3)
     ('exact', 2.5)
     """
-    best, _ = trusted(system, answers)
-    shown = best or best_guess(system, answers)
+    choice = recommended(system, answers)
+    best, shown = choice.method, choice.guess
     places = _places(system, answers[shown]) if hasattr(answers.get(shown), "x_density") else {}
     return {
         "recommended": best or None,
@@ -58,8 +52,8 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
         "places": {name: plain(place) for name, place in places.items()},
         "methods": {
             name: {
-                "moments": _moments(system, answer),
-                "warnings": list(answer.warnings),
+                "moments": {moment: plain_number(value) for moment, value in answer.numbers.items()},
+                "warnings": list(warnings_of(answer)),
                 "assumptions": list(answer.assumptions),
                 "densities": densities_of(answer, places),
             }
@@ -71,17 +65,6 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
 def lines(answers: Mapping[str, Any], count: int) -> dict[str, list[float | None]]:
     """<x^2> of each method as a line over time: its stationary value."""
     return {name: [plain_number(answer.x_mean_square)] * count for name, answer in answers.items()}
-
-
-def _moments(system: System, answer: Any) -> dict[str, float | None]:
-    """The moments by name, those of each wall with the wall's name."""
-    found = {name: getattr(answer, name) for name in MOMENTS}
-    moments = answer.moments
-    walls = [*system.stops]
-    rates = getattr(moments, "barrier_impact_rate", ()) or (found["impact_rate"],) * (len(walls) == 1)
-    found |= {f"{name}_impact_rate": rate for name, rate in zip(walls, rates, strict=False)}
-    found["harvested_power"] = getattr(moments, "harvested_power", math.nan)
-    return {name: plain_number(value) for name, value in found.items()}
 
 
 def _places(system: System, answer: Any) -> dict[str, Floats]:

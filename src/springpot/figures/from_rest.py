@@ -194,6 +194,6 @@ def _moment_at(result: Result, quantity: str) -> Any:
     """The method that gives this moment at a time, if there is one."""
     if isinstance(result, Averaging):
         # at a shifted frequency its mean square is not <A^2>
-        own = quantity == "amplitude_mean_square" and result.frequency == result.oscillator.natural_frequency
+        own = quantity == "amplitude_mean_square" and result.frequency == result.system.natural_frequency
         return result.mean_square if own else None
     return getattr(result, f"{quantity}_at", None)

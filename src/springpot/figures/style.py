@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.machine.files import write
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
+from springpot.theory.registry import METHODS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,9 +29,8 @@ COLORS = {
     "purple": "#CC79A7",
 }
 
-_EVERY = {**SYSTEM_METHODS, **METHODS}
 METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
-    name: (method.color, (0, method.dash) if method.dash else "-") for name, method in _EVERY.items()
+    name: (method.color, (0, method.dash) if method.dash else "-") for name, method in METHODS.items()
 }
 """Color and line of each method of the theory; the lines are distinct without color too."""
 
@@ -46,7 +45,7 @@ def method_label(method: str) -> str:
     >>> method_label("fokker_planck")
     'Fokker-Planck'
     """
-    return _EVERY[method].label if method in _EVERY else method.replace("_", ", ")
+    return METHODS[method].label if method in METHODS else method.replace("_", ", ")
 
 
 def method_curve(
@@ -66,9 +65,9 @@ def method_curve(
     Examples
     --------
     >>> own = panel(None)
-    >>> method_curve(own, "closure", [0.0, 1.0], [1.0, 2.0])
+    >>> method_curve(own, "memory_closure", [0.0, 1.0], [1.0, 2.0])
     >>> own.lines[0].get_label()
-    'closure'
+    'memory closure'
     """
     own, line = METHOD_LINES.get(method, ("black", "-"))
     axes.plot(

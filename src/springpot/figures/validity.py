@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from springpot.evidence.reliability import (
+    GOOD,
+    MAP_FILE,
+    MAPPED,
+    SYSTEM_MAPPED,
+    SYSTEMS_FILE,
+    SYSTEMS_GOOD,
+    exists,
+    read_map,
+)
 from springpot.figures.style import method_label, new_grid, panel
-from springpot.theory.registry import MAPPED, SYSTEM_MAPPED
-from springpot.theory.reliability import GOOD, MAP_FILE, SYSTEMS_FILE, SYSTEMS_GOOD, exists, read_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +70,7 @@ def gaps(
 
     Parameters
     ----------
-    method : {"averaging", "averaging_shifted", "envelope", "closure"}
+    method : {"averaging", "averaging_shifted", "envelope", "memory_closure"}
     moment : str
         Any of `springpot.theory.result.MOMENTS`.
     axes : matplotlib.axes.Axes, optional
@@ -191,11 +199,11 @@ def system_gaps(
     ----------
     method : {"averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"}
     moment : str
-        Any of `springpot.theory.reliability.SYSTEMS_GOOD`.
+        Any of `springpot.evidence.reliability.SYSTEMS_GOOD`.
     axes : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     walls, position, apart, restitution, color, hardening
-        The other numbers of `springpot.theory.cells.Cell`.
+        The other numbers of `springpot.evidence.cells.Cell`.
     path : Path
         The map; the one that comes with the package if left out.
 
@@ -237,7 +245,7 @@ def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, pat
     Parameters
     ----------
     moment : str
-        Any of `springpot.theory.reliability.SYSTEMS_GOOD`.
+        Any of `springpot.evidence.reliability.SYSTEMS_GOOD`.
     methods : sequence of str
     path : Path
         The map; the one that comes with the package if left out.

@@ -8,9 +8,8 @@ from typing import Any
 
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
-from springpot.theory.result import MOMENTS
+from springpot.theory.result import MOMENTS, names_of_results
 
 __all__ = [
     "ENDINGS",
@@ -42,7 +41,7 @@ def columns_of(method: str, system: System | None = None) -> tuple[str, ...]:
     ('amplitude_mean_square', 'x_mean')
     """
     if method != "monte_carlo":
-        return MOMENTS if system is None else (*MOMENTS, *_more_of_theory(system))
+        return MOMENTS if system is None else names_of_results(system)
     return tuple(name + ending for name in _of_a_run(system) for ending in ENDINGS)
 
 
@@ -82,21 +81,7 @@ def walls_of(system: System) -> tuple[str, ...]:
 
 def numbers_of_answer(result: Any, system: System | None) -> tuple[float, ...]:
     """The numbers of a theory's result; NaN where there is none."""
-    moments = tuple(getattr(result, name) for name in MOMENTS)
-    if system is None:
-        return moments
-    walls = walls_of(system)
-    if len(walls) == 1:  # a method for oscillators knows one wall
-        alone = {"impact_rate": (result.impact_rate,), "impact_speed_mean": (result.impact_speed_mean,)}
-    else:
-        alone = {}
-    found = {
-        f"{wall}_{what}": value
-        for what in ("impact_rate", "impact_speed_mean")
-        for wall, value in zip(walls, getattr(result.moments, f"barrier_{what}", alone.get(what, ())), strict=False)
-    }
-    found["harvested_power"] = getattr(result.moments, "harvested_power", math.nan)
-    return (*moments, *(float(found.get(name, math.nan)) for name in _more_of_theory(system)))
+    return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
 def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System | None) -> tuple[float, ...]:
@@ -106,8 +91,3 @@ def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System | None) 
 
 def _of_a_run(system: System | None) -> tuple[str, ...]:
     return possible_results(_PAPER if system is None else system)
-
-
-def _more_of_theory(system: System) -> tuple[str, ...]:
-    rates = (f"{wall}_{what}" for wall in walls_of(system) for what in ("impact_rate", "impact_speed_mean"))
-    return (*rates, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))

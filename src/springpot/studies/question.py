@@ -31,7 +31,6 @@ from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
 from springpot.theory.result import MOMENTS
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
@@ -130,9 +129,6 @@ class Study(Strict):
         for what, names in (("methods", self.methods), ("quantities", self.quantities)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names {_twice(names)} twice")
-        for number, method in enumerate(self.methods, start=1):
-            if self.system is None and method in SYSTEM_METHODS and method not in METHODS:
-                raise ValueError(f"methods, number {number}: {method} is for systems, as system = 'device.toml'")
         known = MOMENTS if self.system is None else scalars_of(self.system)
         for number, name in enumerate(self.quantities, start=1):
             if name not in known:

@@ -17,12 +17,12 @@ from pydantic import (
 
 from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
-from springpot.theory.registry import METHODS, SYSTEM_METHODS
+from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
 
 __all__ = ["ALL_METHODS", "PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
 
-ALL_METHODS = tuple(dict.fromkeys((*METHODS, *SYSTEM_METHODS)))
+ALL_METHODS = tuple(METHODS)
 if TYPE_CHECKING:
     Method = str
 else:

@@ -224,12 +224,13 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
     """Compute one task.  The same task always gives the same bits."""
     if task.method == "monte_carlo":
         return _simulated(task, threads, progress)
+    from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
     result, statement = solve_one(task.problem, task.method)
     if result is None:
         return Answer((math.nan,) * len(columns_of(task.method, task.system)), statement, ())
-    return Answer(numbers_of_answer(result, task.system), "", result.warnings)
+    return Answer(numbers_of_answer(result, task.system), "", warnings_of(result))
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:

@@ -1,4 +1,4 @@
-"""Analytical methods: functions that take an oscillator and return a small frozen result.
+"""Analytical methods: functions that take a system and return a small frozen result.
 
 The names below are loaded when they are first used: the list of methods is then there at once.
 """
@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from springpot.theory.methods.averaging import Averaging, averaging
-    from springpot.theory.methods.closure.method import Closure, closure
     from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
+    from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
     from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearization import Linearization, linearization
     from springpot.theory.methods.systems.path_integration import path_integration
-    from springpot.theory.reliability import Trust, best_guess, recommended, trust, why_none_is_recommended
     from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
-    from springpot.theory.solve import all_methods, solve_all, solve_one
+    from springpot.theory.solve import solve_all, solve_one
 
 __all__ = [
     "AmplitudeAveraging",
     "Averaging",
-    "Closure",
     "Envelope",
     "Exact",
     "ExactLaw",
@@ -35,33 +33,28 @@ __all__ = [
     "HalfCycles",
     "LinearResponse",
     "Linearization",
+    "MemoryClosure",
     "Moments",
     "NoConvergenceError",
     "NoStationaryStateError",
     "NotCoveredError",
     "Result",
-    "Trust",
-    "all_methods",
     "averaging",
     "averaging_amplitude",
-    "best_guess",
-    "closure",
     "envelope",
     "exact",
     "fokker_planck",
     "half_cycles",
     "linear",
     "linearization",
+    "memory_closure",
     "path_integration",
-    "recommended",
     "solve_all",
     "solve_one",
-    "trust",
-    "why_none_is_recommended",
 ]
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
-    "methods.closure.method": ("Closure", "closure"),
+    "methods.memory_closure.method": ("MemoryClosure", "memory_closure"),
     "methods.envelope.method": ("Envelope", "envelope"),
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
@@ -71,9 +64,8 @@ _PLACES = {
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearization": ("Linearization", "linearization"),
     "methods.systems.path_integration": ("path_integration",),
-    "reliability": ("Trust", "best_guess", "recommended", "trust", "why_none_is_recommended"),
     "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
-    "solve": ("all_methods", "solve_all", "solve_one"),
+    "solve": ("solve_all", "solve_one"),
 }
 
 

@@ -7,11 +7,13 @@ begin with an underscore.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from springpot.problem.dimensionless import Dimensionless
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.problem import Units
 from springpot.theory.result import NotCoveredError, Result
@@ -53,6 +55,11 @@ class Densities(Result):
 
     _law: Law | None = field(default=None, repr=False, compare=False, kw_only=True)
 
+    @cached_property
+    def paper(self) -> Dimensionless:
+        """The paper's problem, which the system is."""
+        return Dimensionless.of(self.system)
+
     @numbers_only
     def x_density(self, displacement: ArrayLike, time: float | None = None) -> FloatArray:
         """Density of x, in 1/m.
@@ -77,8 +84,8 @@ class Densities(Result):
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> theory.averaging(Oscillator()).x_density([-0.1, 0.0]).round(4)
+        >>> import springpot as sp
+        >>> sp.theory.averaging(sp.Oscillator()).x_density([-0.1, 0.0]).round(4)
         array([0.    , 0.7446])
         """
         return self._x(real_array(displacement, "displacement"), time)
@@ -91,8 +98,8 @@ class Densities(Result):
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> float(theory.averaging(Oscillator()).v_density(0.0).round(4))
+        >>> import springpot as sp
+        >>> float(sp.theory.averaging(sp.Oscillator()).v_density(0.0).round(4))
         0.3723
         """
         return self._v(real_array(velocity, "velocity"), time)
@@ -105,8 +112,8 @@ class Densities(Result):
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> float(theory.averaging(Oscillator()).joint_density(0.0, 0.0).round(4))
+        >>> import springpot as sp
+        >>> float(sp.theory.averaging(sp.Oscillator()).joint_density(0.0, 0.0).round(4))
         0.2772
         """
         return self._joint(real_array(displacement, "displacement"), real_array(velocity, "velocity"), time)
@@ -120,17 +127,17 @@ class Densities(Result):
         Raises
         ------
         NotCoveredError
-            If the oscillator has no wall, or slow impacts are infinitely many.
+            If the system has no wall, or slow impacts are infinitely many.
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> float(theory.averaging(Oscillator()).impact_speed_density(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(sp.theory.averaging(sp.Oscillator()).impact_speed_density(1.0).round(4))
         0.5635
         """
         u = real_array(speed, "speed")
-        if self.oscillator.barrier is None:
-            raise NotCoveredError("There is no impact speed: this oscillator has no wall to strike.")
+        if self.paper.barrier is None:
+            raise NotCoveredError("There is no impact speed: this system has no wall to strike.")
         return self._impact_speed(u, time)
 
     def _at(self, time: float | None) -> Law:
@@ -174,8 +181,8 @@ class DensitiesOfAmplitude(Densities):
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> float(theory.averaging(Oscillator()).amplitude_density(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(sp.theory.averaging(sp.Oscillator()).amplitude_density(1.0).round(4))
         0.5635
         """
         return self._amplitude(real_array(amplitude, "amplitude"), time)
@@ -188,8 +195,8 @@ class DensitiesOfAmplitude(Densities):
 
         Examples
         --------
-        >>> from springpot import Oscillator, theory
-        >>> float(theory.averaging(Oscillator()).energy_density(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(sp.theory.averaging(sp.Oscillator()).energy_density(1.0).round(4))
         0.3645
         """
         return self._energy(real_array(energy, "energy"), time)
@@ -198,6 +205,6 @@ class DensitiesOfAmplitude(Densities):
         raise NotImplementedError
 
     def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
-        omega = self.oscillator.natural_frequency
+        omega = self.paper.natural_frequency
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega
         return np.where(h >= 0.0, self._amplitude(a, time) / (omega * omega * a), 0.0)

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.machine.faults import shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.oscillator import as_system
 from springpot.problem.system import System
 from springpot.theory.result import Moments
 
-__all__ = ["Problem", "Units", "at_rest", "canonical", "checked", "endless"]
+__all__ = ["Problem", "Units", "at_rest", "checked_system", "endless", "problem_and_units"]
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class Units:
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Barrier
-        >>> _, units = canonical(Oscillator(natural_frequency=2.0, barrier=Barrier(side="below")))
+        >>> from springpot.problem.parts import Barrier
+        >>> _, units = problem_and_units(Dimensionless(natural_frequency=2.0, barrier=Barrier(side="below")))
         >>> units.moments(Moments(2.0, 1.0, 1.0, 1.0, 0.5, 1.0, 2.0)).impact_rate
         1.0
         """
@@ -101,50 +102,41 @@ class Units:
         )
 
 
-def checked(oscillator: Oscillator | System) -> Oscillator:
-    """The argument as an oscillator, if it is one or a system that is one.
+def checked_system(system: System) -> System:
+    """What was asked, if it is a system.
 
     Raises
     ------
-    NotCoveredError
-        If it is a system with other parts.
     TypeError
         If it is something else.
     """
-    if isinstance(oscillator, System):
-        return oscillator.canonical()
-    if not isinstance(oscillator, Oscillator):
-        raise TypeError(f"oscillator must be an Oscillator, not {shown(oscillator)}.")
-    return oscillator
+    if not isinstance(system, System | Dimensionless):
+        raise TypeError(f"system must be a System, not {shown(system)}.")
+    return as_system(system)
 
 
-def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
+def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
     """The dimensionless problem and its units.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    paper : Dimensionless
     order_0_is_spring : bool
         Whether a springpot of order 0 is added to the spring: the frequency of the units is then sqrt(Omega^2 + C), and
         the problem has no springpot (order 1, c = 0).
 
-    Raises
-    ------
-    TypeError
-        If it is not an Oscillator.
-
     Examples
     --------
-    >>> problem, units = canonical(Oscillator(natural_frequency=4.0))
+    >>> problem, units = problem_and_units(Dimensionless(natural_frequency=4.0))
     >>> problem.coefficient, units.length
     (0.125, 0.125)
     """
-    element, wall, q = checked(oscillator).springpot, oscillator.barrier, oscillator.excitation.intensity
-    order, c, omega = element.order, oscillator.dimensionless_coefficient, oscillator.natural_frequency
+    element, wall, q = paper.springpot, paper.barrier, paper.excitation.intensity
+    order, c, omega = element.order, paper.dimensionless_coefficient, paper.natural_frequency
     if order == 0.0 and order_0_is_spring:
         order, c, omega = 1.0, 0.0, omega * math.sqrt(1.0 + c)
     speed = math.sqrt(q / omega)
-    units = Units(omega, speed / omega, speed, oscillator.direction or 1.0)
+    units = Units(omega, speed / omega, speed, paper.direction or 1.0)
     if wall is None:
         return Problem(order, c, -math.inf, 1.0), units
     position = units.side * wall.position
@@ -152,35 +144,35 @@ def canonical(oscillator: Oscillator, *, order_0_is_spring: bool = False) -> tup
         position = position / units.length
     elif position:
         position = math.copysign(math.inf, position)
-    return Problem(order, c, position, oscillator.restitution), units
+    return Problem(order, c, position, paper.restitution), units
 
 
-def endless(oscillator: Oscillator) -> str | None:
+def endless(paper: Dimensionless) -> str | None:
     """Why there is no stationary state, in one sentence; None if springpot or wall dissipate energy.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Springpot
-    >>> endless(Oscillator(springpot=Springpot(0.5, 0.0)))
+    >>> from springpot.problem.parts import Springpot
+    >>> endless(Dimensionless(springpot=Springpot(0.5, 0.0)))
     'There is no stationary state: nothing dissipates energy (C is 0), so the energy grows as q t / 2.'
     """
-    if oscillator.dissipates:
+    if paper.dissipates:
         return None
-    cause = "C is 0" if oscillator.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
-    noisy = oscillator.excitation.intensity > 0.0
+    cause = "C is 0" if paper.springpot.coefficient == 0.0 else "order 0 is a spring of stiffness Omega^2 + C"
+    noisy = paper.excitation.intensity > 0.0
     fate = "the energy grows as q t / 2" if noisy else "the energy stays constant"
     return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
 
 
-def at_rest(oscillator: Oscillator) -> Moments:
+def at_rest(paper: Dimensionless) -> Moments:
     """Moments without noise: the mass rests against the wall under a preload, at 0 otherwise.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier, WhiteNoise
-    >>> at_rest(Oscillator(barrier=Barrier(0.5, side="above"), excitation=WhiteNoise(0.0))).x_mean
+    >>> from springpot.problem.parts import Barrier, WhiteNoise
+    >>> at_rest(Dimensionless(barrier=Barrier(0.5, side="above"), excitation=WhiteNoise(0.0))).x_mean
     0.5
     """
-    wall, side = oscillator.barrier, oscillator.direction
+    wall, side = paper.barrier, paper.direction
     place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
     return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)

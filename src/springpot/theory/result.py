@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System
-from springpot.theory.walls import about_walls
+from springpot.theory.walls import about_walls, named_walls
 
 __all__ = [
     "MOMENTS",
@@ -20,6 +21,8 @@ __all__ = [
     "NoStationaryStateError",
     "NotCoveredError",
     "Result",
+    "at_walls",
+    "names_of_results",
     "no_answer",
 ]
 
@@ -36,10 +39,11 @@ MOMENTS = (
     "impact_speed_mean_square",
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
+_OF_A_WALL = ("impact_rate", "impact_speed_mean")
 
 
 class NoStationaryStateError(ValueError):
-    """The oscillator has no stationary state."""
+    """The system has no stationary state."""
 
 
 class NoConvergenceError(ArithmeticError):
@@ -55,11 +59,15 @@ class Moments:
     x_mean, x_mean_square, v_mean_square : float
         In m, m^2 and m^2 s^-2.
     amplitude_mean_square : float
-        <A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2.
+        <A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2, Omega the root of the linear stiffness over the mass; NaN where
+        that is not positive.
     impact_rate : float
-        Impacts per second; 0 without impacts.
+        Impacts per second on all walls and contacts together; 0 without impacts.
     impact_speed_mean, impact_speed_mean_square : float
         Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
+    of_parts : dict
+        ``<wall>_impact_rate`` and ``<wall>_impact_speed_mean`` of each wall and contact, by its name in the system;
+        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).
     """
 
     amplitude_mean_square: float
@@ -69,47 +77,98 @@ class Moments:
     impact_rate: float
     impact_speed_mean: float
     impact_speed_mean_square: float
+    of_parts: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def __getitem__(self, name: str) -> float:
+        """A number by its name; NaN if there is none of this name."""
+        return getattr(self, name) if name in MOMENTS else self.of_parts.get(name, math.nan)
 
 
-def about_walls_of(problem: Oscillator | System, moments: Moments, rates: Mapping[str, float]) -> tuple[str, ...]:
-    """What `springpot.theory.walls` says of the walls where these are the moments."""
-    said = about_walls(problem, moments.x_mean, moments.x_mean_square, moments.v_mean_square, rates)
-    return tuple(said.values())
+def names_of_results(system: System) -> tuple[str, ...]:
+    """Names of the numbers in every method's result for a system; they depend on its parts and their names alone.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
+    ('stop_impact_rate', 'stop_impact_speed_mean')
+    """
+    of_walls = (f"{wall}_{what}" for wall in named_walls(system) for what in _OF_A_WALL)
+    return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+
+
+def at_walls(
+    system: System, rates: Sequence[float], means: Sequence[float], squares: Sequence[float]
+) -> dict[str, Any]:
+    """The moments of impacts, from rate, mean speed and mean square speed at each wall; NaN where a rate is NaN.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> walls = System(near=Barrier(-1.0), far=Barrier(2.0, side="below"))
+    >>> at_walls(walls, [1.0, 3.0], [2.0, 4.0], [5.0, 17.0])["impact_speed_mean"]
+    3.5
+    """
+    total = math.nan if any(map(math.isnan, rates)) else math.fsum(rates)
+    struck = [(r, s, q) for r, s, q in zip(rates, means, squares, strict=True) if r > 0.0]
+    walls = [*named_walls(system)]
+    return {
+        "impact_rate": total,
+        "impact_speed_mean": sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
+        "impact_speed_mean_square": sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
+        "of_parts": {
+            f"{wall}_{what}": value
+            for what, values in zip(_OF_A_WALL, (rates, means), strict=True)
+            for wall, value in zip(walls, values, strict=True)
+        },
+    }
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of one method for one oscillator.
+    """The result of one method for one system.
 
     Parameters
     ----------
     method : str
         Name of the method.
-    oscillator : Oscillator
-        The oscillator that was solved.
+    system : System
+        What was solved.
     stationary : Moments or str
         The stationary moments, or the sentence that says why there are none.
     assumptions : tuple of str
         The assumptions of the method, one sentence each.
     warnings : tuple of str
-        Reasons to doubt the result, one sentence each.
+        Reasons to doubt the result, one sentence each, as far as the method itself knows them.  What the validity maps
+        say of it is in `springpot.trust`.
+    is_exact : bool
+        Whether nothing is approximated here, although the method does elsewhere.
 
     Notes
     -----
-    The moments are attributes of the result (``result.x_mean`` ...).  Without a stationary state they raise
-    `NoStationaryStateError`; they are never infinite.
+    The numbers are attributes of the result, by the names that a run has: ``result.x_mean``, and of a wall
+    ``result.<wall>_impact_rate``.  Without a stationary state they raise `NoStationaryStateError`; they are never
+    infinite.
     """
 
     method: str
-    oscillator: Oscillator
+    system: System
     stationary: Moments | str
     assumptions: tuple[str, ...]
     warnings: tuple[str, ...]
+    is_exact: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        if isinstance(self.stationary, Moments):
-            said = about_walls_of(self.oscillator, self.stationary, {"": self.stationary.impact_rate})
-            put(self, warnings=(*self.warnings, *said))
+        if isinstance(found := self.stationary, str):
+            return
+        walls = [*named_walls(self.system)]
+        if len(walls) == 1 and not found.of_parts:
+            alone = {f"{walls[0]}_{what}": found[what] for what in _OF_A_WALL}
+            found = replace(found, of_parts=alone)
+            put(self, stationary=found)
+        rates = {wall: found[f"{wall}_impact_rate"] for wall in walls}
+        doubts = about_walls(self.system, found.x_mean, found.x_mean_square, found.v_mean_square, rates)
+        put(self, warnings=tuple(dict.fromkeys((*self.warnings, *doubts.values()))))
 
     @property
     def moments(self) -> Moments:
@@ -125,39 +184,18 @@ class Result:
         return self.stationary
 
     @property
-    def amplitude_mean_square(self) -> float:
-        """<A^2> with A^2 = x^2 + v^2 / Omega^2, in m^2."""
-        return self.moments.amplitude_mean_square
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name, as `names_of_results` has them; NaN for one that does not exist."""
+        found = self.moments
+        return {name: found[name] for name in names_of_results(self.system)}
 
-    @property
-    def x_mean(self) -> float:
-        """Mean displacement, in m."""
-        return self.moments.x_mean
+    def __getattr__(self, name: str) -> float:
+        if name in MOMENTS or (not name.startswith("_") and name in names_of_results(self.system)):
+            return self.moments[name]
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
 
-    @property
-    def x_mean_square(self) -> float:
-        """Mean square displacement, in m^2."""
-        return self.moments.x_mean_square
-
-    @property
-    def v_mean_square(self) -> float:
-        """Mean square velocity, in m^2 s^-2."""
-        return self.moments.v_mean_square
-
-    @property
-    def impact_rate(self) -> float:
-        """Impacts per second."""
-        return self.moments.impact_rate
-
-    @property
-    def impact_speed_mean(self) -> float:
-        """Mean speed just before an impact, in m/s; NaN without impacts."""
-        return self.moments.impact_speed_mean
-
-    @property
-    def impact_speed_mean_square(self) -> float:
-        """Mean square of the speed just before an impact, in m^2 s^-2; NaN without impacts."""
-        return self.moments.impact_speed_mean_square
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *names_of_results(self.system)})
 
     def to_dict(self) -> dict[str, object]:
         """The result as plain numbers, strings and lists, ready for JSON.
@@ -165,15 +203,18 @@ class Result:
         Returns
         -------
         dict
-            The `MOMENTS`, ``assumptions`` and ``warnings``; a number that does not exist is None.  Without a stationary
-            state every moment is None and ``statement`` says why.
+            The numbers, what else the method has, ``assumptions`` and ``warnings``; a number that does not exist is
+            None.  Without a stationary state every moment is None and ``statement`` says why.
         """
         if isinstance(self.stationary, str):
             numbers = no_answer(self.stationary)
         else:
-            values = {name: getattr(self.stationary, name) for name in MOMENTS}
-            numbers = {name: None if math.isnan(value) else value for name, value in values.items()}
-        return {**numbers, "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
+            numbers = {name: None if math.isnan(value) else value for name, value in self.numbers.items()}
+        return {**numbers, **self._more(), "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
+
+    def _more(self) -> dict[str, object]:
+        """What the method has beside the numbers that all have."""
+        return {}
 
 
 def no_answer(statement: str) -> dict[str, object]:

@@ -6,12 +6,10 @@ import math
 from collections.abc import Mapping
 
 from springpot.problem.messages import Message, say
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier
-from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
-__all__ = ["about_walls", "named_walls"]
+__all__ = ["about_walls"]
 
 FAR = 8.0  # standard deviations of x between its mean and a wall
 NEVER = 1e-6  # impacts in a natural period, at most, of a wall that is far
@@ -20,27 +18,14 @@ CLOSE = 3.0  # standard deviations between the mean of x and a wall that is pres
 CHATTER = 20.0  # impacts in a natural period
 
 
-def named_walls(problem: Oscillator | System) -> dict[str, Stop]:
-    """The walls and contacts of a system by their names; that of an oscillator has an empty one.
-
-    Examples
-    --------
-    >>> list(named_walls(System(upper=Barrier(1.0, side="below")))), list(named_walls(Oscillator()))
-    (['upper'], [''])
-    """
-    if isinstance(problem, Oscillator):
-        return {} if problem.barrier is None else {"": problem.barrier}
-    return problem.stops
-
-
 def about_walls(
-    problem: Oscillator | System, x_mean: float, x_mean_square: float, v_mean_square: float, rates: Mapping[str, float]
+    system: System, x_mean: float, x_mean_square: float, v_mean_square: float, rates: Mapping[str, float]
 ) -> dict[str, Message]:
     """One sentence at most for each wall, by its name.
 
     Parameters
     ----------
-    problem : Oscillator or System
+    system : System
     x_mean, x_mean_square, v_mean_square : float
         By theory or Monte Carlo.
     rates : dict
@@ -52,24 +37,23 @@ def about_walls(
 
     Examples
     --------
-    >>> about_walls(Oscillator(barrier=Barrier(-4.0)), 0.0, 0.25, 0.25, {"": 1e-9})
-    {}
-    >>> about_walls(Oscillator(barrier=Barrier(-400.0)), 0.0, 0.25, 0.25, {"": 0.0})[""][:60]
-    'the wall at -400 m is 800 standard deviations of x away from'
+    >>> from springpot.problem.parts import Spring
+    >>> about_walls(System(Spring(1.0), Barrier(-400.0)), 0.0, 0.25, 0.25, {"barrier": 0.0})["barrier"][:60]
+    'barrier at -400 m is 800 standard deviations of x away from '
     """
     spread = math.sqrt(max(x_mean_square - x_mean**2, 0.0))
     if not (0.0 < spread < math.inf and 0.0 < v_mean_square < math.inf):
         return {}
     speed = math.sqrt(v_mean_square)
-    omega = problem.natural_frequency
+    omega = system.natural_frequency
     period = 2.0 * math.pi / (omega if omega > 0.0 else speed / spread)
     said: dict[str, Message] = {}
-    for name, wall in named_walls(problem).items():
+    for name, wall in system.stops.items():
         side = 1.0 if wall.side == "above" else -1.0
         away = side * (x_mean - wall.position) / spread
         struck = rates.get(name, math.nan) * period
-        push = _push(problem, wall) / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
-        words = f"{name or 'the wall'} at {wall.position:g} m"
+        push = _push(system, wall) / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
+        words = f"{name} at {wall.position:g} m"
         if away > FAR and not struck > NEVER:
             said[name] = say("far_wall", wall=words, away=away)
         elif push > PRESSED and away < CLOSE:
@@ -79,10 +63,7 @@ def about_walls(
     return said
 
 
-def _push(problem: Oscillator | System, wall: Barrier) -> float:
+def _push(system: System, wall: Barrier) -> float:
     """The force per mass with which the springs press on a wall from inside; negative where they pull away."""
-    if isinstance(problem, Oscillator):
-        force = problem.natural_frequency**2 * wall.position
-    else:
-        force = float(problem.potential.force(wall.position))
+    force = float(system.potential.force(wall.position))
     return force if wall.side == "above" else -force

@@ -13,6 +13,7 @@ import pytest
 
 import springpot as sp
 from springpot.evidence.atlases.lookup import ATLAS_FILE, crowding, weights
+from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import NotCoveredError
 from springpot.theory.result import MOMENTS
 
@@ -105,14 +106,14 @@ def test_outside_its_range_it_refuses(asked: sp.Oscillator, sentence: str) -> No
 
 
 def test_what_is_no_oscillator_is_refused() -> None:
-    with pytest.raises(TypeError, match="must be an Oscillator"):
+    with pytest.raises(TypeError, match="must be a System"):
         sp.atlas(0.5)  # type: ignore[arg-type]
 
 
 def test_a_system_that_is_an_oscillator_has_its_answer_and_another_names_the_part() -> None:
     parts = sp.Mass(0.5), sp.Spring(50.0), sp.Springpot(0.4, 3.0), sp.WhiteNoise(0.01), sp.Barrier(0.01, 0.8)
     device = sp.System(*parts)
-    assert sp.atlas(device) == sp.atlas(device.canonical())
+    assert sp.atlas(device).moments == sp.atlas(Dimensionless.of(device)).moments
     assert sp.atlas(device).impact_rate > 0.0
     with pytest.raises(
         sp.theory.NotCoveredError, match=r"^magnet cannot be part of an Oscillator: an Oscillator is .*\.$"

@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.catalogue import unit_of
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
-from springpot.theory.problem import checked
+from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
 
 __all__ = [
@@ -52,15 +52,14 @@ class AtlasAnswer(Result):
 
     Notes
     -----
-    The moments are attributes, as in every result of the theory (`springpot.theory.Result`).
+    The moments are attributes, as in every result of the theory (`springpot.theory.Result`); `to_dict` has the errors
+    under ``_error``.
     """
 
     errors: dict[str, float]
 
-    def to_dict(self) -> dict[str, object]:
-        """As in every result, with the errors under ``_error``."""
-        errors = {f"{name}_error": None if math.isnan(error) else error for name, error in self.errors.items()}
-        return {**super().to_dict(), **errors}
+    def _more(self) -> dict[str, object]:
+        return {f"{name}_error": None if math.isnan(error) else error for name, error in self.errors.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,14 +164,14 @@ def read_table(name: str, path: Path = ATLAS_FILE) -> Table:
         )
 
 
-def atlas(oscillator: Oscillator | System) -> AtlasAnswer:
+def atlas(system: System) -> AtlasAnswer:
     """Stationary moments from the atlas, in microseconds (the first time it is read from disk).
 
     Parameters
     ----------
-    oscillator : Oscillator or System
+    system : System
         Order in [0.05, 1], C Omega^(alpha-2) in [0.01, 10], and a wall: at the equilibrium with a restitution from 0.3
-        to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.  A system must be an oscillator: a
+        to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.  It must be the paper's problem: a
         linear spring, one springpot or dashpot, one rigid wall and white noise.
 
     Returns
@@ -183,44 +182,46 @@ def atlas(oscillator: Oscillator | System) -> AtlasAnswer:
     Raises
     ------
     TypeError
-        If it is neither.
+        If it is not a System.
     springpot.theory.NotCoveredError
-        Outside the range of the atlas; of a system that is no oscillator the sentence names the part.
+        Outside the range of the atlas; of a system with other parts the sentence names the part.
 
     Examples
     --------
+    >>> import springpot as sp
     >>> from springpot import Springpot
-    >>> moments = atlas(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> moments = atlas(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)))
     >>> abs(moments.amplitude_mean_square - 1.0) < 2.0 * moments.errors["amplitude_mean_square"]
     True
     """
-    oscillator = checked(oscillator)
-    name, third = _table_for(oscillator)
-    numbers, own = read_table(name).moments(oscillator.springpot.order, oscillator.dimensionless_coefficient, third)
-    scales = _scales(oscillator)
+    system = checked_system(system)
+    paper = Dimensionless.of(system)
+    name, third = _table_for(paper)
+    numbers, own = read_table(name).moments(paper.springpot.order, paper.dimensionless_coefficient, third)
+    scales = _scales(paper)
     values = {name: numbers[name] * scales[name] for name in MOMENTS}
     errors = {name: NORMAL * own[name] * abs(scales[name]) for name in MOMENTS}
     return AtlasAnswer(
         method="atlas",
-        oscillator=oscillator,
-        stationary=Moments(**values),
-        assumptions=("Stationary response; interpolated between Monte Carlo of the same oscillator.",),
+        system=system,
+        stationary=Moments(**values, of_parts={}),
+        assumptions=("Stationary response; interpolated between Monte Carlo of the same problem.",),
         warnings=(),
         errors=errors,
     )
 
 
-def _table_for(oscillator: Oscillator) -> tuple[str, float]:
+def _table_for(paper: Dimensionless) -> tuple[str, float]:
     """Name of the table, and the third coordinate in it."""
-    _check("order", oscillator.springpot.order, ORDERS)
-    if oscillator.barrier is None:
+    _check("order", paper.springpot.order, ORDERS)
+    if paper.barrier is None:
         raise NotCoveredError(
             "The atlas covers oscillators with a wall; without one theory.exact gives the exact result."
         )
-    if oscillator.excitation.intensity == 0.0:
+    if paper.excitation.intensity == 0.0:
         raise NotCoveredError("The atlas covers positive intensities: without noise the only stationary state is rest.")
-    _check("C Omega^(alpha-2)", oscillator.dimensionless_coefficient, COEFFICIENTS)
-    place, restitution = oscillator.dimensionless_position, oscillator.restitution
+    _check("C Omega^(alpha-2)", paper.dimensionless_coefficient, COEFFICIENTS)
+    place, restitution = paper.dimensionless_position, paper.restitution
     if restitution == 1.0 or (restitution == LOSSY and place != 0.0):
         _check("the wall's position in units of sqrt(q / Omega^3)", place, PLACES)
         return ("elastic" if restitution == 1.0 else "lossy"), place
@@ -242,9 +243,9 @@ def _check(what: str, value: float, interval: tuple[float, float]) -> None:
         )
 
 
-def _scales(oscillator: Oscillator) -> dict[str, float]:
-    """Factors from the units of the atlas to those of the oscillator; with a wall above the mean changes its sign."""
-    length, speed = oscillator.length_scale, oscillator.speed_scale
-    units = {"m": oscillator.direction * length, "m2": length**2, "m s-1": speed, "m2 s-2": speed**2,
-             "s-1": oscillator.natural_frequency}  # fmt: skip
+def _scales(paper: Dimensionless) -> dict[str, float]:
+    """Factors from the units of the atlas to those of the problem; with a wall above the mean changes its sign."""
+    length, speed = paper.length_scale, paper.speed_scale
+    units = {"m": paper.direction * length, "m2": length**2, "m s-1": speed, "m2 s-2": speed**2,
+             "s-1": paper.natural_frequency}  # fmt: skip
     return {name: units[unit_of(name)] for name in MOMENTS}

@@ -40,7 +40,7 @@ class Run:
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
-        Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
+        Estimates and standard errors by name (the page *All results* has names, units and meanings).
     budgets : dict
         Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
     diagnostics : dict

@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.arguments import finite_number
 from springpot.memory.zeta import zeta_beyond_one
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.problem import Units, checked, endless
-from springpot.theory.reliability import map_warnings
+from springpot.theory.problem import Units, checked_system, endless
 from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
-__all__ = ["Averaging", "averaging", "harmonic_sum", "stiffness_sum"]
+__all__ = ["Averaging", "averaging", "check_covered", "harmonic_sum", "stiffness_sum"]
 
 FloatArray = NDArray[np.float64]
 
@@ -100,7 +100,8 @@ class Averaging(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> float(averaging(Oscillator()).drift(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(averaging(sp.Oscillator()).drift(1.0).round(4))
         0.0323
         """
         a = real_array(amplitude, "amplitude")
@@ -111,7 +112,7 @@ class Averaging(DensitiesOfAmplitude):
     @property
     def diffusion(self) -> float:
         """Growth per second of the amplitude's variance, q / (2 w^2), in m^2/s; the same at every amplitude."""
-        return self.oscillator.excitation.intensity / (2.0 * self.frequency**2)
+        return self.paper.excitation.intensity / (2.0 * self.frequency**2)
 
     def mean_square(self, time: ArrayLike, initial: float = 0.0) -> FloatArray:
         """mu(t) = <x^2 + v^2 / w^2>, the solution of the paper's Eq. 19, with and without a stationary state.
@@ -137,8 +138,8 @@ class Averaging(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> float(averaging(Oscillator(springpot=Springpot(order=0.0, coefficient=1.0))).mean_square(10.0))
+        >>> import springpot as sp
+        >>> float(averaging(sp.Oscillator(springpot=sp.Springpot(order=0.0, coefficient=1.0))).mean_square(10.0))
         10.0
         """
         from scipy import special  # slow to import, and most runs need none of it
@@ -178,7 +179,8 @@ class Averaging(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> averaging(Oscillator()).correlation([0.0, 1.0, 100.0]).round(4)
+        >>> import springpot as sp
+        >>> averaging(sp.Oscillator()).correlation([0.0, 1.0, 100.0]).round(4)
         array([1.1481, 0.8011, 0.7309])
         """
         variance = self.x_mean_square
@@ -187,7 +189,7 @@ class Averaging(DensitiesOfAmplitude):
             raise ValueError("lag must be a time in s, not NaN.")
         t = np.minimum(t, 800.0 / self.decay_rate)  # e^-800 is 0
         rho = np.exp(-self.decay_rate * t) * np.cos(self.frequency * t)
-        if self.oscillator.barrier is not None:
+        if self.paper.barrier is not None:
             rho = modulus_correlation(rho)
         return np.asarray(variance * rho)
 
@@ -215,12 +217,13 @@ class Averaging(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> averaging(Oscillator()).spectrum([0.0, 1.0, 2.0]).round(4)
+        >>> import springpot as sp
+        >>> averaging(sp.Oscillator()).spectrum([0.0, 1.0, 2.0]).round(4)
         array([0.1466, 0.0383, 0.0789])
         """
         variance = self.x_mean_square
         w = np.abs(finite_array(frequency, "frequency"))
-        if self.oscillator.barrier is None:
+        if self.paper.barrier is None:
             return np.asarray(variance * _lines(w, self.frequency, np.array([self.decay_rate]), np.ones(1)))
         power, count = _power_rule()
         total = np.zeros(w.shape)
@@ -230,14 +233,9 @@ class Averaging(DensitiesOfAmplitude):
             total += _lines(w, 2.0 * harmonic * self.frequency, 2.0 * power * self.decay_rate, weight)
         return np.asarray(2.0 / math.pi * variance * total)
 
-    def to_dict(self) -> dict[str, object]:
-        """The common dictionary of `Result.to_dict`, ``decay_rate`` in 1/s and a shifted ``frequency`` in rad/s."""
-        common = super().to_dict()
-        tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
-        own = {"decay_rate": self.decay_rate}
-        if self.method == _METHODS["shifted"]:
-            own["frequency"] = self.frequency
-        return {**common, **own, **tail}
+    def _more(self) -> dict[str, object]:
+        shifted = {"frequency": self.frequency} if self.method == _METHODS["shifted"] else {}
+        return {"decay_rate": self.decay_rate, **shifted}
 
     def _at(self, time: float | None) -> _Law:
         if time is not None and real_array(time, "time").ndim:
@@ -245,10 +243,10 @@ class Averaging(DensitiesOfAmplitude):
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
             raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
-        return _Law(mu, self.frequency, self.oscillator.direction)
+        return _Law(mu, self.frequency, self.paper.direction)
 
     def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        mu, w, omega = self._at(time).mu, self.frequency, self.oscillator.natural_frequency
+        mu, w, omega = self._at(time).mu, self.frequency, self.paper.natural_frequency
         return rayleigh(a, mu) if w == omega else hoyt(a, mu / 2.0, mu / 2.0 * (w / omega) ** 2)
 
 
@@ -292,13 +290,14 @@ class _Law:
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shifted"] = "corrected") -> Averaging:
-    """Solve the oscillator by stochastic averaging (the paper's Eq. 18-20).
+def averaging(system: System, form: Literal["corrected", "printed", "shifted"] = "corrected") -> Averaging:
+    """Solve the paper's problem by stochastic averaging (its Eq. 18-20).
 
     Parameters
     ----------
-    oscillator : Oscillator
-        Without a wall, or with a wall at position 0 on either side.
+    system : System
+        A linear spring, one springpot or dashpot and white noise, without a wall, or with a wall at position 0 on
+        either side.
     form : {"corrected", "printed", "shifted"}
         ``"corrected"`` has Omega^(alpha-1) in the decay rate,
         beta = (32 C / pi^2) Omega^(alpha-1) sin(alpha pi/2) S(alpha), and adds -(Omega/pi) ln r for a wall that loses
@@ -314,43 +313,46 @@ def averaging(oscillator: Oscillator, form: Literal["corrected", "printed", "shi
     Raises
     ------
     NotCoveredError
-        If the wall is not at 0, or the printed form is asked for a wall that loses energy or for no wall.
+        If it has other parts or the wall is not at 0, or the printed form is asked for a wall that loses energy or for
+        no wall.
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If it is not a System.
     ValueError
         If ``form`` is another word.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Springpot
-    >>> oscillator = Oscillator(natural_frequency=3.0, springpot=Springpot(order=0.7, coefficient=0.2))
+    >>> import springpot as sp
+    >>> oscillator = sp.Oscillator(natural_frequency=3.0, springpot=sp.Springpot(order=0.7, coefficient=0.2))
     >>> round(averaging(oscillator).amplitude_mean_square, 3)
     1.173
     >>> round(averaging(oscillator, form="printed").amplitude_mean_square, 3)
     3.519
     """
-    oscillator = checked(oscillator)
     if not isinstance(form, str) or form not in _METHODS:
         raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
-    _check_covered(oscillator, form)
-    frequency = _shifted_frequency(oscillator) if form == "shifted" else oscillator.natural_frequency
-    beta = _memory_decay(oscillator, frequency)
+    system = checked_system(system)
+    paper = check_covered(system, form)
+    frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency
+    beta = _memory_decay(paper, frequency)
     if form == "printed":
-        beta /= oscillator.natural_frequency
-    beta += _impact_decay(oscillator, frequency)
+        beta /= paper.natural_frequency
+    beta += _impact_decay(paper, frequency)
     return Averaging(
         method=_METHODS[form],
-        oscillator=oscillator,
-        stationary=_stationary(oscillator, beta, frequency),
-        assumptions=_assumptions(oscillator, form),
-        warnings=_warnings(oscillator, form),
+        system=system,
+        stationary=_stationary(paper, beta, frequency),
+        assumptions=_assumptions(paper, form),
+        warnings=_warnings(paper, form),
         decay_rate=beta,
         frequency=frequency,
     )
 
 
-def _check_covered(oscillator: Oscillator, form: str) -> None:
-    wall = oscillator.barrier
+def check_covered(system: System, form: str = "corrected") -> Dimensionless:
+    """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
+    paper = Dimensionless.of(system)
+    wall = paper.barrier
     if wall is not None and wall.position != 0.0:
         raise NotCoveredError(
             f"Averaging covers a wall at position 0 or no wall, not a wall at {wall.position:g} m from equilibrium."
@@ -359,19 +361,20 @@ def _check_covered(oscillator: Oscillator, form: str) -> None:
         raise NotCoveredError(
             "The printed formula covers an elastic wall at position 0, not an oscillator without a wall."
         )
-    if form == "printed" and wall is not None and oscillator.restitution < 1.0:
+    if form == "printed" and wall is not None and paper.restitution < 1.0:
         raise NotCoveredError(
-            f"The printed formula covers an elastic wall (restitution 1), not restitution {oscillator.restitution:g}."
+            f"The printed formula covers an elastic wall (restitution 1), not restitution {paper.restitution:g}."
         )
+    return paper
 
 
-def _shifted_frequency(oscillator: Oscillator) -> float:
+def _shifted_frequency(paper: Dimensionless) -> float:
     """w of a steady oscillation with the springpot's in-phase force: the root of w^2 = Omega^2 + stiffness w^alpha."""
     from scipy import optimize  # slow to import, and most runs need none of it
 
-    alpha, omega = oscillator.springpot.order, oscillator.natural_frequency
-    stiffness = oscillator.dimensionless_coefficient * math.sin((1.0 - alpha) * math.pi / 2.0)
-    if oscillator.barrier is not None:
+    alpha, omega = paper.springpot.order, paper.natural_frequency
+    stiffness = paper.dimensionless_coefficient * math.sin((1.0 - alpha) * math.pi / 2.0)
+    if paper.barrier is not None:
         stiffness *= 16.0 / math.pi**2 * stiffness_sum(alpha)
 
     def excess(log_ratio: float) -> float:
@@ -397,31 +400,31 @@ def stiffness_sum(alpha: float) -> float:
     return math.exp2(alpha - 4.0) * math.fsum(terms.tolist())
 
 
-def _memory_decay(oscillator: Oscillator, frequency: float) -> float:
+def _memory_decay(paper: Dimensionless, frequency: float) -> float:
     """The springpot's part of beta: half its power over one cycle, divided by the energy."""
-    alpha, coefficient = oscillator.springpot.order, oscillator.springpot.coefficient
+    alpha, coefficient = paper.springpot.order, paper.springpot.coefficient
     loss = coefficient * math.pow(frequency, alpha - 1.0) * math.sin(alpha * math.pi / 2.0)
-    if oscillator.barrier is None:
+    if paper.barrier is None:
         return loss / 2.0
     return 32.0 / math.pi**2 * harmonic_sum(alpha) * loss
 
 
-def _impact_decay(oscillator: Oscillator, frequency: float) -> float:
+def _impact_decay(paper: Dimensionless, frequency: float) -> float:
     """The wall's part of beta: one impact, and a factor r on the amplitude, in each half period."""
-    if oscillator.barrier is None:
+    if paper.barrier is None:
         return 0.0
-    return -frequency / math.pi * math.log(oscillator.restitution) + 0.0
+    return -frequency / math.pi * math.log(paper.restitution) + 0.0
 
 
-def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moments | str:
-    omega, q = oscillator.natural_frequency, oscillator.excitation.intensity
-    if statement := endless(oscillator):
+def _stationary(paper: Dimensionless, beta: float, frequency: float) -> Moments | str:
+    omega, q = paper.natural_frequency, paper.excitation.intensity
+    if statement := endless(paper):
         return statement
     v_mean_square = q / (4.0 * beta) if beta > 0.0 else math.inf
     mu = 2.0 * v_mean_square / frequency / frequency
     if not math.isfinite(mu):
         return f"There is no stationary state in floating point: the decay rate {beta:g} 1/s is too small for <A^2>."
-    side = oscillator.direction
+    side = paper.direction
     strikes = side != 0.0 and mu > 0.0
     return Moments(
         amplitude_mean_square=mu * (1.0 + (frequency / omega) ** 2) / 2.0,
@@ -434,7 +437,7 @@ def _stationary(oscillator: Oscillator, beta: float, frequency: float) -> Moment
     )
 
 
-def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
+def _assumptions(paper: Dimensionless, form: str) -> tuple[str, ...]:
     common = (
         "The amplitude changes little in one cycle: damping and noise are light.",
         "The motion between impacts is at the frequency Omega: the springpot's stiffness is neglected."
@@ -442,18 +445,18 @@ def _assumptions(oscillator: Oscillator, form: str) -> tuple[str, ...]:
         else "The motion between impacts is at one frequency w, which the springpot's in-phase force sets.",
         "The past motion is a steady oscillation: the start no longer matters.",
     )
-    if oscillator.barrier is None or oscillator.restitution == 1.0:
+    if paper.barrier is None or paper.restitution == 1.0:
         return common
     return (*common, "An impact takes little energy: it multiplies the amplitude by r once in each half period.")
 
 
-def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
-    alpha, c = oscillator.springpot.order, oscillator.dimensionless_coefficient
+def _warnings(paper: Dimensionless, form: str) -> tuple[str, ...]:
+    alpha, c = paper.springpot.order, paper.dimensionless_coefficient
     sentences: list[str] = []
-    if form == "printed" and oscillator.natural_frequency != 1.0:
+    if form == "printed" and paper.natural_frequency != 1.0:
         sentences.append(
             "The printed formula is dimensionally inconsistent: it has Omega^(alpha-2) where Omega^(alpha-1) belongs, "
-            f"so away from Omega = 1 its <A^2> is wrong by a factor Omega = {oscillator.natural_frequency:g}."
+            f"so away from Omega = 1 its <A^2> is wrong by a factor Omega = {paper.natural_frequency:g}."
         )
     if alpha == 0.0 and c > 0.0:
         sentences.append(
@@ -461,8 +464,8 @@ def _warnings(oscillator: Oscillator, form: str) -> tuple[str, ...]:
             "sqrt(Omega^2 + C) as the natural frequency, or the envelope."
         )
     if 0.0 < alpha < 1.0:
-        sentences += _with_a_wall(c, form) if oscillator.barrier is not None else _without_a_wall(c, form)
-    return (*sentences, *map_warnings(oscillator, _METHODS["corrected" if form == "printed" else form]))
+        sentences += _with_a_wall(c, form) if paper.barrier is not None else _without_a_wall(c, form)
+    return tuple(sentences)
 
 
 def _with_a_wall(c: float, form: str) -> list[str]:

@@ -5,21 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.methods.systems.energy import ExactLaw, exact_law
+from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
 from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
-from springpot.theory.problem import Units, at_rest, canonical, checked, endless
+from springpot.theory.problem import Units, at_rest, checked_system, endless, problem_and_units
 from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
-__all__ = ["Exact", "exact"]
+__all__ = ["Exact", "check_covered", "exact"]
 
 FloatArray = NDArray[np.float64]
 
@@ -62,11 +61,11 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
+        >>> import springpot as sp
+        >>> float(exact(sp.Oscillator(springpot=sp.Springpot(1.0, 0.5))).x_mean_at(3.0).round(4))
         0.7143
         """
-        side = self.oscillator.direction
+        side = self.paper.direction
         return np.asarray(side * np.sqrt(2.0 / math.pi * self.x_mean_square_at(time)))
 
     def x_mean_square_at(self, time: ArrayLike) -> FloatArray:
@@ -76,12 +75,12 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> result = exact(Oscillator(springpot=Springpot(0.5, 1.0), barrier=None))
+        >>> import springpot as sp
+        >>> result = exact(sp.Oscillator(springpot=sp.Springpot(0.5, 1.0), barrier=None))
         >>> result.x_mean_square_at([1.0, 10.0]).round(4)
         array([0.1844, 0.5309])
         """
-        return self._transient(time)[0] * self.oscillator.length_scale**2
+        return self._transient(time)[0] * self.paper.length_scale**2
 
     def v_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<v^2> at a time from rest, in m^2 s^-2.
@@ -90,11 +89,11 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.5))).v_mean_square_at(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(exact(sp.Oscillator(springpot=sp.Springpot(1.0, 0.5))).v_mean_square_at(1.0).round(4))
         0.4848
         """
-        return self._transient(time)[1] * self.oscillator.speed_scale**2
+        return self._transient(time)[1] * self.paper.speed_scale**2
 
     def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<A^2> with A^2 = x^2 + v^2 / Omega^2 at a time from rest, in m^2.
@@ -103,12 +102,12 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> float(exact(Oscillator(springpot=Springpot(1.0, 0.0))).amplitude_mean_square_at(7.0).round(12))
+        >>> import springpot as sp
+        >>> float(exact(sp.Oscillator(springpot=sp.Springpot(1.0, 0.0))).amplitude_mean_square_at(7.0).round(12))
         7.0
         """
         x, v = self._transient(time)
-        return (x + v) * self.oscillator.length_scale**2
+        return (x + v) * self.paper.length_scale**2
 
     def correlation(self, lag: ArrayLike) -> FloatArray:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
@@ -129,19 +128,20 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> result = exact(Oscillator(barrier=None))
+        >>> import springpot as sp
+        >>> result = exact(sp.Oscillator(barrier=None))
         >>> result.correlation([0.0, 1.0, 10.0]).round(4)
         array([0.5321, 0.209 , 0.0175])
         """
         moments = self.moments
-        t = np.minimum(np.abs(_times(np.abs(real_array(lag, "lag")), "lag")) * self.oscillator.natural_frequency, _LONG)
-        if self.oscillator.barrier is not None and self.oscillator.barrier.position != 0.0:
+        t = np.minimum(np.abs(_times(np.abs(real_array(lag, "lag")), "lag")) * self.paper.natural_frequency, _LONG)
+        if self.paper.barrier is not None and self.paper.barrier.position != 0.0:
             raise NotCoveredError("The exact correlation is known with a wall at 0 or without a wall.")
-        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
+        alpha, c = self.paper.springpot.order, self.paper.dimensionless_coefficient
         if alpha < 1.0:
-            return _relaxation(alpha, c).correlation(t) * self.oscillator.length_scale**2
+            return _relaxation(alpha, c).correlation(t) * self.paper.length_scale**2
         free = _dashpot_correlation(c, t)
-        if self.oscillator.barrier is not None:  # x = |y| with y normal
+        if self.paper.barrier is not None:  # x = |y| with y normal
             free = modulus_correlation(free)
         return free * moments.x_mean_square
 
@@ -164,29 +164,30 @@ class Exact(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> float(exact(Oscillator(barrier=None)).spectrum(1.0).round(4))
+        >>> import springpot as sp
+        >>> float(exact(sp.Oscillator(barrier=None)).spectrum(1.0).round(4))
         0.1592
         """
-        if self.oscillator.barrier is not None:
+        if self.paper.barrier is not None:
             raise NotCoveredError("The exact spectrum is known without a wall only.")
         _ = self.moments
-        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
-        w = np.minimum(np.abs(real_array(frequency, "frequency")) / self.oscillator.natural_frequency, 1e75)
+        alpha, c = self.paper.springpot.order, self.paper.dimensionless_coefficient
+        w = np.minimum(np.abs(real_array(frequency, "frequency")) / self.paper.natural_frequency, 1e75)
         element = c * w**alpha
         real = (1.0 - w) * (1.0 + w) + element * math.sin((1.0 - alpha) * math.pi / 2.0)
         imaginary = element * math.sin(alpha * math.pi / 2.0)
-        scale = self.oscillator.length_scale**2 / self.oscillator.natural_frequency / (2.0 * math.pi)
+        scale = self.paper.length_scale**2 / self.paper.natural_frequency / (2.0 * math.pi)
         return np.asarray(scale / (real**2 + imaginary**2))
 
     def _transient(self, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
-        wall, t = self.oscillator.barrier, _times(real_array(time, "time"), "time")
+        wall, t = self.paper.barrier, _times(real_array(time, "time"), "time")
         if wall is not None and wall.position != 0.0:
             raise NotCoveredError("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
             raise NoStationaryStateError(self.stationary)
-        t = np.minimum(t * self.oscillator.natural_frequency, _LONG)
-        alpha, c = self.oscillator.springpot.order, self.oscillator.dimensionless_coefficient
+        t = np.minimum(t * self.paper.natural_frequency, _LONG)
+        alpha, c = self.paper.springpot.order, self.paper.dimensionless_coefficient
         if alpha == 1.0 or c == 0.0:
             return dashpot_mean_squares(c, t)
         if alpha == 0.0:
@@ -236,32 +237,29 @@ class _Normals:
         return rayleigh(speed, 2.0 * self.v_spread**2)
 
 
-@overload
-def exact(oscillator: Oscillator) -> Exact: ...
-@overload
-def exact(oscillator: System) -> ExactLaw: ...
 @np.errstate(all="ignore")  # what is not finite is no answer
-def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
-    """Solve the oscillator exactly, where that can be done.
+def exact(system: System) -> Exact | ExactLaw:
+    """Solve a system exactly, where that can be done.
 
     Parameters
     ----------
-    oscillator : Oscillator or System
-        Without a wall; or of order 1 with an elastic wall anywhere; or with a springpot that dissipates nothing
-        (order 0, or C = 0) and an elastic wall or none, where there is no stationary state.  Of a system of parts see
+    system : System
+        The paper's problem, a linear spring with one springpot or dashpot and white noise: without a wall; or of order
+        1 with an elastic wall anywhere; or with a springpot that dissipates nothing (order 0, or C = 0) and an elastic
+        wall or none, where there is no stationary state.  With other parts see
         `springpot.theory.methods.systems.energy.exact_law`.
 
     Returns
     -------
     Exact or ExactLaw
-        Its moments are exact to about 1e-13 of their size; those of a system to about 1e-10.
+        The former of the paper's problem, exact to about 1e-13 of the size of its moments; the latter to about 1e-10.
 
     Raises
     ------
     NotCoveredError
-        If the oscillator is another one.
+        If the system is another one; the sentence names the part.
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If it is not a System.
 
     Notes
     -----
@@ -277,51 +275,59 @@ def exact(oscillator: Oscillator | System) -> Exact | ExactLaw:
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier, Springpot
-    >>> preloaded = Oscillator(springpot=Springpot(order=1.0, coefficient=0.5), barrier=Barrier(1.0, side="above"))
+    >>> import springpot as sp
+    >>> preloaded = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5), barrier=sp.Barrier(position=1.0))
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
-    >>> round(exact(Oscillator(barrier=None)).x_mean_square, 6)
+    >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    if isinstance(oscillator, System):
-        return exact_law(oscillator)
-    checked(oscillator)
-    _check_covered(oscillator)
-    stationary = _stationary(oscillator)
+    system = checked_system(system)
+    paper = check_covered(system)
+    if paper is None:
+        return exact_law(system)
+    stationary = _stationary(paper)
     return Exact(
         method="exact",
-        oscillator=oscillator,
+        system=system,
         stationary=stationary,
         assumptions=("None: this solves the equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
-        _law=None if isinstance(stationary, str) else _law(oscillator, stationary),
+        is_exact=True,
+        _law=None if isinstance(stationary, str) else _law(paper, stationary),
     )
 
 
-def _check_covered(oscillator: Oscillator) -> None:
-    wall, alpha = oscillator.barrier, oscillator.springpot.order
+def check_covered(system: System) -> Dimensionless | None:
+    """The paper's problem, or None of another system, where it is covered; otherwise `NotCoveredError`."""
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError:
+        check_law_covered(system)
+        return None
+    wall, alpha = paper.barrier, paper.springpot.order
     if wall is None:
-        return
-    if oscillator.restitution < 1.0:
-        raise NotCoveredError(f"{_REACH}, not a wall of restitution {oscillator.restitution:g}.")
-    if alpha < 1.0 and oscillator.dissipates:
+        return paper
+    if paper.restitution < 1.0:
+        raise NotCoveredError(f"{_REACH}, not a wall of restitution {paper.restitution:g}.")
+    if alpha < 1.0 and paper.dissipates:
         raise NotCoveredError(f"{_REACH}, not order {alpha:g} with a wall.")
+    return paper
 
 
-def _stationary(oscillator: Oscillator) -> Moments | str:
-    problem, units = canonical(oscillator)
+def _stationary(paper: Dimensionless) -> Moments | str:
+    problem, units = problem_and_units(paper)
     c = problem.coefficient
-    if statement := endless(oscillator):
+    if statement := endless(paper):
         return statement
     if units.length == 0.0:
-        return at_rest(oscillator)
+        return at_rest(paper)
     if c == 0.0:
         return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
     with np.errstate(over="ignore"):
         x_mean_square, v_mean_square = mean_squares(problem.order, c)
     x_mean, rate = 0.0, 0.0
-    if oscillator.barrier is not None:
+    if paper.barrier is not None:
         spread = math.sqrt(v_mean_square)
         k = problem.position / spread
         hazard = _hazard(k)
@@ -345,12 +351,12 @@ def _stationary(oscillator: Oscillator) -> Moments | str:
     return moments
 
 
-def _law(oscillator: Oscillator, moments: Moments) -> _Normals | None:
-    problem, units = canonical(oscillator)
+def _law(paper: Dimensionless, moments: Moments) -> _Normals | None:
+    problem, units = problem_and_units(paper)
     if units.length == 0.0:
         return None
     v_spread = math.sqrt(moments.v_mean_square) / units.speed
-    if oscillator.barrier is None:
+    if paper.barrier is None:
         return _Normals(units, math.sqrt(moments.x_mean_square) / units.length, v_spread, math.nan)
     return _Normals(units, v_spread, v_spread, problem.position)
 

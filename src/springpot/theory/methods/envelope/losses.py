@@ -34,7 +34,8 @@ from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.parts import Barrier, Dashpot, Spring, WhiteNoise
+from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
@@ -91,7 +92,8 @@ def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts 
     --------
     >>> plain = balance(Problem(order=1.0, coefficient=0.2, position=0.0, restitution=0.8))
     >>> better, struck = changed(plain, impacts(plain))
-    >>> lossy = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
+    >>> parts = Spring(1.0), Dashpot(0.2), WhiteNoise(1.0), Barrier(restitution=0.8)
+    >>> lossy = fokker_planck(System(*parts))
     >>> bool(abs(struck.rate / lossy.impact_rate - 1.0) < 0.002)
     True
     """
@@ -306,7 +308,7 @@ def _row(damping: float, restitution: float, place: float) -> FloatArray:
         far = 1.5 * math.sinh(place) * math.sqrt(0.5 / damping)
         position = 0.0 if place == 0.0 else optimize.brentq(miss, min(far, 0.0), max(far, 0.0), rtol=1e-9)
         wall = Barrier(position, restitution, side="above")
-        truth = fokker_planck(Oscillator(springpot=Springpot(1.0, damping), barrier=wall))
+        truth = fokker_planck(System(Spring(1.0), Dashpot(damping), WhiteNoise(1.0), wall))
     except (ValueError, NotCoveredError):
         return np.full(_NONE.size, np.nan)
     light_balance, origin = light(position), max(position, 0.0)

@@ -31,13 +31,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
@@ -46,15 +45,13 @@ from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
-from springpot.theory.methods.systems.envelope import envelope_of_system
-from springpot.theory.methods.systems.result import SystemResult
+from springpot.theory.methods.systems.envelope import check_system_covered, envelope_of_system
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem, Units, at_rest, canonical, checked, endless
-from springpot.theory.reliability import map_warnings
-from springpot.theory.result import ROUNDED, Moments, NotCoveredError
+from springpot.theory.problem import Problem, Units, at_rest, checked_system, endless, problem_and_units
+from springpot.theory.result import ROUNDED, Moments, NotCoveredError, Result
 
-__all__ = ["Envelope", "envelope"]
+__all__ = ["Envelope", "check_covered", "envelope"]
 
 FloatArray = NDArray[np.float64]
 
@@ -121,8 +118,8 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
+        >>> import springpot as sp
+        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
         """
@@ -190,8 +187,8 @@ class Envelope(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> from springpot.problem.oscillator import Springpot
-        >>> light = envelope(Oscillator(springpot=Springpot(1.0, 0.1)))
+        >>> import springpot as sp
+        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
         (11.5, 0.14)
@@ -207,16 +204,16 @@ class Envelope(DensitiesOfAmplitude):
         if distance is not None:
             return self._first_passage_of_x(level, both=True)
         if energy is not None:
-            level = math.sqrt(2.0 * level) / self.oscillator.natural_frequency  # of the amplitude with this energy
+            level = math.sqrt(2.0 * level) / self.paper.natural_frequency  # of the amplitude with this energy
         else:
-            kappa *= (self.oscillator.natural_frequency / self.oscillator.resonance) ** 2
+            kappa *= (self.paper.natural_frequency / self.paper.resonance) ** 2
         cells = self._solved().cells
         largest = _largest_amplitude(cells, kappa)
         wanted = level / self._solved().units.length
         if not largest[0] < wanted < largest[-1]:
             ends = largest[0] * self._solved().units.length, largest[-1] * self._solved().units.length
             if energy is not None:
-                ends = tuple(0.5 * (self.oscillator.natural_frequency * end) ** 2 for end in ends)
+                ends = tuple(0.5 * (self.paper.natural_frequency * end) ** 2 for end in ends)
             raise ValueError(
                 f"{name} must be a level between {ends[0]:g} (rest) and {ends[1]:g} (which is never reached), not "
                 f"{given[name]:g}."
@@ -232,14 +229,14 @@ class Envelope(DensitiesOfAmplitude):
 
     def _first_passage_of_x(self, level: float, *, both: bool) -> FirstPassage:
         """First passage of x on one side, or on both: the largest x of a cycle is looked at once in it, or twice."""
-        oscillator = self.oscillator
-        if oscillator.restitution < 1.0 or oscillator.dimensionless_coefficient > _LIGHTEST * ROUNDED:
+        paper = self.paper
+        if paper.restitution < 1.0 or paper.dimensionless_coefficient > _LIGHTEST * ROUNDED:
             raise NotCoveredError(
                 f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: otherwise simulate it "
                 f"with first_passage={{'{'distance' if both else 'x'}': level}}."
             )
-        cells, direction = self._solved().cells, oscillator.direction
-        wall = math.inf if oscillator.barrier is None else -direction * oscillator.barrier.position
+        cells, direction = self._solved().cells, paper.direction
+        wall = math.inf if paper.barrier is None else -direction * paper.barrier.position
         wanted = (1.0 if both else direction or math.copysign(1.0, level)) * level / self._solved().units.length
         reached = np.maximum.accumulate(cells.centre + cells.amplitude)
         if not max(reached[0], 0.0) < wanted < reached[-1]:
@@ -252,18 +249,15 @@ class Envelope(DensitiesOfAmplitude):
         unit = self._solved().units.time
         return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
-    def to_dict(self) -> dict[str, object]:
-        """The common dictionary of `Result.to_dict` and the mean ``frequency`` in rad/s (None without a balance)."""
-        common = super().to_dict()
-        tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
-        return {**common, "frequency": None if self.balance is None else self.frequency, **tail}
+    def _more(self) -> dict[str, object]:
+        return {"frequency": None if self.balance is None else self.frequency}
 
     def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
         table, length = self._energy_table(time), self._solved().units.length
         return np.clip(a / length, 0.0, table.end) * table.density(a / length) / length
 
     def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
-        length = self.oscillator.natural_frequency * self._solved().units.length
+        length = self.paper.natural_frequency * self._solved().units.length
         a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / length  # H = (Omega A)^2 / 2
         return np.where(h < 0.0, 0.0, self._energy_table(time).density(a) / length**2)
 
@@ -346,81 +340,83 @@ class _Law:
         return Tabulated.make(self.impacts.speeds, self.impacts.density)
 
 
-@overload
-def envelope(oscillator: Oscillator) -> Envelope: ...
-@overload
-def envelope(oscillator: System) -> Envelope | SystemResult: ...
 @np.errstate(all="ignore")  # what is not finite is no answer
-def envelope(oscillator: Oscillator | System) -> Envelope | SystemResult:
-    """Solve the oscillator by diffusion of the energy in a mean field.
+def envelope(system: System) -> Envelope | Result:
+    """Solve a system by diffusion of its energy, with the mean field of the envelope.
 
     Parameters
     ----------
-    oscillator : Oscillator or System
-        Any order, wall, restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders
-        between 0 and 1.  Of a system with other parts see
-        `springpot.theory.methods.systems.envelope.envelope_of_system`.
+    system : System
+        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
+        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
+        other parts see `springpot.theory.methods.systems.envelope.envelope_of_system`.
 
     Returns
     -------
-    Envelope or SystemResult
-        The former of an oscillator, and of a system that is one.
+    Envelope or Result
+        The former of the paper's problem.
 
     Raises
     ------
     NotCoveredError
         If the preload is deeper, the springpot stronger, or cycles of different size cross.
     TypeError
-        If ``oscillator`` is neither.
+        If it is not a System.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier, Springpot
-    >>> result = envelope(Oscillator(springpot=Springpot(0.5, 0.1), barrier=Barrier(position=-1.0, restitution=0.8)))
+    >>> import springpot as sp
+    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
+    >>> result = envelope(lossy)
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
-    if isinstance(oscillator, System):
-        try:
-            same = oscillator.canonical()
-        except NotCoveredError:
-            return envelope_of_system(oscillator)
-        return envelope(same)
-    oscillator = checked(oscillator)
-    problem, units = canonical(oscillator, order_0_is_spring=True)
-    without = endless(oscillator) or _endless_in_floating_point(oscillator)
+    system = checked_system(system)
+    paper = check_covered(system)
+    if paper is None:
+        return envelope_of_system(system)
+    problem, units = problem_and_units(paper, order_0_is_spring=True)
+    without = _without(paper)
     settled, struck = None, None
     stationary: Moments | str
     if without is not None:
         stationary = without
-    elif oscillator.excitation.intensity == 0.0:
-        stationary = at_rest(oscillator)
+    elif paper.excitation.intensity == 0.0:
+        stationary = at_rest(paper)
     else:
-        _check_covered(problem)
         settled = _settled(problem)
         settled, struck = changed(settled, impacts(settled))
         # divided by the time unit: multiplied by the frequency, the last digit would differ
         stationary = replace(
-            units.moments(_moments(settled, struck, _kappa(oscillator))),
+            units.moments(_moments(settled, struck, _kappa(paper))),
             impact_rate=_rate(settled, struck) / units.time,
         )
     return Envelope(
         method="envelope",
-        oscillator=oscillator,
+        system=system,
         stationary=stationary,
-        assumptions=_assumptions(oscillator),
-        warnings=_warnings(oscillator, settled),
+        assumptions=_assumptions(paper),
+        warnings=_warnings(paper, settled),
         balance=settled,
-        _law=None if settled is None else _Law(units, settled, struck, _kappa(oscillator)),
+        _law=None if settled is None else _Law(units, settled, struck, _kappa(paper)),
     )
 
 
-def _kappa(oscillator: Oscillator) -> float:
+def _kappa(paper: Dimensionless) -> float:
     """(frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2, dimensionless."""
-    return 1.0 + (oscillator.dimensionless_coefficient if oscillator.springpot.order == 0.0 else 0.0)
+    return 1.0 + (paper.dimensionless_coefficient if paper.springpot.order == 0.0 else 0.0)
 
 
-def _check_covered(problem: Problem) -> None:
+def check_covered(system: System) -> Dimensionless | None:
+    """The paper's problem, or None of another system, where it is covered; otherwise `NotCoveredError`."""
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError:
+        check_system_covered(system)
+        return None
+    if _without(paper) or paper.excitation.intensity == 0.0:
+        return paper
+    problem, _ = problem_and_units(paper, order_0_is_spring=True)
     if problem.position > _DEEPEST_PRELOAD * ROUNDED:
         raise NotCoveredError(
             f"The envelope covers preloads up to {_DEEPEST_PRELOAD:g} sqrt(q / Omega^3), not {problem.position:.3g}."
@@ -430,6 +426,12 @@ def _check_covered(problem: Problem) -> None:
             f"The envelope covers springpots up to c = C Omega^(alpha-2) = {_STRONGEST:g}, "
             f"not {problem.coefficient:.3g}."
         )
+    return paper
+
+
+def _without(paper: Dimensionless) -> str | None:
+    """Why there is no stationary state."""
+    return endless(paper) or _endless_in_floating_point(paper)
 
 
 def _settled(problem: Problem) -> Balance:
@@ -442,11 +444,11 @@ def _settled(problem: Problem) -> Balance:
         ) from unsettled
 
 
-def _endless_in_floating_point(oscillator: Oscillator) -> str | None:
-    wall, element = oscillator.barrier, oscillator.springpot
-    loss = oscillator.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0)
+def _endless_in_floating_point(paper: Dimensionless) -> str | None:
+    wall, element = paper.barrier, paper.springpot
+    loss = paper.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0)
     if wall is not None:
-        loss += 1.0 - oscillator.restitution
+        loss += 1.0 - paper.restitution
     if loss < _SMALLEST_LOSS:
         return f"There is no stationary state in floating point: the loss {loss:.2g} of a cycle is too small."
     return None
@@ -489,37 +491,37 @@ def _largest_amplitude(cells: Cells, kappa: float) -> FloatArray:
     return np.asarray(np.maximum.accumulate(np.sqrt(square)))
 
 
-def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
+def _assumptions(paper: Dimensionless) -> tuple[str, ...]:
     common = (
         "The energy changes little in one cycle: damping and noise are light or moderate.",
         "Between impacts the motion is an arc of one frequency; the springpot acts as a spring about the mean of the "
         "cycle, and as a second, softer spring against slow changes of this mean.",
         "The past motion is stationary: the start no longer matters.",
     )
-    if oscillator.barrier is None or oscillator.restitution == 1.0:
+    if paper.barrier is None or paper.restitution == 1.0:
         return common
     return (*common, "During an impact and the short flight after it the springpot is treated as a dashpot.")
 
 
-def _warnings(oscillator: Oscillator, settled: Balance | None) -> tuple[str, ...]:
-    c, wall = oscillator.dimensionless_coefficient, oscillator.barrier
+def _warnings(paper: Dimensionless, settled: Balance | None) -> tuple[str, ...]:
+    c, wall = paper.dimensionless_coefficient, paper.barrier
     sentences: list[str] = []
-    if wall is not None and COLLAPSE_BELOW < oscillator.restitution < 0.5:
+    if wall is not None and COLLAPSE_BELOW < paper.restitution < 0.5:
         sentences.append(
             "Many impacts are slow: at r = 0.3 the impact rate is within 2 % for c up to 0.3, and 8 % too low at c = 1 "
             "with a preload, where impact speeds are 9 % too high; below r = 0.25 it was compared with Monte Carlo at "
             "order 1 only."
         )
-    if wall is not None and oscillator.restitution < 1.0 and c > DAMPINGS[-1]:
+    if wall is not None and paper.restitution < 1.0 and c > DAMPINGS[-1]:
         sentences.append(
             f"The dashpot is too strong for the table of lossy walls (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 "
             "impact rate and speeds were up to 15 % off; use the Fokker-Planck equation."
         )
-    if wall is not None and oscillator.restitution <= COLLAPSE_BELOW:
+    if wall is not None and paper.restitution <= COLLAPSE_BELOW:
         sentences.append(
             f"Below restitution {COLLAPSE_BELOW:.3f} there are infinitely many slow impacts: impact rate and speeds "
             "do not exist."
         )
     if settled is not None and settled.change > _NOT_SETTLED:
         sentences.append(f"The iteration has not converged: its numbers still change by {settled.change:.2g} per step.")
-    return (*sentences, *map_warnings(oscillator, "envelope"))
+    return tuple(sentences)

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,7 @@ from scipy import interpolate, special
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm, free_spread, interpolation
 from springpot.theory.problem import Problem
-from springpot.theory.result import Moments
+from springpot.theory.result import MOMENTS, Moments
 
 __all__ = ["COARSE", "FINE", "Grid", "Impacts", "difference", "moments", "response", "solve", "speed_unit"]
 
@@ -147,9 +147,7 @@ def moments(problem: Problem, impacts: Impacts) -> Moments:
 
 
 def difference(fine: Moments, coarse: Moments) -> tuple[float, float]:
-    changes = {
-        field.name: abs(getattr(coarse, field.name) / getattr(fine, field.name) - 1.0) for field in fields(Moments)
-    }
+    changes = {name: abs(coarse[name] / fine[name] - 1.0) for name in MOMENTS}
     changes["x_mean"] = abs(coarse.x_mean - fine.x_mean) / math.sqrt(fine.x_mean_square)
     return max(changes.values()), changes["impact_rate"]
 

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.system import System
 from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
-from springpot.theory.problem import at_rest, canonical, checked, endless
+from springpot.theory.problem import at_rest, checked_system, endless, problem_and_units
 from springpot.theory.result import Moments, NotCoveredError
 
-__all__ = ["FokkerPlanck", "fokker_planck"]
+__all__ = ["FokkerPlanck", "check_covered", "fokker_planck"]
 
 FloatArray = NDArray[np.float64]
 
@@ -57,8 +58,8 @@ class FokkerPlanck(Densities):
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier, Springpot
-    >>> result = fokker_planck(Oscillator(springpot=Springpot(1.0, 0.2), barrier=Barrier(restitution=0.8)))
+    >>> import springpot as sp
+    >>> result = fokker_planck(sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(restitution=0.8)))
     >>> result.x_density([-0.1, 1.0]).round(3), result.v_density([-0.5, 0.0, 0.5]).round(3)
     (array([0.   , 0.451]), array([0.281, 0.325, 0.321]))
     >>> result.impact_speed_density([0.0, 1.0]).round(3), result.joint_density(0.5, [-1.0, 1.0]).round(3)
@@ -74,22 +75,19 @@ class FokkerPlanck(Densities):
         # one division, not two, which would change the last digit
         return np.asarray(law.flux(u / law.units.speed) / (law.impacts.mass * law.units.speed))
 
-    def to_dict(self) -> dict[str, object]:
-        """The common dictionary of `Result.to_dict`, and both error estimates."""
-        common = super().to_dict()
-        tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
-        errors = {"error_estimate": self.error_estimate, "impact_rate_error": self.impact_rate_error}
-        return {**common, **errors, **tail}
+    def _more(self) -> dict[str, object]:
+        return {"error_estimate": self.error_estimate, "impact_rate_error": self.impact_rate_error}
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
-    """Solve the stationary Fokker-Planck equation of an oscillator with a dashpot and a lossy wall.
+def fokker_planck(system: System) -> FokkerPlanck:
+    """Solve the stationary Fokker-Planck equation of a linear spring with a dashpot and a lossy wall.
 
     Parameters
     ----------
-    oscillator : Oscillator
-        Of order 1 with a wall of restitution above 0.163; elastic walls are solved the same way (`exact` is faster).
+    system : System
+        A linear spring, a dashpot, white noise, and a wall of restitution above 0.163; elastic walls are solved the
+        same way (`exact` is faster).
 
     Returns
     -------
@@ -99,10 +97,10 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     Raises
     ------
     NotCoveredError
-        If the order is not 1, there is no wall, the restitution is too low, or too many digits would be lost because
-        of the damping or the wall's position.
+        If it has other parts, the order is not 1, there is no wall, the restitution is too low, or too many digits
+        would be lost because of the damping or the wall's position.
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If it is not a System.
 
     Notes
     -----
@@ -111,19 +109,19 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Barrier, Springpot
-    >>> lossy = Oscillator(springpot=Springpot(order=1.0, coefficient=0.2), barrier=Barrier(restitution=0.8))
+    >>> import springpot as sp
+    >>> lossy = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.2), barrier=sp.Barrier(restitution=0.8))
     >>> result = fokker_planck(lossy)
     >>> round(result.x_mean_square, 4), round(result.impact_rate, 4), result.error_estimate < 1e-4
     (1.4917, 0.3346, True)
     """
-    oscillator = checked(oscillator)
-    problem, units = canonical(oscillator)
-    _check_covered(oscillator)
-    if statement := endless(oscillator):
-        return _result(oscillator, statement)
+    system = checked_system(system)
+    paper = check_covered(system)
+    problem, units = problem_and_units(paper)
+    if statement := endless(paper):
+        return _result(system, statement)
     if units.length == 0.0:
-        return _result(oscillator, at_rest(oscillator))
+        return _result(system, at_rest(paper))
     impacts = solve(problem, FINE)
     fine, coarse = moments(problem, impacts), moments(problem, solve(problem, COARSE))
     error, rate_error = difference(fine, coarse)
@@ -134,11 +132,11 @@ def fokker_planck(oscillator: Oscillator) -> FokkerPlanck:
     stationary = units.moments(fine)
     x_root = math.sqrt(stationary.x_mean_square) / units.length
     v_root = math.sqrt(stationary.v_mean_square) / units.speed
-    return _result(oscillator, stationary, error, rate_error, Laws(problem, impacts, units, x_root, v_root))
+    return _result(system, stationary, error, rate_error, Laws(problem, impacts, units, x_root, v_root))
 
 
 def _result(
-    oscillator: Oscillator,
+    system: System,
     stationary: Moments | str,
     error: float = 0.0,
     rate_error: float = 0.0,
@@ -146,10 +144,11 @@ def _result(
 ) -> FokkerPlanck:
     return FokkerPlanck(
         method="fokker_planck",
-        oscillator=oscillator,
+        system=system,
         stationary=stationary,
         assumptions=("None but the numerical solution: its error is estimated from two grids.",),
         warnings=_warnings(error, rate_error),
+        is_exact=True,
         error_estimate=error,
         impact_rate_error=rate_error,
         _law=law,
@@ -162,20 +161,23 @@ def _warnings(error: float, rate_error: float) -> tuple[str, ...]:
     return (f"Two grids differ by {error:.1g} of a moment and {rate_error:.1g} of the impact rate.",)
 
 
-def _check_covered(oscillator: Oscillator) -> None:
-    wall, alpha, c = oscillator.barrier, oscillator.springpot.order, oscillator.dimensionless_coefficient
+def check_covered(system: System) -> Dimensionless:
+    """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
+    paper = Dimensionless.of(system)
+    wall, alpha, c = paper.barrier, paper.springpot.order, paper.dimensionless_coefficient
     if wall is None:
         raise NotCoveredError(f"{_REACH}, not an oscillator without a wall.")
     if alpha != 1.0:
         raise NotCoveredError(f"{_REACH}, not order {alpha:g}.")
-    if not oscillator.dissipates:
-        return
-    if oscillator.restitution < _LOWEST:
-        raise NotCoveredError(f"{_REACH} (in practice {_LOWEST:g}), not restitution {oscillator.restitution:g}.")
+    if not paper.dissipates:
+        return paper
+    if paper.restitution < _LOWEST:
+        raise NotCoveredError(f"{_REACH} (in practice {_LOWEST:g}), not restitution {paper.restitution:g}.")
     if not _LIGHTEST <= c <= _STRONGEST:
         raise NotCoveredError(f"{_REACH} and C/Omega in [{_LIGHTEST:g}, {_STRONGEST:g}], not {c:.3g}.")
-    k = oscillator.dimensionless_position * math.sqrt(2.0 * c)
-    if oscillator.length_scale > 0.0 and not _FAR_BEHIND <= k <= _DEEPEST:
+    k = paper.dimensionless_position * math.sqrt(2.0 * c)
+    if paper.length_scale > 0.0 and not _FAR_BEHIND <= k <= _DEEPEST:
         raise NotCoveredError(
             f"{_REACH} at {_FAR_BEHIND:g} to {_DEEPEST:g} standard deviations sqrt(q / 2 C Omega^2), not at {k:.3g}."
         )
+    return paper

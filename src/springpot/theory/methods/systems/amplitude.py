@@ -18,10 +18,10 @@ from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
-from springpot.theory.reliability import map_warnings
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, Result, at_walls
 
-__all__ = ["AmplitudeAveraging", "averaging_amplitude"]
+__all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
 
 FloatArray = NDArray[np.float64]
 
@@ -81,6 +81,11 @@ class _Problem:
     intensity: float
     side: float
     restitution: float
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether nothing is approximated: dashpots, and no loss in impacts."""
+        return self.restitution == 1.0 and all(order == 1.0 for order, _ in self.pots)
 
     def stiffness(self, w: FloatArray) -> FloatArray:
         """Equivalent stiffness of the memory on a cycle of frequency w."""
@@ -206,12 +211,12 @@ class _Law:
 
 
 @dataclass(frozen=True)
-class AmplitudeAveraging(SystemResult):
+class AmplitudeAveraging(Result):
     """Result of averaging of the amplitude: moments, densities of the amplitude and of x, and the cycles themselves.
 
     Notes
     -----
-    The parameters are those of `SystemResult`.
+    The parameters are those of `springpot.theory.result.Result`.
     """
 
     _law: _Law | None = field(default=None, repr=False, compare=False, kw_only=True)
@@ -365,9 +370,9 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
     >>> round(averaging_amplitude(duffing).x_mean_square, 2)
     1.95
     """
-    unit = checked_system(system).per_unit_mass
-    problem = _problem(unit)
-    stationary: SystemMoments | str
+    system = checked_system(system)
+    problem = check_covered(system)
+    stationary: Moments | str
     law = None
     if not problem.intensity > 0.0:
         stationary = "There is no random stationary state: nothing excites the motion."
@@ -387,12 +392,15 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
             "The memory acts on a cycle as a spring and a dashpot, of the frequency of its amplitude.",
             "An impact takes little energy: it multiplies the speed by r once in each half period.",
         )[: 3 if problem.restitution < 1.0 else 2],
-        warnings=tuple(_warnings(system, problem, law)),
+        warnings=() if law is None else tuple(_warnings(problem, law)),
+        is_exact=problem.is_exact,
         _law=law,
     )
 
 
-def _problem(unit: System) -> _Problem:
+def check_covered(system: System) -> _Problem:
+    """What the method solves, where it is covered; otherwise `NotCoveredError`."""
+    unit = system.per_unit_mass
     kinds = Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise
     for name, part in unit.named():
         if not isinstance(part, kinds):
@@ -437,7 +445,7 @@ def _law(problem: _Problem) -> _Law:
     return _Law(problem, labels, cycles, exponent, float(labels.weights.ravel() @ density))
 
 
-def _moments(system: System, law: _Law) -> SystemMoments:
+def _moments(system: System, law: _Law) -> Moments:
     cycles, side = law.cycles, law.problem.side
     x_square, v_square = law.average(cycles.x_square), law.average(cycles.v_square)
     omega = system.natural_frequency
@@ -447,22 +455,20 @@ def _moments(system: System, law: _Law) -> SystemMoments:
         (rate, law.average(hits * np.sqrt(2.0 * cycles.energy)) / rate, law.average(hits * 2.0 * cycles.energy) / rate)
     ]
     rates, means, squares = zip(*struck, strict=True) if side else ((), (), ())
-    return SystemMoments(
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=side * law.average(cycles.x_mean) + 0.0,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls(rates, means, squares),
+        **at_walls(system, rates, means, squares),
     )
 
 
-def _warnings(system: System, problem: _Problem, law: _Law | None) -> Iterator[str]:
-    exact = problem.restitution == 1.0 and all(order == 1.0 for order, _ in problem.pots)
-    if law is None or exact:
+def _warnings(problem: _Problem, law: _Law) -> Iterator[str]:
+    if problem.is_exact:
         return
     cycles = law.cycles
     decay = law.average(problem.slope(cycles) * problem.intensity * cycles.v_square / (2.0 * cycles.force))
     taken = decay * 2.0 * math.pi / law.average(cycles.frequency) / law.average(cycles.energy)
     if taken > 1.0:
         yield f"Damping is not light: a cycle takes {taken:.2g} times the mean energy."
-    yield from map_warnings(system, "averaging_amplitude")

@@ -29,16 +29,11 @@ from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
-from springpot.theory.methods.systems.result import (
-    SystemMoments,
-    SystemResult,
-    at_all_walls,
-    checked_system,
-    walls_of,
-)
-from springpot.theory.result import NoConvergenceError
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
+from springpot.theory.walls import named_walls
 
-__all__ = ["ExactLaw", "exact_law"]
+__all__ = ["ExactLaw", "check_law_covered", "exact_law"]
 
 FloatArray = NDArray[np.float64]
 
@@ -128,12 +123,12 @@ class _EnergyLaw:
 
 
 @dataclass(frozen=True)
-class ExactLaw(SystemResult):
+class ExactLaw(Result):
     """The exact stationary state of a system, with its densities.
 
     Notes
     -----
-    The parameters are those of `SystemResult`.
+    The parameters are those of `springpot.theory.result.Result`.
     """
 
     _law: _EnergyLaw | None = field(default=None, repr=False, compare=False, kw_only=True)
@@ -232,13 +227,12 @@ def exact_law(system: System) -> ExactLaw:
     ...     sp.Barrier(-0.5), sp.Barrier(1.2, side="below"),
     ... )
     >>> result = exact_law(system)
-    >>> round(result.x_mean, 5), [round(rate, 5) for rate in result.barrier_impact_rate]
-    (0.25606, [0.28165, 0.11139])
+    >>> round(result.x_mean, 5), round(result.barrier_1_impact_rate, 5), round(result.barrier_2_impact_rate, 5)
+    (0.25606, 0.28165, 0.11139)
     """
-    unit = checked_system(system).per_unit_mass
-    _check_elastic(unit)
-    coefficients = _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
-    stationary: SystemMoments | str
+    system = checked_system(system)
+    unit, coefficients = system.per_unit_mass, check_law_covered(system)
+    stationary: Moments | str
     law = None
     warnings: tuple[str, ...] = ()
     if isinstance(coefficients, str):
@@ -255,6 +249,7 @@ def exact_law(system: System) -> ExactLaw:
         stationary=stationary,
         assumptions=("None: this is the stationary solution of the equation of motion as it stands.",),
         warnings=warnings,
+        is_exact=True,
         _law=law,
     )
 
@@ -265,12 +260,15 @@ _REACH = (
 )
 
 
-def _check_elastic(unit: System) -> None:
+def check_law_covered(system: System) -> tuple[float, float] | str:
+    """The coefficients of g, or why there is no stationary state; `NotCoveredError` for what is not covered."""
+    unit = system.per_unit_mass
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
         if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
+    return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
 
 
 def _thermal(unit: System) -> tuple[float, float]:
@@ -289,7 +287,7 @@ def _thermal(unit: System) -> tuple[float, float]:
     _refuse_others(unit, allowed)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    memory = [name for name, part in unit.named() if _remembers(part)]
+    memory = [name for name, part in unit.named() if part.remembers]
     if intensity > 0.0 and memory:
         raise NotCoveredError(f"{_REACH}, not white noise beside it with {memory[0]}.")
     damping = _dashpots(unit)
@@ -299,13 +297,6 @@ def _thermal(unit: System) -> tuple[float, float]:
         )
     heated = temperature + (intensity / (2.0 * damping) if intensity > 0.0 else 0.0)
     return 1.0 / heated, 0.0
-
-
-def _remembers(part: object) -> bool:
-    """Whether it dissipates with memory: a springpot between a spring and a dashpot, an arm, a circuit."""
-    if isinstance(part, Springpot):
-        return part.remembers
-    return isinstance(part, FractionalMaxwell | Maxwell | PiezoelectricCircuit)
 
 
 def _white(unit: System) -> tuple[float, float] | str:
@@ -448,26 +439,26 @@ def _rounding(law: _EnergyLaw) -> tuple[str, ...]:
     )
 
 
-def _moments(system: System, law: _EnergyLaw) -> SystemMoments:
+def _moments(system: System, law: _EnergyLaw) -> Moments:
     weights, u = law.weights, law.above_least(law.places)
     at = 2.0 * weights * law.speed_integral(0, u) / law.total
     shift, square = float(at @ law.places), float(at @ (law.places * law.places))
     x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
     rates, speeds, squares = [], [], []
-    for wall in walls_of(system):
+    for wall in named_walls(system).values():
         there = np.atleast_1d(law.above_least(wall.position - law.origin))
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
         rates.append(flux / law.total)
         speeds.append(first / flux if flux > 0.0 else math.nan)
         squares.append(second / flux if flux > 0.0 else math.nan)
     omega = system.natural_frequency
-    return SystemMoments(
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=x_mean,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls(rates, speeds, squares),
+        **at_walls(system, rates, speeds, squares),
     )
 
 

@@ -53,18 +53,13 @@ from springpot.theory.methods.systems.impacts import (
     is_smooth,
     with_sudden_losses,
 )
-from springpot.theory.methods.systems.result import (
-    SystemMoments,
-    SystemResult,
-    at_all_walls,
-    checked_system,
-    walls_of,
-)
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
-from springpot.theory.reliability import map_warnings
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, Result, at_walls
+from springpot.theory.walls import named_walls
 
-__all__ = ["envelope_of_system"]
+__all__ = ["check_system_covered", "envelope_of_system"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -127,7 +122,7 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
     taken = loss
-    for wall in walls_of(unit):
+    for wall in named_walls(unit).values():
         place = wall.position - problem.origin
         speed = speed_at(problem, cycles, place)
         struck.append(speed)
@@ -302,7 +297,7 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
     return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found, labels)
 
 
-def envelope_of_system(system: System) -> SystemResult:
+def envelope_of_system(system: System) -> Result:
     """Solve a system by diffusion of the energy of its cycles.
 
     Parameters
@@ -313,7 +308,7 @@ def envelope_of_system(system: System) -> SystemResult:
 
     Returns
     -------
-    SystemResult
+    Result
 
     Raises
     ------
@@ -345,35 +340,20 @@ def envelope_of_system(system: System) -> SystemResult:
     ...     sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, side="below"),
     ... )
     >>> result = envelope_of_system(device)
-    >>> round(result.x_mean_square, 2), [round(rate, 2) for rate in result.barrier_impact_rate]
-    (0.23, [0.17, 0.25])
+    >>> round(result.x_mean_square, 2), round(result.barrier_1_impact_rate, 2), round(result.barrier_2_impact_rate, 2)
+    (0.23, 0.17, 0.25)
     """
-    unit = checked_system(system).per_unit_mass
-    _check_covered(unit)
+    system = checked_system(system)
+    problem = check_system_covered(system)
     warnings: tuple[str, ...] = ()
-    stationary: SystemMoments | str
-    noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
-    if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
-        stationary = "There is no random stationary state: nothing excites the motion."
-    elif not unit.potential.holds():
-        stationary = "There is no stationary state: no spring or wall holds the mass on one side."
+    stationary: Moments | str
+    if isinstance(problem, str):
+        stationary = problem
+    elif isinstance(law := _law(problem), str):
+        stationary = law
     else:
-        problem = _problem(unit)
-        if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
-            raise NotCoveredError(
-                f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place."
-            )
-        if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
-            raise NotCoveredError(
-                "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
-            )
-        _check_rest(unit, problem.origin)
-        law = _law(problem)
-        stationary = law if isinstance(law, str) else _moments(system, problem, law)
-        warnings = () if isinstance(law, str) else tuple(_warnings(problem, law))
-        if not isinstance(law, str) and not _is_exact(problem):
-            warnings += map_warnings(system, "envelope")
-    return SystemResult(
+        stationary, warnings = _moments(system, problem, law), tuple(_warnings(problem, law))
+    return Result(
         method="envelope",
         system=system,
         stationary=stationary,
@@ -385,6 +365,7 @@ def envelope_of_system(system: System) -> SystemResult:
             "are corrected as at order 1, and with white noise short returns to a lossy wall are counted.",
         ),
         warnings=warnings,
+        is_exact=not isinstance(problem, str) and _is_exact(problem),
     )
 
 
@@ -401,12 +382,28 @@ def _check_rest(unit: System, bottom: float) -> None:
             )
 
 
-def _check_covered(unit: System) -> None:
+def check_system_covered(system: System) -> Problem | str:
+    """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
+    unit = system.per_unit_mass
     for name, part in unit.named():
         if isinstance(part, Harmonic):
             raise NotCoveredError(f"{REACH}, not {name}.")
         if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
+    noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
+    if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
+        return "There is no random stationary state: nothing excites the motion."
+    if not unit.potential.holds():
+        return "There is no stationary state: no spring or wall holds the mass on one side."
+    problem = _problem(unit)
+    if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
+        raise NotCoveredError(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")
+    if unit.of(ThermalNoise) and not problem.remembers and not problem.damping > 0.0:
+        raise NotCoveredError(
+            "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
+        )
+    _check_rest(unit, problem.origin)
+    return problem
 
 
 def _problem(unit: System) -> Problem:
@@ -465,7 +462,7 @@ def _length(potential: Potential) -> float:
     return math.exp(min(max(math.log(first / last) / (m - n), -100.0), 100.0))
 
 
-def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
+def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     cycles, rates = law.cycles, law.rates
     spread = Spread(law.average(cycles.mean), law.average(cycles.x_square), law.average(cycles.v_square))
     hits = hits_on_walls(problem, cycles, law.labels, law.weight, rates.struck, rates.damped)
@@ -473,14 +470,15 @@ def _moments(system: System, problem: Problem, law: _Law) -> SystemMoments:
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     v_square = spread.v_square
     omega = system.natural_frequency
-    harvested = law.average(rates.electric) * system.inertia if problem.circuits else math.nan
-    return SystemMoments(
+    struck = at_walls(system, [hit.rate for hit in hits], [hit.mean for hit in hits], [hit.square for hit in hits])
+    if problem.circuits and not problem.unit.of(ThermalNoise):
+        struck["of_parts"]["harvested_power"] = law.average(rates.electric) * system.inertia
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=problem.origin + spread.mean,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls([hit.rate for hit in hits], [hit.mean for hit in hits], [hit.square for hit in hits]),
-        harvested_power=math.nan if problem.unit.of(ThermalNoise) else harvested,
+        **struck,
     )
 
 

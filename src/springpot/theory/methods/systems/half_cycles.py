@@ -35,10 +35,11 @@ from springpot.theory.methods.systems.half_cycle_chain import (
     chain_of,
 )
 from springpot.theory.methods.systems.linear import linear
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
-from springpot.theory.reliability import map_warnings
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, Result, at_walls
+from springpot.theory.walls import named_walls
 
-__all__ = ["HalfCycles", "half_cycles"]
+__all__ = ["HalfCycles", "check_covered", "half_cycles"]
 
 FloatArray = NDArray[np.float64]
 
@@ -63,12 +64,12 @@ class _Scales:
 
 
 @dataclass(frozen=True)
-class HalfCycles(SystemResult):
+class HalfCycles(Result):
     """The chain of half cycles of a system between two walls.
 
     Notes
     -----
-    The parameters are those of `SystemResult`, and the chain.
+    The parameters are those of `springpot.theory.result.Result`, and the chain.
     """
 
     chain: Chain | None
@@ -190,13 +191,13 @@ def half_cycles(system: System) -> HalfCycles:
     >>> import springpot as sp
     >>> stops = sp.Barrier(-1.5, 0.6), sp.Barrier(2.2, 0.6, side="below")
     >>> result = half_cycles(sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), *stops))
-    >>> [round(rate, 4) for rate in result.barrier_impact_rate]  # Monte Carlo: 0.0494 and 0.0088
-    [0.0492, 0.0089]
+    >>> round(result.barrier_1_impact_rate, 4), round(result.barrier_2_impact_rate, 4)  # Monte Carlo: 0.0494, 0.0088
+    (0.0492, 0.0089)
     """
-    unit = checked_system(system).per_unit_mass
-    lower, upper = _walls(unit)
+    system = checked_system(system)
+    unit, (lower, upper) = system.per_unit_mass, check_covered(system)
     chain = scales = None
-    stationary: SystemMoments | str
+    stationary: Moments | str
     warnings: tuple[str, ...] = ()
     if not sum(noise.intensity for noise in unit.of(WhiteNoise)) > 0.0:
         stationary = "There is no random stationary state: nothing excites the motion."
@@ -206,7 +207,7 @@ def half_cycles(system: System) -> HalfCycles:
         _check_walls(problem)
         chain = chain_of(problem)
         stationary = _moments(system, chain, scales)
-        warnings = (*_warnings(unit, linear_part, scales), *map_warnings(system, "half_cycles"))
+        warnings = tuple(_warnings(unit, linear_part, scales))
     return HalfCycles(
         method="half_cycles",
         system=system,
@@ -222,7 +223,7 @@ def half_cycles(system: System) -> HalfCycles:
     )
 
 
-def _walls(unit: System) -> tuple[Barrier, Barrier]:
+def check_covered(system: System) -> tuple[Barrier, Barrier]:
     """The lower and the upper wall, where everything else is covered too.
 
     Raises
@@ -230,6 +231,7 @@ def _walls(unit: System) -> tuple[Barrier, Barrier]:
     NotCoveredError
         Where it is not.
     """
+    unit = system.per_unit_mass
     for name, part in unit.named():
         bent = isinstance(part, PolynomialDashpot) and not part.is_linear
         kinds = Mass | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
@@ -320,7 +322,7 @@ def _rebound(wall: Barrier, unit_of_speed: float) -> Callable[[FloatArray], Floa
     return rebound
 
 
-def _moments(system: System, chain: Chain, scales: _Scales) -> SystemMoments:
+def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
     per_time = 1.0 / chain.period
     x = scales.length * per_time * chain.total(lambda stage: stage.side * stage.flights.first)
     x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
@@ -332,16 +334,19 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> SystemMoments:
         rates.append(math.nan if found is None else found.rate * scales.frequency)
         means.append(math.nan if found is None else found.speed_mean * scales.speed)
         squares.append(math.nan if found is None else found.speed_mean_square * scales.speed**2)
-    own = tuple(rates)
-    rates = [0.0 if far else rate for far, rate in zip(unresolved, rates, strict=True)]
+    # of all walls together; a far one that is struck too rarely for the chain counts nothing
+    struck = at_walls(
+        system, [0.0 if far else rate for far, rate in zip(unresolved, rates, strict=True)], means, squares
+    )
+    own = zip(named_walls(system), rates, strict=True)
+    struck["of_parts"] |= {f"{wall}_impact_rate": rate for wall, rate in own}
     omega = system.natural_frequency
-    return SystemMoments(
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2 if omega > 0.0 else math.nan,
         x_mean=x,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        # of all walls together; a far one that is struck too rarely for the chain counts nothing
-        **at_all_walls(rates, means, squares) | {"barrier_impact_rate": own},
+        **struck,
     )
 
 

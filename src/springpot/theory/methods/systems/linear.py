@@ -30,8 +30,9 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System
 from springpot.theory.distributions import real_array
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
 from springpot.theory.numerics.frequencies import integral, resonances
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, Result
 
 __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "moments_of"]
 
@@ -141,12 +142,12 @@ def _power_of(base: float, power: float) -> float:
 
 
 @dataclass(frozen=True)
-class LinearResponse(SystemResult):
+class LinearResponse(Result):
     """The stationary state of a linear system, and how it responds at a frequency.
 
     Notes
     -----
-    The parameters are those of `SystemResult`, and the linear system per unit mass.
+    The parameters are those of `springpot.theory.result.Result`, and the linear system per unit mass.
     """
 
     companion: Companion
@@ -243,13 +244,15 @@ def linear(system: System) -> LinearResponse:
     >>> round(result.x_mean_square, 5), round(result.harvested_power, 5)
     (1.17038, 0.18032)
     """
-    companion = companion_of(checked_system(system))
+    system = checked_system(system)
+    companion = companion_of(system)
     return LinearResponse(
         method="linear",
         system=system,
         stationary=moments_of(system, companion),
         assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
+        is_exact=True,
         companion=companion,
     )
 
@@ -295,7 +298,10 @@ def companion_of(system: System) -> Companion:
     )
 
 
-def moments_of(system: System, companion: Companion) -> SystemMoments | str:
+check_covered = companion_of
+
+
+def moments_of(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
     springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
     static = companion.stiffness + sum(spring.coefficient for spring in springs)
@@ -339,7 +345,8 @@ def moments_of(system: System, companion: Companion) -> SystemMoments | str:
         v_square += fed * v_unit
         power += fed * _power(companion, mean_square, lambda w: 1.0 / (2.0 * math.pi))
     omega = system.natural_frequency
-    return SystemMoments(
+    harvests = companion.circuits and companion.temperature == 0.0
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=x_mean,
         x_mean_square=x_square,
@@ -347,7 +354,7 @@ def moments_of(system: System, companion: Companion) -> SystemMoments | str:
         impact_rate=0.0,
         impact_speed_mean=math.nan,
         impact_speed_mean_square=math.nan,
-        harvested_power=power * system.inertia if companion.circuits and companion.temperature == 0.0 else math.nan,
+        of_parts={"harvested_power": power * system.inertia} if harvests else {},
     )
 
 

@@ -30,11 +30,10 @@ from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, moments_of
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, checked_system
-from springpot.theory.reliability import map_warnings
-from springpot.theory.result import NoConvergenceError
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, NoConvergenceError, Result
 
-__all__ = ["Linearization", "linearization"]
+__all__ = ["Linearization", "check_covered", "linearization"]
 
 FloatArray = NDArray[np.float64]
 
@@ -46,7 +45,7 @@ _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond whi
 
 
 @dataclass(frozen=True)
-class Linearization(SystemResult):
+class Linearization(Result):
     """The moments of the nearest linear system.
 
     Parameters
@@ -56,7 +55,7 @@ class Linearization(SystemResult):
 
     Notes
     -----
-    The other parameters are those of `SystemResult`.
+    The other parameters are those of `springpot.theory.result.Result`.
     """
 
     stiffness: float
@@ -106,21 +105,17 @@ def linearization(system: System) -> Linearization:
     >>> round(linearization(duffing).x_mean_square, 4)
     0.346
     """
-    unit = checked_system(system).per_unit_mass
-    _check_covered(unit)
-    companion = companion_of(_without_nonlinear(unit))
-    companion, stationary = _solve(unit, companion)
+    system = checked_system(system)
+    unit = system.per_unit_mass
+    companion, stationary = _solve(unit, check_covered(system))
     warnings: tuple[str, ...] = ()
     if not isinstance(stationary, str):
         warnings = tuple(_strained(unit, companion, stationary))
-        if not _is_linear(unit):
-            warnings += map_warnings(system, "linearization")
-    if not isinstance(stationary, str):
         omega = system.natural_frequency
         stationary = replace(
             stationary,
             amplitude_mean_square=stationary.x_mean_square + stationary.v_mean_square / omega**2,
-            harvested_power=stationary.harvested_power * system.inertia,
+            of_parts={name: power * system.inertia for name, power in stationary.of_parts.items()},
         )
     return Linearization(
         method="linearization",
@@ -128,17 +123,21 @@ def linearization(system: System) -> Linearization:
         stationary=stationary,
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
         warnings=warnings,
+        is_exact=_is_linear(unit),
         stiffness=companion.stiffness * system.inertia,
         damping=companion.damping * system.inertia,
     )
 
 
-def _check_covered(unit: System) -> None:
+def check_covered(system: System) -> Companion:
+    """The linear part of a system that is covered; otherwise `NotCoveredError`."""
+    unit = system.per_unit_mass
     for name, part in unit.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
     if _wells(unit.potential) > 1:
         raise NotCoveredError(f"{_REACH}, not two wells.")
+    return companion_of(_without_nonlinear(unit))
 
 
 def _is_linear(unit: System) -> bool:
@@ -174,7 +173,7 @@ def _without_nonlinear(unit: System) -> System:
     return System(**kept, **{free: Spring(1.0)})
 
 
-def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments | str]:
+def _solve(unit: System, companion: Companion) -> tuple[Companion, Moments | str]:
     """The linear system whose own moments give its stiffness, damping and mean."""
     potential = unit.potential
     quiet = all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in companion.noises)
@@ -184,7 +183,7 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
         return _no_answer(companion), "There is no stationary state: nothing dissipates energy."
     springs = replace(potential, coefficients=tuple(_springs(unit)))
 
-    def at(state: FloatArray) -> tuple[Companion, SystemMoments | str, float]:
+    def at(state: FloatArray) -> tuple[Companion, Moments | str, float]:
         mean, x_spread, v_spread = float(state[0]), math.exp(float(state[1])), math.exp(float(state[2]))
         places = mean + x_spread * _NODES
         stiffness = float(_WEIGHTS @ springs.curvature(places))
@@ -221,7 +220,7 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, SystemMoments
     return here, replace(moments, x_mean=mean, x_mean_square=moments.x_mean_square + mean * mean)
 
 
-def _strained(unit: System, companion: Companion, found: SystemMoments) -> Iterator[str]:
+def _strained(unit: System, companion: Companion, found: Moments) -> Iterator[str]:
     """Where x is far from Gaussian."""
     variance = found.x_mean_square - found.x_mean**2
     memory = 0.0

@@ -28,10 +28,9 @@ from springpot.problem.parts.walls import SoftStop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
-from springpot.theory.methods.systems.result import SystemMoments, SystemResult, at_all_walls, checked_system
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.reliability import map_warnings
-from springpot.theory.result import NoConvergenceError
+from springpot.theory.problem import checked_system
+from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
 
 __all__ = ["path_integration"]
 
@@ -112,7 +111,7 @@ class _Law:
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def path_integration(system: System) -> SystemResult:
+def path_integration(system: System) -> Result:
     """Solve a system with colored noise by a Markov chain of the noise, x and v on a grid.
 
     Parameters
@@ -123,7 +122,7 @@ def path_integration(system: System) -> SystemResult:
 
     Returns
     -------
-    SystemResult
+    Result
 
     Raises
     ------
@@ -159,9 +158,9 @@ def path_integration(system: System) -> SystemResult:
     >>> round(path_integration(held).x_mean_square, 1)  # the envelope has a third of it
     0.4
     """
-    unit = checked_system(system).per_unit_mass
-    problem = _problem(unit)
-    stationary: SystemMoments | str
+    system = checked_system(system)
+    unit, problem = system.per_unit_mass, check_covered(system)
+    stationary: Moments | str
     if not unit.potential.holds():
         stationary = "There is no stationary state: no spring or wall holds the mass on one side."
     elif not (problem.damping > 0.0 or problem.pots or _bent(unit) or _loses(problem)):
@@ -171,10 +170,10 @@ def path_integration(system: System) -> SystemResult:
             stationary = _moments(system, problem, _solve(problem))
     warnings: tuple[str, ...] = ()
     if not isinstance(stationary, str):
-        warnings = (*_warnings(unit, stationary), *map_warnings(system, "path_integration"))
+        warnings = tuple(_warnings(unit, stationary))
     law = "The law of the noise, x and v is that of a chain on a grid, which has an error of some 0.5 %."
     memory = "The mean force of the memory at given noise, x and v is a polynomial of second degree."
-    return SystemResult(
+    return Result(
         method="path_integration",
         system=system,
         stationary=stationary,
@@ -183,7 +182,9 @@ def path_integration(system: System) -> SystemResult:
     )
 
 
-def _problem(unit: System) -> _Problem:
+def check_covered(system: System) -> _Problem:
+    """What the method solves, where it is covered; otherwise `NotCoveredError`."""
+    unit = system.per_unit_mass
     covered = (
         Mass,
         Spring,
@@ -419,7 +420,7 @@ def _refitted(problem: _Problem, law: _Law, memory: _Memory) -> _Memory:
     return replace(memory, coefficients=np.asarray(found, float))
 
 
-def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
+def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
     _, x, v = law.chain.grid.places
     x_square, v_square = float(law.weights @ x**2), float(law.weights @ v**2)
     rates, means, squares = [], [], []
@@ -434,21 +435,20 @@ def _moments(system: System, problem: _Problem, law: _Law) -> SystemMoments:
         means.append(mean)
         squares.append(square)
     omega = system.natural_frequency
-    return SystemMoments(
+    return Moments(
         amplitude_mean_square=x_square + v_square / omega**2,
         x_mean=law.mean,
         x_mean_square=x_square,
         v_mean_square=v_square,
-        **at_all_walls(rates, means, squares),
+        **at_walls(system, rates, means, squares),
     )
 
 
-def _warnings(unit: System, found: SystemMoments) -> Iterator[str]:
-    rates = dict(zip(unit.stops, found.barrier_impact_rate, strict=True))
+def _warnings(unit: System, found: Moments) -> Iterator[str]:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
-        elif isinstance(part, Barrier) and math.isnan(rates[name]):
+        elif isinstance(part, Barrier) and math.isnan(found[f"{name}_impact_rate"]):
             yield f"On {name} the mass is pressed, and hops are too short for the grid: there is no impact rate."
         elif isinstance(part, SoftStop):
             yield f"The impacts on {name} are not counted."

@@ -20,25 +20,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.faults import per_cent
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, normal
-from springpot.theory.methods.closure.correlation import folded_correlation, folded_spectrum, unfolded_correlation
-from springpot.theory.methods.closure.memory import Loop
-from springpot.theory.methods.closure.plane import Plane
-from springpot.theory.methods.closure.quadrature import panel_rule
-from springpot.theory.methods.closure.steps import (
+from springpot.theory.methods.memory_closure.correlation import (
+    folded_correlation,
+    folded_spectrum,
+    unfolded_correlation,
+)
+from springpot.theory.methods.memory_closure.memory import Loop
+from springpot.theory.methods.memory_closure.plane import Plane
+from springpot.theory.methods.memory_closure.quadrature import panel_rule
+from springpot.theory.methods.memory_closure.steps import (
     free_spectrum,
     least_loss,
     light_loss,
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.problem import Units, at_rest, canonical, checked, endless
-from springpot.theory.reliability import map_warnings
+from springpot.theory.problem import Units, at_rest, checked_system, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
 
-__all__ = ["Closure", "NoConvergenceError", "closure"]
+__all__ = ["MemoryClosure", "NoConvergenceError", "check_covered", "memory_closure"]
 
 FloatArray = NDArray[np.float64]
 
@@ -52,8 +56,8 @@ _FAR = 40.0  # standard deviations at which every density is exactly 0 in double
 
 
 @dataclass(frozen=True)
-class Closure(DensitiesOfAmplitude):
-    """Result of the closure: stationary moments, densities, correlation and spectrum.
+class MemoryClosure(DensitiesOfAmplitude):
+    """Result of the memory closure: stationary moments, densities, correlation and spectrum.
 
     Parameters
     ----------
@@ -90,12 +94,13 @@ class Closure(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> result = closure(Oscillator())
+        >>> import springpot as sp
+        >>> result = memory_closure(sp.Oscillator())
         >>> bool(abs(result.correlation(0.0) / result.x_mean_square - 1.0) < 1e-12)
         True
         """
         solved = self._solved()
-        time = np.abs(finite_array(lag, "lag")) * self.oscillator.natural_frequency
+        time = np.abs(finite_array(lag, "lag")) * self.paper.natural_frequency
         if time.size == 0:
             return time
         rho = unfolded_correlation(solved.loop, time.ravel()).reshape(time.shape)
@@ -120,26 +125,24 @@ class Closure(DensitiesOfAmplitude):
 
         Examples
         --------
-        >>> result = closure(Oscillator(barrier=None))
+        >>> import springpot as sp
+        >>> result = memory_closure(sp.Oscillator(barrier=None))
         >>> float(result.spectrum(0.0).round(6)) == round(0.5 / math.pi, 6)
         True
         """
         solved = self._solved()
-        omega = self.oscillator.natural_frequency
+        omega = self.paper.natural_frequency
         w = np.abs(finite_array(frequency, "frequency")) / omega
         if w.size == 0:
             return np.asarray(w)
         if solved.plane is None:
-            shape = free_spectrum(solved.loop.grid.alpha, self.oscillator.dimensionless_coefficient, w) / solved.loop.y2
+            shape = free_spectrum(solved.loop.grid.alpha, self.paper.dimensionless_coefficient, w) / solved.loop.y2
         else:
             shape = folded_spectrum(solved.loop, w.ravel()).reshape(w.shape)
         return np.asarray(self._variance / omega * shape)
 
-    def to_dict(self) -> dict[str, object]:
-        """The common dictionary of `Result.to_dict`, ``iterations`` and ``residual``."""
-        common = super().to_dict()
-        tail = {name: common.pop(name) for name in ("assumptions", "warnings")}
-        return {**common, "iterations": self.iterations, "residual": self.residual, **tail}
+    def _more(self) -> dict[str, object]:
+        return {"iterations": self.iterations, "residual": self.residual}
 
     @property
     def _variance(self) -> float:
@@ -152,27 +155,27 @@ class Closure(DensitiesOfAmplitude):
 
     def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
         self._at(time)
-        within = np.clip(a, 0.0, self._solved().reach(self.oscillator.natural_frequency))
-        return np.asarray(self.oscillator.natural_frequency * within * self._around(a))
+        within = np.clip(a, 0.0, self._solved().reach(self.paper.natural_frequency))
+        return np.asarray(self.paper.natural_frequency * within * self._around(a))
 
     def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
         self._at(time)
-        omega = self.oscillator.natural_frequency
+        omega = self.paper.natural_frequency
         around = self._around(np.sqrt(2.0 * np.maximum(h, 0.0)) / omega)
         return np.asarray(np.where(h < 0.0, 0.0, around) / omega)
 
     def _around(self, amplitude: FloatArray) -> FloatArray:
         """Integral of the joint density over the phase on the circle of one amplitude, in s/m^2."""
         solved = self._solved()
-        wall = self.oscillator.barrier
-        gap = -math.inf if wall is None else self.oscillator.direction * wall.position
-        a = np.clip(amplitude, 0.0, solved.reach(self.oscillator.natural_frequency))
+        wall = self.paper.barrier
+        gap = -math.inf if wall is None else self.paper.direction * wall.position
+        a = np.clip(amplitude, 0.0, solved.reach(self.paper.natural_frequency))
         with np.errstate(divide="ignore", invalid="ignore"):
             half = np.arccos(np.clip(np.where(a > 0.0, gap / a, math.copysign(1.0, gap) if gap else 0.0), -1.0, 1.0))
         node, weight = panel_rule(np.linspace(-1.0, 1.0, 7), 12)
         phase = half[..., None] * node
         y = a[..., None] * np.cos(phase) - (0.0 if wall is None else gap)
-        v = self.oscillator.natural_frequency * a[..., None] * np.sin(phase)
+        v = self.paper.natural_frequency * a[..., None] * np.sin(phase)
         length, speed = solved.units.length, solved.units.speed
         y = y / length if wall is None else np.maximum(y, 0.0) / length
         value = half * ((solved.joint(y, v / speed) / (length * speed)) @ weight)
@@ -216,14 +219,15 @@ class _Solved:
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def closure(oscillator: Oscillator) -> Closure:
-    """Solve the oscillator by the Gaussian memory closure.
+def memory_closure(system: System) -> MemoryClosure:
+    """Solve the paper's problem by the Gaussian memory closure.
 
     Parameters
     ----------
-    oscillator : Oscillator
-        Without a wall (the answer is then exact), or with a wall within sqrt(q / Omega^3) of equilibrium, a
-        restitution of at least 0.5 and c = C Omega^(alpha-2) at most 10.
+    system : System
+        A linear spring, one springpot or dashpot and white noise, without a wall (the answer is then exact), or with a
+        wall within sqrt(q / Omega^3) of equilibrium, a restitution of at least 0.5 and c = C Omega^(alpha-2) at most
+        10.
 
     Returns
     -------
@@ -232,30 +236,30 @@ def closure(oscillator: Oscillator) -> Closure:
     Raises
     ------
     NotCoveredError
-        If the wall is farther away or more lossy, or the springpot is stronger.
+        If it has other parts, the wall is farther away or more lossy, or the springpot is stronger.
     NoConvergenceError
         If the iteration does not reach its tolerance.
     TypeError
-        If ``oscillator`` is not an Oscillator.
+        If it is not a System.
 
     Examples
     --------
-    >>> from springpot.problem.oscillator import Springpot
-    >>> result = closure(Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)))
+    >>> import springpot as sp
+    >>> result = memory_closure(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)))
     >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
     [0.5, 0.5, 1.0]
     """
-    oscillator = checked(oscillator)
-    problem, units = canonical(oscillator)
+    system = checked_system(system)
+    paper = check_covered(system)
+    problem, units = problem_and_units(paper)
     alpha = problem.order if problem.coefficient > 0.0 else 1.0  # without a springpot, as a dashpot of strength 0
-    _check_covered(oscillator, alpha)
     iterations, residual, solved = 0, 0.0, None
     stationary: Moments | str
-    if statement := endless(oscillator):
+    if statement := endless(paper):
         stationary = statement
-    elif oscillator.excitation.intensity == 0.0:
-        stationary = at_rest(oscillator)
-    elif oscillator.barrier is None:
+    elif paper.excitation.intensity == 0.0:
+        stationary = at_rest(paper)
+    elif paper.barrier is None:
         loop = solve_without_wall(alpha, problem.coefficient)
         x_root, v_root = math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed
         solved = _Solved(loop, None, replace(units, length=x_root, speed=v_root))
@@ -266,16 +270,17 @@ def closure(oscillator: Oscillator) -> Closure:
         )
         own = replace(
             units, length=plane.sigma_y * units.length, speed=plane.sigma_v * units.speed,
-            origin=oscillator.barrier.position,
+            origin=paper.barrier.position,
         )  # fmt: skip
         solved = _Solved(loop, plane, own)
         stationary = units.moments(_moments(plane, problem.position))
-    return Closure(
-        method="closure",
-        oscillator=oscillator,
+    return MemoryClosure(
+        method="memory_closure",
+        system=system,
         stationary=stationary,
-        assumptions=_assumptions(oscillator),
-        warnings=(*_warnings(oscillator), *_about_negative_densities(solved)),
+        assumptions=_assumptions(paper),
+        warnings=(*_warnings(paper), *_about_negative_densities(solved)),
+        is_exact=paper.barrier is None,
         iterations=iterations,
         residual=residual,
         _law=solved,
@@ -295,12 +300,15 @@ def _moments(plane: Plane, b: float) -> Moments:
     )
 
 
-def _check_covered(oscillator: Oscillator, alpha: float) -> None:
-    wall, c, b = oscillator.barrier, oscillator.dimensionless_coefficient, oscillator.dimensionless_position
+def check_covered(system: System) -> Dimensionless:
+    """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
+    paper = Dimensionless.of(system)
+    wall, c, b = paper.barrier, paper.dimensionless_coefficient, paper.dimensionless_position
+    alpha = paper.springpot.order if c > 0.0 else 1.0
     if c > _STRONG * ROUNDED:
         raise NotCoveredError(f"The memory closure covers c = C Omega^(alpha-2) up to {_STRONG:g}, not {c:.3g}.")
     if wall is None:
-        return
+        return paper
     if wall.position != 0.0 and abs(b) > _REACH * ROUNDED:
         raise NotCoveredError(
             f"The memory closure covers no wall, or a wall within {_REACH:g} sqrt(q / Omega^3) of equilibrium, "
@@ -311,26 +319,27 @@ def _check_covered(oscillator: Oscillator, alpha: float) -> None:
             f"The memory closure covers a gap up to {_GAP:g} / c in units of sqrt(q / Omega^3) "
             f"(c = C Omega^(alpha-2) = {c:.3g}), not {-b:g}."
         )
-    if oscillator.restitution < _LOSSY / ROUNDED:
+    if paper.restitution < _LOSSY / ROUNDED:
         raise NotCoveredError(
-            f"The memory closure covers a restitution of at least {_LOSSY:g}, not {oscillator.restitution:g}."
+            f"The memory closure covers a restitution of at least {_LOSSY:g}, not {paper.restitution:g}."
         )
-    if not oscillator.dissipates:
-        return
+    if not paper.dissipates:
+        return paper
     if alpha == 0.0:
         raise NotCoveredError(
             "The memory closure covers alpha > 0: at alpha = 0 the springpot is a spring without memory."
         )
-    loss = light_loss(alpha, c, oscillator.restitution)
+    loss = light_loss(alpha, c, paper.restitution)
     if loss < least_loss(c):
         raise NotCoveredError(
             f"The memory closure with a wall covers losses of at least {least_loss(c):.2g} Omega per unit of energy "
             f"and time, not {loss:.2g}: averaging is accurate there."
         )
+    return paper
 
 
-def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
-    if oscillator.barrier is None:
+def _assumptions(paper: Dimensionless) -> tuple[str, ...]:
+    if paper.barrier is None:
         return ("The past motion is stationary: this is exact without a wall.",)
     return (
         "The past motion is a Gaussian process reflected at the wall, |y| with y Gaussian.",
@@ -338,15 +347,14 @@ def _assumptions(oscillator: Oscillator) -> tuple[str, ...]:
     )
 
 
-def _warnings(oscillator: Oscillator) -> tuple[str, ...]:
-    """Errors against Monte Carlo, on the validity map and beyond it."""
-    c = oscillator.dimensionless_coefficient
-    if oscillator.barrier is None or c <= _MAPPED or oscillator.springpot.order == 1.0:
-        return map_warnings(oscillator, "closure")
+def _warnings(paper: Dimensionless) -> tuple[str, ...]:
+    """Errors against Monte Carlo, beyond the validity map."""
+    c = paper.dimensionless_coefficient
+    if paper.barrier is None or c <= _MAPPED or paper.springpot.order == 1.0:
+        return ()
     return (
         f"The springpot is strong (c = C Omega^(alpha-2) = {c:.3g}): at c = 10 <A^2> was 1.4 % too high, 3 and 8 % too "
         "low and the impact rate 4, 6, 7 % too high at alpha = 0.8, 0.5, 0.2.",
-        *map_warnings(oscillator, "closure"),
     )
 
 

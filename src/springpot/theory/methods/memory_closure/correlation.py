@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.theory.methods.closure.memory import Loop
-from springpot.theory.methods.closure.quadrature import oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.memory import Loop
+from springpot.theory.methods.memory_closure.quadrature import oscillating_weights, panel_rule
 
 __all__ = ["folded_correlation", "folded_spectrum", "unfolded_correlation"]
 

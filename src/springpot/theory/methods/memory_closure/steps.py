@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.theory.methods.closure.memory import Loop, make_grid
-from springpot.theory.methods.closure.plane import Plane, solve_plane
+from springpot.theory.methods.memory_closure.memory import Loop, make_grid
+from springpot.theory.methods.memory_closure.plane import Plane, solve_plane
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import NoConvergenceError
 

@@ -1,8 +1,8 @@
-"""Reliability of a method for a problem: its gaps to Monte Carlo at the nearest cells of a validity map.
+"""Reliability of a method for a system: its gaps to Monte Carlo at the nearest cells of a validity map.
 
-There are two maps, written by :mod:`springpot.evidence.validity`: ``validity.csv`` of oscillators, over order, c,
-restitution and wall position, and ``validity_systems.csv`` of systems, over the numbers of
-`springpot.theory.cells.Cell`. Both have stationary Monte Carlo and the gap of every method to it.  Between cells the
+There are two maps, written by :mod:`springpot.evidence.validity`: ``validity.csv`` of the paper's problem, over order,
+c, restitution and wall position, and ``validity_systems.csv`` of systems, over the numbers of
+`springpot.evidence.cells.Cell`. Both have stationary Monte Carlo and the gap of every method to it.  Between cells the
 gap is taken halfway from what is interpolated to the largest of the neighbours: those alone are mostly three times too
 large.
 """
@@ -11,47 +11,54 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from springpot.evidence.cells import cell_of
 from springpot.machine.faults import NotCoveredError, listed, shown
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
-from springpot.theory.cells import cell_of
-from springpot.theory.problem import checked
-from springpot.theory.registry import MAPPED, METHODS, SYSTEM_MAPPED, SYSTEM_METHODS
-from springpot.theory.result import MOMENTS
+from springpot.theory.problem import checked_system
+from springpot.theory.registry import METHODS
+from springpot.theory.result import MOMENTS, Result
 
 __all__ = [
     "GOOD",
     "JUDGED",
+    "MAPPED",
     "MAP_FILE",
     "SYSTEMS_FILE",
     "SYSTEMS_GOOD",
+    "SYSTEM_MAPPED",
+    "SYSTEM_MOMENTS",
     "Trust",
-    "best_guess",
     "exists",
-    "map_warnings",
+    "moment_of",
+    "place_of",
     "read_map",
-    "recommended",
     "trust",
-    "why_none_is_recommended",
+    "warnings_of",
 ]
 
 MAP_FILE = Path(__file__).with_name("validity.csv")
 SYSTEMS_FILE = Path(__file__).with_name("validity_systems.csv")
+MAPPED = ("averaging", "averaging_shifted", "envelope", "memory_closure")
+"""Methods whose gaps are on the map of the paper's problem."""
+SYSTEM_MAPPED = ("averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration")
+"""Methods whose gaps are on the map of systems."""
+SYSTEM_MOMENTS = (*MOMENTS, "rarest_impact_rate")
+"""Names of the moments of systems on their map: the last is of the wall that is struck least often."""
 JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
-"""Moments by which methods are ranked, for an oscillator."""
+"""Moments by which methods are ranked, for the paper's problem."""
 SYSTEMS_JUDGED = ("x_mean_square", "v_mean_square", "impact_rate", "rarest_impact_rate")
 """The same for a system."""
 GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
-"""Moments whose gaps are on the map of oscillators, and the gaps in per cent up to which no warning is given."""
+"""Moments on the map of the paper's problem, and the gaps in per cent up to which no warning is given."""
 SYSTEMS_GOOD = {
     "x_mean": 3.0, "x_mean_square": 3.0, "v_mean_square": 3.0,
     "impact_rate": 5.0, "impact_speed_mean": 5.0, "impact_speed_mean_square": 5.0, "rarest_impact_rate": 10.0,
@@ -89,8 +96,6 @@ class _Map:
         Moments, and the gaps in per cent up to which no warning is given.
     judged : tuple of str
         Moments by which methods are ranked.
-    guesses : tuple of str
-        Methods by how likely they are to be accurate away from the map.
     """
 
     file: Path
@@ -98,18 +103,16 @@ class _Map:
     methods: tuple[str, ...]
     good: Mapping[str, float]
     judged: tuple[str, ...]
-    guesses: tuple[str, ...]
 
 
-_OSCILLATORS = _Map(
+_OF_PAPER = _Map(
     file=MAP_FILE,
     axes=(("position", 0.25), ("restitution", 0.15), ("order", 0.1), ("c", 0.3)),
     methods=MAPPED,
     good=GOOD,
     judged=JUDGED,
-    guesses=("closure", "envelope", "averaging"),
 )
-_SYSTEMS = _Map(
+_OF_SYSTEMS = _Map(
     file=SYSTEMS_FILE,
     axes=(
         ("walls", 0.0), ("color", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
@@ -118,13 +121,12 @@ _SYSTEMS = _Map(
     methods=SYSTEM_MAPPED,
     good=SYSTEMS_GOOD,
     judged=SYSTEMS_JUDGED,
-    guesses=("path_integration", "half_cycles", "envelope", "linearization", "averaging_amplitude"),
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Trust:
-    """Errors of one method near an oscillator or system, from the map.
+    """Errors of one method near a system, from its map.
 
     Attributes
     ----------
@@ -138,12 +140,15 @@ class Trust:
         Whether the map has a cell near.
     limits : dict
         Of the moments by which methods are ranked: the gaps in per cent up to which no warning is given.
+    warnings : tuple of str
+        One sentence if the method has large errors near here, or no cell of the map is near; otherwise none.
     """
 
     gaps: Mapping[str, float]
     mapped: bool
     unjudged: tuple[str, ...] = ()
     limits: Mapping[str, float] = field(default_factory=lambda: {name: GOOD[name] for name in JUDGED})
+    warnings: tuple[str, ...] = ()
 
     @property
     def judges(self) -> bool:
@@ -173,15 +178,14 @@ def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def trust(problem: Oscillator | System, method: str) -> Trust:
-    """Errors of a method for this oscillator or system, from the map.
+def trust(system: System, method: str) -> Trust:
+    """Errors of a method for this system, from the map.
 
     Parameters
     ----------
-    problem : Oscillator or System
-        An oscillator with a wall, or a system; one that is an `Oscillator` is taken as such.
+    system : System
     method : str
-        One of `springpot.theory.registry.MAPPED`; of a system that is none, of ``SYSTEM_MAPPED``.
+        One of `springpot.theory.registry.METHODS`.
 
     Returns
     -------
@@ -190,47 +194,65 @@ def trust(problem: Oscillator | System, method: str) -> Trust:
     Raises
     ------
     TypeError
-        If ``problem`` is neither.
+        If ``system`` is not a System.
     ValueError
         If ``method`` is another word.
 
     Examples
     --------
-    >>> trust(Oscillator(), "averaging").mapped
+    >>> import springpot as sp
+    >>> trust(sp.Oscillator(), "averaging").mapped
     True
     """
-    atlas, here = _place(problem)
-    if method not in atlas.methods:
-        raise ValueError(f"method must be one of {', '.join(atlas.methods)}, not {shown(method)}.")
-    unknown = Trust(dict.fromkeys(atlas.good, math.inf), mapped=False, limits=_limits(atlas, here))
-    if here is None:
-        return unknown
+    atlas, here, applies = place_of(checked_system(system))
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {shown(method)}.")
+    method = "averaging" if method == "averaging_printed" else method
+    limits = {name: atlas.good[name] for name in atlas.judged if here is None or exists(name, here)}
+    known = method in atlas.methods
     columns = read_map(atlas.file)
-    weights = _near(atlas, columns, here)
-    near = weights > 0.0
-    if not near.any():
-        return unknown
+    weights = np.zeros(0) if here is None or not known else _near(atlas, columns, here)
+    if here is None or not (near := weights > 0.0).any():
+        far = (_FAR,) if known and applies else ()
+        return Trust(dict.fromkeys(atlas.good, math.inf), mapped=False, limits=limits, warnings=far)
     names = [name for name in atlas.good if exists(name, here)]
     gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in names}
     unjudged = tuple(name for name in names if not np.isfinite(gaps[name]).all())
     expected = {name: _expected(gaps[name], weights[near]) for name in names}
-    return Trust(expected, mapped=True, unjudged=unjudged, limits=_limits(atlas, here))
+    warnings = tuple(_sentences(atlas, expected, unjudged)) if applies else ()
+    return Trust(expected, mapped=True, unjudged=unjudged, limits=limits, warnings=warnings)
 
 
-def _place(problem: Oscillator | System) -> tuple[_Map, dict[str, float] | None]:
-    """The map that a problem belongs to, and its coordinates there; None if the map has none."""
-    if isinstance(problem, System):
-        found = _canonical(problem)
-        if found is None:
-            return _SYSTEMS, _place_of_system(problem)
-        problem = found
-    c, order = checked(problem).dimensionless_coefficient, problem.springpot.order
-    known = problem.barrier is not None and c > 0.0 and math.isfinite(problem.dimensionless_position)
-    if not known or order == 0.0:  # a spring, to which small orders do not apply
-        return _OSCILLATORS, None
+_FAR = "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
+
+
+def _sentences(atlas: _Map, gaps: Mapping[str, float], unjudged: tuple[str, ...]) -> Iterator[str]:
+    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in gaps.items() if atlas.good[name] < gap < math.inf]
+    sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
+    if unjudged and any(gap < math.inf for gap in gaps.values()):
+        unknown = listed([_WORDS[name] for name in unjudged])
+        why = "Monte Carlo is too uncertain or the method has no result"
+        sentences.append(f"At a cell near here the validity map cannot judge {unknown}: {why}.")
+    if sentences:
+        yield " ".join(sentences)
+
+
+def place_of(system: System) -> tuple[_Map, dict[str, float] | None, bool]:
+    """The map that a system belongs to, its coordinates there (None: it has none), and whether the map applies.
+
+    That of the paper's problem does not apply without a wall or without a springpot.
+    """
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError:
+        return _OF_SYSTEMS, _place_of_system(system), True
+    c, order = paper.dimensionless_coefficient, paper.springpot.order
+    applies = paper.barrier is not None and c > 0.0
+    if not applies or not math.isfinite(paper.dimensionless_position) or order == 0.0:  # a spring: small orders differ
+        return _OF_PAPER, None, applies
     lightest = float(read_map()["c"].min())  # below it every method is better than on the map
-    place = problem.dimensionless_position, problem.restitution, order, max(c, lightest)
-    return _OSCILLATORS, dict(zip(("position", "restitution", "order", "c"), place, strict=True))
+    place = paper.dimensionless_position, paper.restitution, order, max(c, lightest)
+    return _OF_PAPER, dict(zip(("position", "restitution", "order", "c"), place, strict=True)), True
 
 
 def _place_of_system(system: System) -> dict[str, float] | None:
@@ -240,13 +262,6 @@ def _place_of_system(system: System) -> dict[str, float] | None:
         return None
     lightest = float(read_map(SYSTEMS_FILE)["c"].min())  # below it the envelope is better than on the map
     return {name: float(value) for name, value in cell._replace(c=max(cell.c, lightest))._asdict().items()}
-
-
-def _canonical(system: System) -> Oscillator | None:
-    try:
-        return system.canonical()
-    except NotCoveredError:
-        return None
 
 
 def _near(atlas: _Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> Floats:
@@ -283,10 +298,6 @@ def exists(name: str, here: Mapping[str, float]) -> bool:
     return not name.startswith("impact") or (walls > 0.0 and countable)
 
 
-def _limits(atlas: _Map, here: Mapping[str, float] | None) -> dict[str, float]:
-    return {name: atlas.good[name] for name in atlas.judged if here is None or exists(name, here)}
-
-
 def _beside(values: Floats, here: float, slack: float) -> tuple[tuple[float, float], ...]:
     """The values of the map beside a number, with weights; empty if it is outside by more than ``slack``.
 
@@ -315,114 +326,23 @@ def _expected(gaps: Floats, weights: Floats) -> float:
     return float(0.5 * (np.average(gaps[known], weights=weights[known]) + gaps[known].max()))
 
 
-def map_warnings(problem: Oscillator | System, method: str) -> tuple[str, ...]:
-    """One sentence if a method has large errors near here, or no cell of the map is near; otherwise none.
-
-    The map of oscillators does not apply without a wall or without a springpot.
-    """
-    atlas, _ = _place(problem)
-    if isinstance(problem, Oscillator) and (problem.barrier is None or not problem.dimensionless_coefficient > 0.0):
-        return ()
-    if method not in atlas.methods:  # of a system that is an oscillator
-        return ()
-    here = trust(problem, method)
-    if not here.mapped:
-        return ("The validity map has no cell near these numbers: compare with Monte Carlo before you trust them.",)
-    off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in here.gaps.items() if atlas.good[name] < gap < math.inf]
-    sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
-    if here.unjudged and any(gap < math.inf for gap in here.gaps.values()):
-        unknown = listed([_WORDS[name] for name in here.unjudged])
-        why = "Monte Carlo is too uncertain or the method has no result"
-        sentences.append(f"At a cell near here the validity map cannot judge {unknown}: {why}.")
-    return (" ".join(sentences),) if sentences else ()
+def moment_of(result: Result, name: str) -> float:
+    """One of `SYSTEM_MOMENTS` of a result."""
+    if name != "rarest_impact_rate":
+        return result.moments[name]
+    rates = [value for of, value in result.moments.of_parts.items() if of.endswith("_impact_rate")]
+    return min(rates, default=math.nan)
 
 
-def recommended(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
-    """The most reliable method here, among those that have a result.
-
-    Exact methods first; then the method with the smallest of the largest gaps on the map.  If the map has no cell near,
-    or its Monte Carlo is too uncertain, the errors are unknown and none is recommended: `why_none_is_recommended` says
-    so, and `best_guess` names the one most likely to be accurate.
-
-    Parameters
-    ----------
-    problem : Oscillator or System
-    answers : dict
-        Name of a method to its result, as from `springpot.theory.solve_all`.
-
-    Returns
-    -------
-    str
-        Name of the method; empty if none is recommended.
+def warnings_of(result: Result) -> tuple[str, ...]:
+    """The warnings of a result, and what the validity map says of its method near its system.
 
     Examples
     --------
-    >>> recommended(Oscillator(), {})
-    ''
+    >>> import springpot as sp
+    >>> warnings_of(sp.theory.averaging(sp.Oscillator()))[0][:60]
+    'Near here the validity map has gaps to Monte Carlo of up to:'
     """
-    methods = {**METHODS, **SYSTEM_METHODS} if isinstance(problem, System) else METHODS
-    if exact := [name for name, method in methods.items() if method.exact and name in answers]:
-        return exact[-1]  # the list ends with the most exact
-    judged = {name: trust(problem, name) for name in _place(problem)[0].methods if name in answers}
-    known = [name for name, trusted in judged.items() if trusted.judges]
-    return min(known, key=lambda name: judged[name].worst) if known else ""
-
-
-def best_guess(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
-    """The recommended method, or the one most likely to be accurate if the errors are unknown.
-
-    Away from the map of oscillators: the closure, or the envelope, or averaging up to the largest c of the map (beyond,
-    the error of its <A^2> is 50 % and more).  Away from that of systems: path integration, or the half
-    cycles, or the envelope, or statistical linearization, or averaging of the amplitude.
-
-    Parameters
-    ----------
-    problem, answers
-        As in `recommended`.
-
-    Returns
-    -------
-    str
-        Name of the method; empty if there is none.
-
-    Examples
-    --------
-    >>> best_guess(Oscillator(), {})
-    ''
-    """
-    atlas, _ = _place(problem)
-    guesses = atlas.guesses
-    if atlas is _OSCILLATORS and checked(problem).dimensionless_coefficient > float(read_map()["c"].max()):
-        guesses = guesses[:2]
-    return recommended(problem, answers) or next((name for name in guesses if name in answers), "")
-
-
-def why_none_is_recommended(problem: Oscillator | System, answers: Mapping[str, Any]) -> str:
-    """Why no method is recommended here, and which is the best guess, in one sentence; empty if one is recommended.
-
-    Parameters
-    ----------
-    problem, answers
-        As in `recommended`.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> why_none_is_recommended(Oscillator(), {})
-    'no method is recommended here: none has an answer.'
-    """
-    if recommended(problem, answers):
-        return ""
-    if not answers:
-        return "no method is recommended here: none has an answer."
-    atlas, _ = _place(problem)
-    mapped = any(trust(problem, name).mapped for name in atlas.methods)
-    why = f"the validity map has no cell near this {'oscillator' if atlas is _OSCILLATORS else 'system'}"
-    if mapped:
-        why = "the Monte Carlo of the validity map is too uncertain to judge them"
-    guess = best_guess(problem, answers)
-    hint = f"The best guess is {guess}: compare" if guess else "Compare"
-    return f"no method is recommended here, because {why}. {hint} with Monte Carlo before you use a number."
+    if result.is_exact or isinstance(result.stationary, str):
+        return result.warnings
+    return (*result.warnings, *trust(result.system, result.method).warnings)

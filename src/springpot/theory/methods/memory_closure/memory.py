@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from springpot.theory.methods.closure.quadrature import oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.quadrature import oscillating_weights, panel_rule
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import NoConvergenceError
 

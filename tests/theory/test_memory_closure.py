@@ -9,13 +9,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import rgamma
 
+from springpot.evidence.reliability import warnings_of
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.theory.methods.closure import memory, steps
-from springpot.theory.methods.closure.correlation import folded_spectrum, unfolded_correlation
-from springpot.theory.methods.closure.memory import make_grid
-from springpot.theory.methods.closure.method import Closure, NoConvergenceError, closure
-from springpot.theory.methods.closure.quadrature import half_normal_rule, oscillating_weights, panel_rule
-from springpot.theory.methods.closure.steps import solve_with_wall
+from springpot.theory.methods.memory_closure import memory, steps
+from springpot.theory.methods.memory_closure.correlation import folded_spectrum, unfolded_correlation
+from springpot.theory.methods.memory_closure.memory import make_grid
+from springpot.theory.methods.memory_closure.method import MemoryClosure, NoConvergenceError, memory_closure
+from springpot.theory.methods.memory_closure.quadrature import half_normal_rule, oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.steps import solve_with_wall
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import thinned, validation
@@ -112,7 +113,7 @@ def test_element_against_direct_quadrature(alpha):
 
 @pytest.mark.parametrize("c", [0.01, 0.1, 1.0, 3.0])
 def test_dashpot_with_an_elastic_wall_is_exact(c):
-    result = closure(oscillator(1.0, c))
+    result = memory_closure(oscillator(1.0, c))
     assert result.x_mean_square == pytest.approx(1 / (2 * c), rel=1e-7)
     assert result.v_mean_square == pytest.approx(1 / (2 * c), rel=1e-7)
     assert result.impact_rate == pytest.approx(1 / math.pi, rel=1e-7)
@@ -122,7 +123,7 @@ def test_dashpot_with_an_elastic_wall_is_exact(c):
 
 @pytest.mark.parametrize("alpha", [1 - 1e-4, 1 - 1e-7, 1 - 1e-10])
 def test_the_limit_of_a_dashpot_is_smooth(alpha):
-    result = closure(oscillator(alpha))
+    result = memory_closure(oscillator(alpha))
     assert result.x_mean_square == pytest.approx(0.5, rel=3 * (1 - alpha) + 1e-7)
     assert result.v_mean_square == pytest.approx(0.5, rel=3 * (1 - alpha) + 1e-7)
 
@@ -133,7 +134,7 @@ def test_dashpot_with_a_wall_off_equilibrium(b, c, tolerance):
     s = math.sqrt(1 / (2 * c))
     k = b / s
     h = math.exp(-k * k / 2) / math.sqrt(2 * math.pi) / (0.5 * math.erfc(k / math.sqrt(2)))
-    result = closure(oscillator(1.0, c, b=b))
+    result = memory_closure(oscillator(1.0, c, b=b))
     assert result.x_mean == pytest.approx(s * h, rel=tolerance)
     assert result.x_mean_square == pytest.approx(s * s * (1 + k * h), rel=tolerance)
     assert result.v_mean_square == pytest.approx(s * s, rel=tolerance)
@@ -181,7 +182,7 @@ def test_light_springpot_is_the_averaged_one(alpha):
         shares = 16 / math.pi**2 * c * (n * w) ** alpha / (n**2 - 1) ** 2
         w = math.sqrt(1 + math.cos(alpha * math.pi / 2) * shares.sum())
     damping = math.sin(alpha * math.pi / 2) * (shares * n).sum() / w
-    result = closure(oscillator(alpha, c))
+    result = memory_closure(oscillator(alpha, c))
     assert result.v_mean_square == pytest.approx(1 / (2 * damping), rel=5e-3)
     assert result.x_mean_square == pytest.approx(1 / (2 * damping * w * w), rel=5e-3)
     assert result.impact_rate == pytest.approx(w / math.pi, rel=5e-3)
@@ -211,7 +212,7 @@ MONTE_CARLO = [
 
 @pytest.mark.parametrize(("case", "measured", "allowed"), thinned(MONTE_CARLO, 3))
 def test_against_monte_carlo(case, measured, allowed):
-    result = closure(oscillator(*case))
+    result = memory_closure(oscillator(*case))
     names = ("amplitude_mean_square", "x_mean", "impact_rate", "impact_speed_mean_square")
     for name, value, tolerance in zip(names, measured, allowed, strict=True):
         assert getattr(result, name) == pytest.approx(value, rel=tolerance), name
@@ -222,13 +223,13 @@ def test_against_monte_carlo(case, measured, allowed):
 ], 3))  # fmt: skip
 def test_mean_force_balance(alpha, c, r, b):
     """Omega^2 <x> is the push of the wall, for D^alpha x has mean 0."""
-    result = closure(oscillator(alpha, c, r, b))
+    result = memory_closure(oscillator(alpha, c, r, b))
     assert result.x_mean == pytest.approx((1 + r) * result.impact_rate * result.impact_speed_mean, rel=1e-8)
 
 
 @pytest.mark.parametrize("r", [1.0, 0.8, 0.5])
 def test_energy_balance_of_a_dashpot(r):
-    result = closure(oscillator(1.0, 0.3, r))
+    result = memory_closure(oscillator(1.0, 0.3, r))
     impacts = (1 - r * r) / 2 * result.impact_rate * result.impact_speed_mean_square
     assert 0.3 * result.v_mean_square + impacts == pytest.approx(0.5, rel=1e-8)
 
@@ -238,7 +239,7 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
     def density(w):
         return 1 / math.pi / abs(1 - w * w + c * (1j * w) ** alpha) ** 2
 
-    result = closure(free(alpha, c))
+    result = memory_closure(free(alpha, c))
     loop = result._law.loop
     peak = loop.grid.resonance
     edges = np.unique(np.concatenate([peak * np.geomspace(1e-9, 1e9, 91), peak + peak / 2 * np.r_[
@@ -259,7 +260,7 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
     validation(oscillator(0.5, 0.3, 0.7, -0.3, side="below")),
 ])  # fmt: skip
 def test_densities_have_mass_one_and_the_moments(asked):
-    result = closure(asked)
+    result = memory_closure(asked)
     omega, wall = asked.natural_frequency, asked.barrier
     sign = 1.0 if wall is None or wall.side == "above" else -1.0
     position = 0.0 if wall is None else wall.position
@@ -309,14 +310,14 @@ def test_densities_have_mass_one_and_the_moments(asked):
     ],
 )
 def test_densities_are_hardly_negative(alpha, c, r, b):
-    result = closure(oscillator(alpha, c, r, b))
+    result = memory_closure(oscillator(alpha, c, r, b))
     x = np.linspace(b, b + 8 * math.sqrt(result.x_mean_square), 400)
     density = result.x_density(x)
     assert density.min() > -3e-3 * density.max()
 
 
 def test_arguments_of_densities():
-    result = closure(oscillator())
+    result = memory_closure(oscillator())
     assert np.isnan(result.x_density([math.nan])).all()
     assert np.isnan(result.impact_speed_density(math.nan))
     assert np.isnan(result.amplitude_density(math.nan))
@@ -338,7 +339,7 @@ def test_arguments_of_densities():
     free(0.5, 0.3, omega=2.0),
 ])  # fmt: skip
 def test_spectrum_and_correlation_belong_together(asked):
-    result = closure(asked)
+    result = memory_closure(asked)
     omega = asked.natural_frequency
     variance = result.x_mean_square - result.x_mean**2
     loop = result._law.loop
@@ -360,14 +361,14 @@ def test_spectrum_and_correlation_belong_together(asked):
 
 
 def test_spectrum_without_a_wall_in_closed_form():
-    result = closure(free(0.4, 0.3, omega=2.0, q=3.0))
+    result = memory_closure(free(0.4, 0.3, omega=2.0, q=3.0))
     w = np.array([0.0, 0.5, 2.0, 9.0])
     exact = 3.0 / (2 * math.pi) / np.abs(4.0 - w**2 + 0.3 * (1j * w) ** 0.4) ** 2
     assert result.spectrum(w) == pytest.approx(exact, rel=2e-5)
 
 
 def test_correlation_of_a_dashpot():
-    result = closure(oscillator(1.0, 0.4))
+    result = memory_closure(oscillator(1.0, 0.4))
     lag = np.array([0.0, 0.3, 2.0, 7.0, 40.0])
     wd = math.sqrt(1 - 0.04)
     rho = np.exp(-0.2 * lag) * (np.cos(wd * lag) + 0.2 / wd * np.sin(wd * lag))
@@ -379,16 +380,16 @@ def test_correlation_of_a_dashpot():
 
 
 def test_dimensionless_law_and_mirror():
-    unit = closure(oscillator(0.4, 0.3, 0.8, 0.5))
+    unit = memory_closure(oscillator(0.4, 0.3, 0.8, 0.5))
     omega, q = 3.0, 5.0
     length = math.sqrt(q / omega**3)
     scaled = oscillator(0.4, 0.3 * omega ** (2 - 0.4), 0.8, 0.5 * length, omega, q)
-    result = closure(scaled)
+    result = memory_closure(scaled)
     assert result.amplitude_mean_square == pytest.approx(unit.amplitude_mean_square * length**2, rel=1e-7)
     assert result.x_mean == pytest.approx(unit.x_mean * length, rel=1e-7)
     assert result.impact_rate == pytest.approx(unit.impact_rate * omega, rel=1e-7)
     assert result.impact_speed_mean == pytest.approx(unit.impact_speed_mean * length * omega, rel=1e-7)
-    mirrored = closure(oscillator(0.4, 0.3, 0.8, -0.5, side="below"))
+    mirrored = memory_closure(oscillator(0.4, 0.3, 0.8, -0.5, side="below"))
     for name in MOMENTS:
         sign = -1 if name == "x_mean" else 1
         assert getattr(mirrored, name) == sign * getattr(unit, name)
@@ -412,7 +413,7 @@ def test_dimensionless_law_and_mirror():
 ])  # fmt: skip
 def test_not_covered(asked, sentence):
     with pytest.raises(NotCoveredError, match=sentence):
-        closure(asked)
+        memory_closure(asked)
 
 
 @pytest.mark.parametrize(("asked", "cause"), [
@@ -420,7 +421,7 @@ def test_not_covered(asked, sentence):
     (oscillator(c=0.0, q=0.0), "stays constant"),
 ])  # fmt: skip
 def test_no_stationary_state(asked, cause):
-    result = closure(asked)
+    result = memory_closure(asked)
     assert cause in result.stationary
     for ask in (lambda: result.x_mean, lambda: result.x_density(0.0), lambda: result.correlation(0.0)):
         with pytest.raises(NoStationaryStateError, match=cause):
@@ -428,7 +429,7 @@ def test_no_stationary_state(asked, cause):
 
 
 def test_without_noise_everything_rests():
-    result = closure(oscillator(q=0.0))
+    result = memory_closure(oscillator(q=0.0))
     assert result.amplitude_mean_square == result.impact_rate == 0.0
     with pytest.raises(ValueError, match="without noise"):
         result.x_density(0.0)
@@ -436,7 +437,7 @@ def test_without_noise_everything_rests():
 
 def test_losses_alone_need_no_springpot():
     """Without a springpot only the wall dissipates: its loss is the noise's power, exactly."""
-    result = closure(oscillator(c=0.0, r=0.8))
+    result = memory_closure(oscillator(c=0.0, r=0.8))
     assert (1 - 0.64) / 2 * result.impact_rate * result.impact_speed_mean_square == pytest.approx(0.5, rel=1e-8)
 
 
@@ -444,26 +445,26 @@ def test_no_convergence_is_an_arithmetic_error(monkeypatch):
     assert issubclass(NoConvergenceError, ArithmeticError)
     monkeypatch.setattr(steps, "_STEPS", 1)
     with pytest.raises(NoConvergenceError, match=r"after 1 steps .* still change by"):
-        closure(oscillator())
+        memory_closure(oscillator())
     monkeypatch.setattr(steps, "_SWEEPS", 1)
     with pytest.raises(NoConvergenceError, match=r"after 1 sweeps the correlation still changes by"):
-        closure(oscillator())
+        memory_closure(oscillator())
 
 
 def test_report():
-    result = closure(oscillator(0.3, 1.0, 0.8, -0.5))
-    assert isinstance(result, Closure)
+    result = memory_closure(oscillator(0.3, 1.0, 0.8, -0.5))
+    assert isinstance(result, MemoryClosure)
     assert 1 < result.iterations < 20
     assert 0.0 < result.residual < 1e-6
-    assert any("validity map" in warning for warning in result.warnings)
-    assert closure(oscillator(0.5, 0.1)).warnings == ()
+    assert any("validity map" in warning for warning in warnings_of(result))
+    assert memory_closure(oscillator(0.5, 0.1)).warnings == ()
     answer = json.loads(json.dumps(result.to_dict()))
     assert answer["iterations"] == result.iterations
     assert answer["amplitude_mean_square"] == result.amplitude_mean_square
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="oscillator must be an Oscillator"):
-        closure(1.0)
+    with pytest.raises(TypeError, match="system must be a System"):
+        memory_closure(1.0)
     with pytest.raises(NotCoveredError, match="no wall to strike"):
-        closure(free()).impact_speed_density(1.0)
+        memory_closure(free()).impact_speed_density(1.0)

@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.evidence.cells import Cell, cell_of, system_of
+from springpot.evidence.recommendation import recommended
+from springpot.evidence.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, exists, read_map, trust, warnings_of
 from springpot.evidence.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
 from springpot.theory import (
     NotCoveredError,
     averaging_amplitude,
     envelope,
     linearization,
-    recommended,
     solve_all,
-    trust,
 )
-from springpot.theory.cells import Cell, cell_of, system_of
-from springpot.theory.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, best_guess, exists, read_map
-from springpot.theory.solve import trusted
 from tests.sizes import validation
 
 COLUMNS = read_map(SYSTEMS_FILE)
@@ -150,21 +148,22 @@ def test_unlike_walls_on_the_map() -> None:
 def test_with_colored_noise_and_a_wall_path_integration_is_recommended() -> None:
     held = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 1.0), sp.Barrier(0.0, 0.8))
     assert trust(held, "path_integration").worst < 1.0 < trust(held, "envelope").worst
-    assert recommended(held, {"path_integration": None, "envelope": None}) == "path_integration"
+    assert recommended(held, {"path_integration": None, "envelope": None}).method == "path_integration"
 
 
 def test_a_method_is_recommended_from_the_map() -> None:
     """Light damping and hardening: the envelope is within 1 %, linearization 10 % off, and says so."""
     duffing = sp.System(*HARD, sp.Springpot(0.4, 0.15), WHITE)
     answers, _ = solve_all(duffing)
-    assert trusted(duffing, answers) == ("envelope", "")
+    choice = recommended(duffing, answers)
+    assert (choice.method, choice.why_none) == ("envelope", "")
     assert trust(duffing, "envelope").gaps["x_mean_square"] < 1.0
     assert trust(duffing, "linearization").gaps["x_mean_square"] > 8.0
-    assert "gaps to Monte Carlo of up to: <x^2>" in linearization(duffing).warnings[-1]
-    assert envelope(duffing).warnings == ()
+    assert "gaps to Monte Carlo of up to: <x^2>" in warnings_of(linearization(duffing))[-1]
+    assert warnings_of(envelope(duffing)) == choice.result.warnings == ()
     exact = sp.System(*HARD, sp.Dashpot(0.4), WHITE)
-    assert recommended(exact, solve_all(exact)[0]) == "exact"
-    assert averaging_amplitude(exact).warnings == envelope(exact).warnings == ()
+    assert recommended(exact, solve_all(exact)[0]).method == "exact"
+    assert warnings_of(averaging_amplitude(exact)) == warnings_of(envelope(exact)) == ()
 
 
 PUMP = sp.System(*HARD, sp.Springpot(0.5, 0.3), sp.VanDerPol(0.1), WHITE)
@@ -173,11 +172,12 @@ PUMP = sp.System(*HARD, sp.Springpot(0.5, 0.3), sp.VanDerPol(0.1), WHITE)
 @pytest.mark.parametrize("far", [PUMP, validation(sp.System(*HARD, sp.Springpot(0.5, 8.0), WHITE))])
 def test_beside_the_map_the_errors_are_unknown(far: sp.System) -> None:
     answers, _ = solve_all(far)
-    best, why = trusted(far, answers)
+    choice = recommended(far, answers)
+    best, why = choice.method, choice.why_none
     assert best == ""
     assert "the validity map has no cell near this system. The best guess is envelope" in why
-    assert best_guess(far, answers) == "envelope"
-    assert any("has no cell near" in sentence for sentence in answers["envelope"].warnings)
+    assert choice.guess == "envelope"
+    assert any("has no cell near" in sentence for sentence in warnings_of(answers["envelope"]))
 
 
 def test_a_part_that_the_map_has_not_is_named() -> None:

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import interpolate, special
 
-from springpot.theory.methods.closure.memory import Loop
-from springpot.theory.methods.closure.quadrature import half_normal_rule
+from springpot.theory.methods.memory_closure.memory import Loop
+from springpot.theory.methods.memory_closure.quadrature import half_normal_rule
 from springpot.theory.result import NoConvergenceError
 
 __all__ = ["Plane", "solve_plane"]
