@@ -11,7 +11,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System
-from springpot.theory.walls import about_walls, named_walls
+from springpot.theory.walls import about_walls
 
 __all__ = [
     "MOMENTS",
@@ -93,7 +93,7 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in named_walls(system) for what in _OF_A_WALL)
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
     return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
@@ -111,7 +111,7 @@ def at_walls(
     """
     total = math.nan if any(map(math.isnan, rates)) else math.fsum(rates)
     struck = [(r, s, q) for r, s, q in zip(rates, means, squares, strict=True) if r > 0.0]
-    walls = [*named_walls(system)]
+    walls = [*system.stops]
     return {
         "impact_rate": total,
         "impact_speed_mean": sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
@@ -161,7 +161,7 @@ class Result:
     def __post_init__(self) -> None:
         if isinstance(found := self.stationary, str):
             return
-        walls = [*named_walls(self.system)]
+        walls = [*self.system.stops]
         if len(walls) == 1 and not found.of_parts:
             alone = {f"{walls[0]}_{what}": found[what] for what in _OF_A_WALL}
             found = replace(found, of_parts=alone)

@@ -31,7 +31,6 @@ from springpot.problem.system import System
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
-from springpot.theory.walls import named_walls
 
 __all__ = ["ExactLaw", "check_law_covered", "exact_law"]
 
@@ -446,7 +445,7 @@ def _moments(system: System, law: _EnergyLaw) -> Moments:
     x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
     rates, speeds, squares = [], [], []
-    for wall in named_walls(system).values():
+    for wall in system.stops.values():
         there = np.atleast_1d(law.above_least(wall.position - law.origin))
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
         rates.append(flux / law.total)

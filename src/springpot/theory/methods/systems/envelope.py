@@ -57,7 +57,6 @@ from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
 from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, at_walls
-from springpot.theory.walls import named_walls
 
 __all__ = ["check_system_covered", "envelope_of_system"]
 
@@ -122,7 +121,7 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
     taken = loss
-    for wall in named_walls(unit).values():
+    for wall in unit.stops.values():
         place = wall.position - problem.origin
         speed = speed_at(problem, cycles, place)
         struck.append(speed)

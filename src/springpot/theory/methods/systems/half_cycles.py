@@ -37,7 +37,6 @@ from springpot.theory.methods.systems.half_cycle_chain import (
 from springpot.theory.methods.systems.linear import linear
 from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, at_walls
-from springpot.theory.walls import named_walls
 
 __all__ = ["HalfCycles", "check_covered", "half_cycles"]
 
@@ -338,7 +337,7 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
     struck = at_walls(
         system, [0.0 if far else rate for far, rate in zip(unresolved, rates, strict=True)], means, squares
     )
-    own = zip(named_walls(system), rates, strict=True)
+    own = zip(system.stops, rates, strict=True)
     struck["of_parts"] |= {f"{wall}_impact_rate": rate for wall, rate in own}
     omega = system.natural_frequency
     return Moments(
