@@ -50,7 +50,7 @@ def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexAr
     total = np.zeros(frequency_hz.size, complex)
     slopes: Slopes = []
     for name, part in system.named():
-        if {"stored", "damping"}.isdisjoint(part.powers):
+        if {"stored", "damping", "inertia"}.isdisjoint(part.powers):
             continue
         if not part.is_linear:
             raise NotCoveredError(f"the modulus of a linear system is needed, but {name} is not linear.")
