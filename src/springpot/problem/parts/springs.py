@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from springpot.problem.parts.checks import coefficients, put, real, signed
+from springpot.problem.parts.checks import coefficients, put, signed
 from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["PolynomialSpring", "Spring"]
@@ -38,10 +38,9 @@ class Spring(Part):
     said, glyph, powers = "spring", "spring", ("stored",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    stiffness: Annotated[float, Number("k", "stiffness", "N m-1", "signed")]
-
-    def __post_init__(self) -> None:
-        put(self, stiffness=real(self.stiffness, "stiffness", "It is the spring's force per displacement."))
+    stiffness: Annotated[
+        float, Number("k", "stiffness", "N m-1", "signed", "It is the spring's force per displacement.")
+    ]
 
     @property
     def linear_stiffness(self) -> float:
