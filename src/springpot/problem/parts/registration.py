@@ -319,7 +319,7 @@ class Part(Checked):
     @property
     def linear_stiffness(self) -> float:
         """Of its linear spring, in N/m."""
-        return 0.0
+        return (*self.force_coefficients(), 0.0, 0.0)[1] if "stored" in self.powers else 0.0
 
     @property
     def linear_damping(self) -> float:

@@ -42,11 +42,6 @@ class Spring(Part):
         float, Number("k", "stiffness", "N m-1", "signed", "It is the spring's force per displacement.")
     ]
 
-    @property
-    def linear_stiffness(self) -> float:
-        """k."""
-        return self.stiffness
-
     def force_coefficients(self) -> tuple[float, ...]:
         """0 and k."""
         return 0.0, self.stiffness
@@ -94,11 +89,6 @@ class PolynomialSpring(Part):
     def is_odd(self) -> bool:
         """Whether it has no even powers."""
         return not any(self.coefficients[1::2])
-
-    @property
-    def linear_stiffness(self) -> float:
-        """k1."""
-        return self.coefficients[0]
 
     def force_coefficients(self) -> tuple[float, ...]:
         """0 and its coefficients."""

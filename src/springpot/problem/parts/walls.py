@@ -181,7 +181,9 @@ class Barrier(Stop):
         if callable(self.restitution):
             _check_law(self.restitution)
         else:
-            put(self, restitution=_fraction(self.restitution, "restitution", "An elastic wall has 1."))
+            hint = "An elastic wall has 1."
+            share = finite_number(self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint=hint)
+            put(self, restitution=share)
 
     @property
     def dissipates(self) -> bool:
@@ -336,10 +338,6 @@ def _check_law(law: RestitutionLaw) -> None:
     except Exception as fault:
         raise ValueError(f"restitution must be a function of the speed, but at 1 m/s it failed: {fault!r}.") from fault
     finite_number(value, "restitution of an impact at 1 m/s", hint="A law of restitution returns r.")
-
-
-def _fraction(value: object, name: str, hint: str) -> float:
-    return finite_number(value, name, low=0.0, high=1.0, open_low=True, hint=hint)
 
 
 def _side(side: object, position: float) -> Side:
