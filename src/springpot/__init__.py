@@ -30,23 +30,34 @@ if TYPE_CHECKING:
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
     from springpot.problem.free_numbers import free
+    from springpot.problem.messages import (
+        AccuracyWarning,
+        NoEffectWarning,
+        ProblemWarning,
+        RareEventWarning,
+        SpringpotWarning,
+        StationarityWarning,
+    )
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
-    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.result.load import load_run
     from springpot.studies import open_study, study
 
     __version__: str
 
     __all__ = [
-        "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord",
-        "MeasuredSpectrum", "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain",
+        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
+        "MeasuredRecord",
+        "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
+        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "design", "explain",
         "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
-        "recommended", "run", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
+_WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
 _DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
 _LATER = {
     name: f"springpot.{place}"
@@ -62,9 +73,10 @@ _LATER = {
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),
         "problem.free_numbers": ("free",),
+        "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
         "problem.oscillator": ("Oscillator",),
         "problem.system": ("System",),
-        "simulation": ("load_run", "run", "simulate"),
+        "simulation": ("load_run", "simulate"),
         "simulation.extended": ("extend",),
         "studies": ("open_study", "study"),
         "theory": ("theory",),
