@@ -31,9 +31,10 @@ from springpot.explorer.methods import method_list
 from springpot.figures import METHOD_LINES
 
 assert main(["theory", "--json"]) == 0
+system = Oscillator()
 tree = study({"name": "one", "methods": ["made_up"], "axes": {"order": [0.5, 1.0]}})
 print(json.dumps({
-    "page": table(Oscillator(), *solve(Oscillator()))["methods"]["made_up"]["moments"]["x_mean"],
+    "page": table(system, {"made_up": solve(system, "made_up")[0]}, {})["methods"]["made_up"]["moments"]["x_mean"],
     "script": method_list(),
     "study": tree["theory"]["x_mean"].values.ravel().tolist(),
     "picture": METHOD_LINES["made_up"],

@@ -543,12 +543,9 @@ def explore(
 
     Example: springpot explore --port 0
     """
-    from springpot.explorer.commands import open_file, open_page
+    from springpot.explorer.commands import open_file
 
-    if file is None:
-        open_page(host=host, port=port, browser=browser)
-    else:
-        open_file(file, host=host, port=port, browser=browser)
+    open_file(file, host=host, port=port, browser=browser)
     return 0
 
 
