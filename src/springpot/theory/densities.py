@@ -17,6 +17,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.problem import Units
 from springpot.theory.result import NotCoveredError, Result
+from springpot.theory.walls import named_walls
 
 __all__ = ["Densities", "DensitiesOfAmplitude", "Law"]
 
@@ -136,7 +137,7 @@ class Densities(Result):
         0.5635
         """
         u = real_array(speed, "speed")
-        if self.paper.barrier is None:
+        if not named_walls(self.system):
             raise NotCoveredError("There is no impact speed: this system has no wall to strike.")
         return self._impact_speed(u, time)
 
