@@ -81,7 +81,8 @@ def order_one(points: Iterable[tuple[float, float, float]], third: str) -> Known
     found = {}
     for c, wall, restitution in points:
         with contextlib.suppress(NotCoveredError):
-            result = fokker_planck(Oscillator(springpot=Springpot(1.0, c), barrier=Barrier(wall, restitution)))
+            stop = Barrier(wall, restitution, side="above")
+            result = fokker_planck(Oscillator(springpot=Springpot(1.0, c), barrier=stop))
             moments = {name: getattr(result, name) for name in MOMENTS}
             found[1.0, c, wall if third == "position" else restitution] = exactly(moments)
     return found

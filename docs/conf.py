@@ -48,8 +48,8 @@ html_css_files = ["springpot.css"]
 html_sidebars: dict[str, list[str]] = {
     page: []
     for page in (
-        "tutorial", "tutorial_device", "device", "questions", "glossary", "memory", "explorer", "performance",
-        "users_of", "design", "citing", "changelog",
+        "tutorial", "tutorial_device", "device", "results", "questions", "glossary", "memory", "explorer",
+        "performance", "users_of", "design", "citing", "changelog",
     )
 }  # fmt: skip
 html_show_sourcelink = False

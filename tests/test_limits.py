@@ -21,7 +21,7 @@ from tests.sizes import validation
 
 LONGEST = 600  # characters in a sentence
 SPRINGS = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
-PRESSED = sp.System(*SPRINGS, sp.Springpot(0.5, 0.3), sp.Barrier(40.0, 0.9), sp.WhiteNoise(1.0))
+PRESSED = sp.System(*SPRINGS, sp.Springpot(0.5, 0.3), sp.Barrier(40.0, 0.9, side="above"), sp.WhiteNoise(1.0))
 HUGE = sp.System(
     sp.Spring(1e50), sp.PolynomialSpring((0.0, 0.0, 1e50)), sp.Springpot(0.5, 1e-50), sp.Barrier(-1e-50, 0.9),
     sp.WhiteNoise(1e50),

@@ -12,10 +12,10 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from springpot.problem.units import UNITS
 
 import springpot as sp
 from springpot import cli
-from springpot.problem.units import UNITS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"

@@ -27,35 +27,11 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
     from springpot.problem.free_numbers import free
     from springpot.problem.oscillator import Oscillator
-    from springpot.problem.parts import (
-        Barrier,
-        ColoredNoise,
-        Constant,
-        Contact,
-        Dashpot,
-        Force,
-        FractionalMaxwell,
-        Friction,
-        Harmonic,
-        KanaiTajimiNoise,
-        Mass,
-        Maxwell,
-        ParametricNoise,
-        PiezoelectricCircuit,
-        PoissonImpulses,
-        PolynomialDashpot,
-        PolynomialSpring,
-        RecordedExcitation,
-        Spring,
-        Springpot,
-        ThermalNoise,
-        VanDerPol,
-        WhiteNoise,
-    )  # fmt: skip
-    from springpot.problem.parts.walls import PowerRestitution
+    from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
     from springpot.simulation.monte_carlo import run, simulate
@@ -64,60 +40,13 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = [
-    "Barrier",
-    "ColoredNoise",
-    "Constant",
-    "Contact",
-    "Dashpot",
-    "Force",
-    "FractionalMaxwell",
-    "Friction",
-    "Harmonic",
-    "KanaiTajimiNoise",
-    "Mass",
-    "Maxwell",
-    "MeasuredFrequencyResponse",
-    "MeasuredImpacts",
-    "MeasuredModuli",
-    "MeasuredRecord",
-    "MeasuredSpectrum",
-    "MeasuredStatistics",
-    "Oscillator",
-    "ParametricNoise",
-    "PiezoelectricCircuit",
-    "PoissonImpulses",
-    "PolynomialDashpot",
-    "PolynomialSpring",
-    "PowerRestitution",
-    "RecordedExcitation",
-    "Spring",
-    "Springpot",
-    "System",
-    "ThermalNoise",
-    "VanDerPol",
-    "WhiteNoise",
-    "atlas",
-    "design",
-    "explain",
-    "explore",
-    "extend",
-    "figures",
-    "fit",
-    "free",
-    "load_run",
-    "open_study",
-    "read_data",
-    "read_system",
-    "recommended",
-    "run",
-    "sensitivity",
-    "simulate",
-    "study",
-    "theory",
-    "to_toml",
-    "trust",
-]  # fmt: skip
+    __all__ = [
+        "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord",
+        "MeasuredSpectrum", "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain",
+        "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
+        "recommended", "run", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+    ]  # fmt: skip
+
 _ROOMS = ("figures", "theory")
 _LATER = {
     "MeasuredFrequencyResponse": "springpot.fitting",
@@ -128,9 +57,11 @@ _LATER = {
     "MeasuredStatistics": "springpot.fitting",
     "fit": "springpot.fitting",
     "Oscillator": "springpot.problem.oscillator",
-    "PowerRestitution": "springpot.problem.parts.walls",
     "System": "springpot.problem.system",
+    "Dimensionless": "springpot.problem.dimensionless",
     "atlas": "springpot.evidence.atlases",
+    "recommended": "springpot.evidence.recommendation",
+    "trust": "springpot.evidence.reliability",
     "design": "springpot.designing",
     "explain": "springpot.evidence.explanation",
     "explore": "springpot.explorer.commands",
@@ -141,14 +72,12 @@ _LATER = {
     "open_study": "springpot.studies",
     "read_data": "springpot.fitting",
     "read_system": "springpot.problem.file",
-    "recommended": "springpot.evidence.recommendation",
     "to_toml": "springpot.problem.file",
     "run": "springpot.simulation",
     "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",
     "theory": "springpot.theory",
-    "trust": "springpot.evidence.reliability",
 }
 
 
@@ -157,14 +86,19 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("springpot")
-    if name not in __all__:
-        raise AttributeError(f"module 'springpot' has no attribute {name!r}")
     import importlib
 
-    place = _LATER.get(name, "springpot.problem.parts")
-    module = importlib.import_module(place)
-    return module if name in _ROOMS else getattr(module, name)
+    if name in _LATER:
+        module = importlib.import_module(_LATER[name])
+        return module if name in _ROOMS else getattr(module, name)
+    if name == "__all__" or name[0].isupper():
+        parts = importlib.import_module("springpot.problem.parts")
+        if name == "__all__":
+            return sorted([*_LATER, *parts.__all__])
+        if name in parts.__all__:
+            return getattr(parts, name)
+    raise AttributeError(f"module 'springpot' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return [*__getattr__("__all__"), "__version__"]

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from springpot.problem.units import UNITS
 
 import springpot
 from springpot import cli, simulation
 from springpot.cli import doctor, terminal
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
-from springpot.problem.quantities import UNITS
 from springpot.simulation.plan.settings import resolve
 from tests.signals import in_a_terminal
 from tests.sizes import validation

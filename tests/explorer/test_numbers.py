@@ -35,7 +35,7 @@ def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
 @pytest.mark.parametrize("position", [validation(-1.0), validation(0.0), validation(0.5), 5.0])
 def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
     """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
-    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0))
+    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above"))
     found = table(oscillator, *solve(oscillator))
     places = np.array(found["places"]["amplitude"])
     density = np.array(found["methods"][found["recommended"]]["densities"]["amplitude"])

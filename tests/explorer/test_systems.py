@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from springpot.problem.units import UNITS
 
 import springpot as sp
 from springpot.explorer.motion import impacts, record, voltages
@@ -19,7 +20,6 @@ from springpot.explorer.question import Opened, question_of
 from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
 from springpot.explorer.system_answers import names, solve, table
 from springpot.explorer.views import labels, sizes
-from springpot.problem.units import UNITS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.settings import resolve
 from tests.explorer.conftest import Server, running

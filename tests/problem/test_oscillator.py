@@ -41,11 +41,11 @@ def test_dimensionless_numbers_do_not_feel_the_unit_of_time(
     frequency: float, intensity: float, order: float, coefficient: float, factor: float
 ) -> None:
     """Measured in a unit of time 1/factor as long, rates grow by the factor; C has s^(alpha-2), q has s^-3."""
-    here = Oscillator(frequency, Springpot(order, coefficient), Barrier(0.7), WhiteNoise(intensity))
+    here = Oscillator(frequency, Springpot(order, coefficient), Barrier(0.7, side="above"), WhiteNoise(intensity))
     there = Oscillator(
         frequency * factor,
         Springpot(order, coefficient * factor ** (2.0 - order)),
-        Barrier(0.7),
+        Barrier(0.7, side="above"),
         WhiteNoise(intensity * factor**3),
     )
     assert there.dimensionless_coefficient == pytest.approx(here.dimensionless_coefficient, rel=1e-9)
@@ -59,8 +59,8 @@ def test_dimensionless_numbers_do_not_feel_the_unit_of_time(
 def test_dimensionless_position_does_not_feel_the_unit_of_length(
     intensity: float, position: float, factor: float
 ) -> None:
-    here = Oscillator(barrier=Barrier(position), excitation=WhiteNoise(intensity))
-    there = Oscillator(barrier=Barrier(position * factor), excitation=WhiteNoise(intensity * factor**2))
+    here = Oscillator(barrier=Barrier(position, side="above"), excitation=WhiteNoise(intensity))
+    there = Oscillator(barrier=Barrier(position * factor, side="above"), excitation=WhiteNoise(intensity * factor**2))
     assert there.dimensionless_position == pytest.approx(here.dimensionless_position, rel=1e-9)
 
 
@@ -89,7 +89,7 @@ def test_without_noise_there_is_no_length_to_compare_with() -> None:
     silent = WhiteNoise(intensity=0.0)
     assert Oscillator(excitation=silent).length_scale == 0.0
     assert Oscillator(excitation=silent).dimensionless_position == 0.0
-    assert Oscillator(barrier=Barrier(0.5), excitation=silent).dimensionless_position == math.inf
+    assert Oscillator(barrier=Barrier(0.5, side="above"), excitation=silent).dimensionless_position == math.inf
     assert Oscillator(barrier=Barrier(-0.5), excitation=silent).dimensionless_position == -math.inf
 
 

@@ -108,7 +108,7 @@ def test_what_a_device_becomes() -> None:
     [
         ({"gap": 0.01}, Barrier(-0.01), -1.0),
         ({"gap": 0.01, "side": "below"}, Barrier(0.01, side="below"), -1.0),
-        ({"gap": -0.01}, Barrier(0.01), 1.0),
+        ({"gap": -0.01}, Barrier(0.01, side="above"), 1.0),
         ({"gap": 0.0}, Barrier(0.0), 0.0),
         ({}, None, None),
         ({"gap": None}, None, None),
@@ -181,9 +181,9 @@ def test_a_device_on_the_command_line(command: str, what: str, capsys: pytest.Ca
 def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> None:
     words = [*WORDS.replace("0.5", "1").split(), "--sides", "2", "--of", "force"]
     assert cli.main(["simulate", *words, "--paths", "100", "--duration", "2", "--json"]) == 0
-    asked = json.loads(capsys.readouterr().out)["oscillator"]
-    assert asked["barrier"] is None
-    assert asked["excitation"]["intensity"] == 1.0
+    asked = {part["kind"]: part for part in json.loads(capsys.readouterr().out)["system"]["parts"]}
+    assert "barrier" not in asked
+    assert asked["white_noise"]["intensity"] == 1.0
     assert cli.main(["compare", *words, "--rtol", "0.1", "--json"]) == 0
 
 
@@ -235,7 +235,7 @@ def test_help_shows_the_defaults_of_an_oscillator(capsys: pytest.CaptureFixture[
     shown = {
         "order": default.springpot.order, "coefficient": default.springpot.coefficient,
         "natural-frequency": default.natural_frequency, "intensity": default.excitation.intensity,
-        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": default.barrier.side,
+        "position": default.barrier.position, "restitution": default.barrier.restitution, "side": "that of x = 0",
     }  # fmt: skip
     for name, value in shown.items():
         entries = [after.partition(" --")[0] for after in text.split(f" --{name} ")[1:]]

@@ -27,6 +27,24 @@ def test_parts_are_called_by_their_kind_or_as_one_likes() -> None:
         sp.System(sp.Spring(80.0), spring=sp.Spring(1.0))
 
 
+def test_the_mass_moves_on_the_side_of_zero() -> None:
+    """A gap on either side; at 0 the paper's x >= 0; a preload has to be stated, and is named."""
+    for kind in (
+        lambda place, **side: sp.Barrier(place, 0.7, **side),
+        lambda place, **side: sp.Contact(place, 50.0, **side),
+    ):
+        assert [kind(place).side for place in (-0.006, 0.0, -0.0, 0.006)] == ["above", "above", "above", "below"]
+        assert kind(0.006, side="above").side == "above"
+        gap = sp.free("gap", 0.006, (-0.01, 0.01))
+        assert [kind(-gap).side, kind(gap).side] == ["above", "below"]
+        device = sp.System(sp.Mass(2.0), sp.Spring(80.0), low=kind(-0.006), high=kind(0.006))
+        assert "preload" not in sp.explain(device)
+        pressed = sp.System(sp.Mass(2.0), sp.Spring(80.0), stop=kind(0.006, side="above"))
+        assert "preload: the mass is pressed against it with 0.48 N" in sp.explain(pressed)
+        assert sp.read_system({"parts": sp.System(*device.parts).to_dict()["parts"]}) == sp.System(*device.parts)
+    assert sp.Oscillator.from_numbers(position=0.3) == sp.Oscillator(barrier=sp.Barrier(0.3, side="below"))
+
+
 def test_an_oscillator_is_a_system_and_back() -> None:
     for asked in (
         sp.Oscillator(),
@@ -89,8 +107,13 @@ BAD = [
     (lambda: sp.System(sp.Spring(-1.0), KICK), ValueError, "falls without limit to the left and right"),
     (lambda: sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 1.0))), ValueError, "falls without limit to the left"),
     (lambda: sp.System(sp.Constant(1.0), sp.Barrier(0.0)), ValueError, "falls without limit to the right"),
-    (lambda: sp.System(sp.Barrier(1.0), sp.Barrier(0.0, side="below")), ValueError, "x >= 1 and x <= 0 cannot both"),
-    (lambda: sp.System(sp.Barrier(1.0), sp.Barrier(0.0)), ValueError, "barrier_2 at 0 must not lie behind barrier_1"),
+    (
+        lambda: sp.System(sp.Barrier(1.0, side="above"), sp.Barrier(0.0, side="below")),
+        ValueError,
+        "x >= 1 and x <= 0 cannot both",
+    ),
+    (lambda: sp.System(sp.Barrier(1.0), sp.Barrier(2.0)), ValueError, "barrier_2 at 2 must not lie behind barrier_1"),
+    (lambda: sp.System(sp.Barrier(0.0), sp.Barrier(-1.0)), ValueError, "barrier_2 at -1 must not lie behind barrier_1"),
     (lambda: sp.System(sp.Barrier(0.0), sp.Contact(-1.0, 5.0)), ValueError, "contact at -1 must not lie behind a wall"),
     (lambda: sp.System(sp.ThermalNoise(1.0), sp.ThermalNoise(1.0)), ValueError, "one ThermalNoise at most"),
     (lambda: sp.System(sp.Spring(1.0), sp.ThermalNoise(1.0), sp.VanDerPol(1.0)), ValueError, "van_der_pol cannot be"),
@@ -207,6 +230,11 @@ def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place = tmp_path / "device.toml"
     place.write_text(sp.to_toml(EVERYTHING))
     assert sp.read_system(place) == EVERYTHING
+    yielding = sp.System(sp.Spring(1.0), sp.Barrier(-1.0, sp.PowerRestitution(sp.free("r", 0.7, (0.1, 0.9)), 0.1)))
+    place.write_text(sp.to_toml(yielding))
+    assert 'restitution = { law = "power", restitution = { free = "r"' in place.read_text()
+    assert sp.read_system(place) == yielding
+    assert sp.read_system({"parts": yielding.to_dict()["parts"]}) == yielding
     thermal = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0 / 3.0))
     place.write_text(sp.to_toml(thermal))
     assert sp.read_system(str(place)) == thermal
@@ -256,6 +284,14 @@ SPRING = {"kind": "spring", "stiffness": 80.0}
         (
             {"parts": [SPRING, {"kind": "barrier", "restitution": 2.0}]},
             "parts[1] (barrier).restitution must be in (0, 1]",
+        ),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "restitution": {"restitution": 0.5, "speed": 1.0}}]},
+            "parts[1] (barrier).restitution.law must be one of power, not None.",
+        ),
+        (
+            {"parts": [SPRING, {"kind": "barrier", "restitution": {"law": "power", "speed": 1.0}}]},
+            "parts[1] (barrier).restitution needs restitution.",
         ),
         ({"parts": [SPRING | {"name": "my spring"}]}, "parts[0].name must be a word of letters, digits and _"),
         ({"parts": [SPRING | {"name": "a"}, SPRING | {"name": "a"}]}, "a is the name of two parts"),

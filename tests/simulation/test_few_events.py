@@ -25,7 +25,7 @@ DAMPED = (sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
 
 
 def far_wall(position: float = -5.0) -> sp.Oscillator:
-    return sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=sp.Barrier(position, 0.8))
+    return sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=sp.Barrier(position, 0.8, side="above"))
 
 
 def between(low: float, high: float) -> sp.System:
@@ -121,9 +121,9 @@ CHATTER = "times in a natural period: this is chatter"
 WALLS = [
     (sp.Barrier(-40.0, 0.8), FAR),
     (sp.Barrier(40.0, 0.8, side="below"), FAR),
-    (sp.Barrier(30.0), PRESSED),
+    (sp.Barrier(30.0, side="above"), PRESSED),
     (sp.Barrier(-30.0, side="below"), PRESSED),
-    (sp.Barrier(2.0, 0.3), CHATTER),
+    (sp.Barrier(2.0, 0.3, side="above"), CHATTER),
 ]
 
 

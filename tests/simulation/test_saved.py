@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
+from springpot.problem.units import UNITS
 
 import springpot as sp
-from springpot.problem.units import UNITS
 from springpot.simulation import Run
 from springpot.simulation.result import load as loaded
 from springpot.simulation.result import save as saved

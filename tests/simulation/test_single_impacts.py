@@ -59,10 +59,8 @@ def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution
 @pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])
 def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int) -> None:
     """The scheme is exact at any step then; at 0.4 / Omega some ten of a block's paths strike in four steps."""
-    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position))
-    found = sp.run(
-        problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True
-    )
+    problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position, side="above"))
+    found = sp.run(problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True)
     law = exact(problem)
     for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean"):
         value, error = float(found.values[name]), float(found.errors[name])
@@ -82,9 +80,7 @@ def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:
     density = np.exp(-0.5 * x**2)  # kT = q / (2 c) = 1
     density /= np.trapezoid(density, x)
     rates = density[[0, -1]] / np.sqrt(2.0 * np.pi)
-    values, errors = (
-        np.array([at[f"barrier_{n}_impact_rate"] for n in (1, 2)]) for at in (found.values, found.errors)
-    )
+    values, errors = (np.array([at[f"barrier_{n}_impact_rate"] for n in (1, 2)]) for at in (found.values, found.errors))
     assert np.all(np.abs(values - rates) < 4.0 * errors)
     assert np.all(errors < 0.005 * rates)
     assert abs(float(found.values["v_mean_square"]) - 1.0) < 4.0 * float(found.errors["v_mean_square"])

@@ -410,8 +410,8 @@ def test_restitution_that_falls_with_the_speed() -> None:
     [
         ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), 1.0),
         ((sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), 1.0),
-        ((sp.PolynomialSpring((0.0, 0.0, 1e-6)), sp.Barrier(0.1)), 1.0),
-        ((SPRING, sp.Contact(0.5, 300.0)), 1.0),
+        ((sp.PolynomialSpring((0.0, 0.0, 1e-6)), sp.Barrier(0.1, side="above")), 1.0),
+        ((SPRING, sp.Contact(0.5, 300.0, side="above")), 1.0),
         ((sp.Constant(-9.81), sp.Contact(0.0, 300.0)), 1.0),
         ((sp.Constant(1.0), sp.PolynomialSpring((0.0, 0.0, 0.0, 0.0, 1.0)), sp.Barrier(-0.7)), 1.0),
         ((sp.PolynomialSpring((0.0, 0.0, 1e24)), sp.Barrier(-1e-13), sp.Barrier(1e-12, side="below")), 1e-20),
@@ -433,7 +433,7 @@ def test_a_temperature_that_the_search_meets_exactly_is_found() -> None:
 def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:
     """Rates of 1.74, 2.05 and 2.42 were measured at steps of 0.02, 0.005 and 0.00125 s with this law."""
     law = sp.PowerRestitution(0.25, speed=0.01)
-    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law))
+    system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law, side="above"))
     values = {"impact_rate": 1.74, "impact_speed_mean": 0.42, "impact_speed_mean_square": 0.5}
     for step in (0.02, 1e-3):  # the law is 0.13 and 0.19 at the speeds that these steps resolve
         assert step_biases_of_system(system, step, values)["impact_rate"] > 1.0

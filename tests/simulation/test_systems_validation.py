@@ -50,7 +50,7 @@ def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.005, *
          lambda x: 0.25 * x**4 - 0.5 * x * x),
         ((sp.Constant(1.0), sp.PolynomialSpring((0, 0, 0, 0, 1.0)), sp.Barrier(-0.7)), -0.7, 5.0,
          lambda x: x**6 / 6.0 - x),
-        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.1)), 0.1, 6.0, lambda x: 0.25 * x**4),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.1, side="above")), 0.1, 6.0, lambda x: 0.25 * x**4),
     ],
     ids=["duffing", "linear", "pressed-down", "pressed-up", "preload", "two-wells", "sixth", "no-linear-spring"],
 )  # fmt: skip
@@ -78,7 +78,11 @@ def test_the_numbers_of_two_walls() -> None:
         ((sp.Contact(-0.2, 20.0, 1.0),), 0.04, lambda x: 0.5 * x * x + 10.0 * np.maximum(-0.2 - x, 0.0) ** 2),
         ((sp.Contact(-0.2, 2000.0, 2.0), sp.Contact(0.6, 3.0, 1.0, side="below")), 0.04,
          lambda x: 0.5 * x * x + 2000.0 * np.maximum(-0.2 - x, 0.0) ** 3 / 3.0 + 1.5 * np.maximum(x - 0.6, 0.0) ** 2),
-        ((sp.Contact(0.5, 300.0),), 0.04, lambda x: 0.5 * x * x + 120.0 * np.maximum(0.5 - x, 0.0) ** 2.5),
+        (
+            (sp.Contact(0.5, 300.0, side="above"),),
+            0.04,
+            lambda x: 0.5 * x * x + 120.0 * np.maximum(0.5 - x, 0.0) ** 2.5,
+        ),
     ],
     ids=["hertz", "linear", "both", "preloaded"],
 )  # fmt: skip

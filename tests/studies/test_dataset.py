@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
+from springpot.problem.units import UNITS
 
 import springpot as sp
-from springpot.problem.quantities import UNITS
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store

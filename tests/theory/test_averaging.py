@@ -149,7 +149,7 @@ def test_mirrored_wall(form):
 @pytest.mark.parametrize("form", ["corrected", "printed"])
 def test_wall_elsewhere_is_not_covered(position, form):
     with pytest.raises(NotCoveredError, match="covers a wall at position 0 or no wall"):
-        averaging(oscillator(barrier=Barrier(position=position)), form=form)
+        averaging(oscillator(barrier=Barrier(position=position, side="above")), form=form)
 
 
 def test_printed_form_is_for_an_elastic_wall():
@@ -349,7 +349,7 @@ def test_all_methods():
     assert list(both)[:2] == ["averaging_printed", "averaging"]
     assert both["averaging_printed"]["amplitude_mean_square"] == pytest.approx(3.519, abs=5e-4)
     assert both["averaging"]["amplitude_mean_square"] == pytest.approx(1.173, abs=5e-4)
-    away = all_methods(oscillator(barrier=Barrier(position=1.0)))
+    away = all_methods(oscillator(barrier=Barrier(position=1.0, side="above")))
     assert away["averaging"]["x_mean"] is None
     assert "covers a wall at position 0" in str(away["averaging"]["statement"])
 
@@ -435,7 +435,7 @@ def test_shifted_form_warns_and_refuses():
     assert "unchecked" in shifted(0.5, 5.0).warnings[0]
     assert "without a wall" in shifted(barrier=None).warnings[0]
     with pytest.raises(NotCoveredError, match="position 0 or no wall"):
-        shifted(barrier=Barrier(0.5))
+        shifted(barrier=Barrier(0.5, side="above"))
     with pytest.raises(NoStationaryStateError, match="order 0 is a spring"):
         _ = shifted(0.0).x_mean
     assert shifted(0.0).frequency ** 2 == pytest.approx(1 + (1 - 8 / math.pi**2), rel=1e-12)

@@ -35,7 +35,7 @@ def upper(position: float, restitution: float = 1.0) -> sp.Barrier:
     [
         ((SPRING, cubic(1.0, 0.1), sp.Dashpot(0.4), WHITE, sp.Barrier(-0.5), upper(1.2)), 1e-8),
         ((sp.Constant(-2.0), sp.Dashpot(0.5), WHITE, sp.Barrier(0.0)), 1e-8),  # a weight on a floor
-        ((SPRING, sp.Dashpot(0.1), WHITE, sp.Barrier(30.0)), 1e-8),  # pressed against a wall
+        ((SPRING, sp.Dashpot(0.1), WHITE, sp.Barrier(30.0, side="above")), 1e-8),  # pressed against a wall
         ((sp.Dashpot(0.3), WHITE, sp.Barrier(-1.0), upper(2.0)), 1e-8),  # no spring at all
         ((sp.Constant(9.0), sp.Dashpot(0.3), WHITE, sp.Barrier(0.0), upper(1.0)), 1e-6),  # pushed to one of two walls
         ((cubic(1.0), sp.Dashpot(3.0), WHITE), 1e-4),  # the slowest cycles have no frequency
@@ -131,7 +131,7 @@ def test_against_monte_carlo(parts, measured, error: float) -> None:
         validation(0.97, 0.2, sp.Barrier(0.0), 0.003),
         (0.5, 0.2, sp.Barrier(-1.0, 0.9), 0.025),
         validation(0.3, 0.3, sp.Barrier(0.0, 0.9), 0.04),
-        validation(0.8, 0.3, sp.Barrier(0.5), 0.02),
+        validation(0.8, 0.3, sp.Barrier(0.5, side="above"), 0.02),
     ],
 )
 def test_of_an_oscillator_it_is_near_the_oscillators(order: float, coefficient: float, wall, error: float) -> None:
@@ -281,7 +281,7 @@ def test_it_is_one_of_the_methods() -> None:
 def test_a_mass_that_rests_on_a_lossy_wall_under_a_smooth_force_is_not_covered() -> None:
     parts = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.ColoredNoise(1.0, 0.5)
     with pytest.raises(NotCoveredError, match="comes to rest on stop, which is lossy"):
-        sp.theory.envelope(sp.System(*parts, stop=sp.Barrier(0.2, 0.8)))
+        sp.theory.envelope(sp.System(*parts, stop=sp.Barrier(0.2, 0.8, side="above")))
     for stop in (sp.Barrier(0.2), sp.Barrier(-0.2, 0.8)):
         assert sp.theory.envelope(sp.System(*parts, stop=stop)).v_mean_square > 0.1
 

@@ -135,7 +135,7 @@ def test_impacts_on_a_soft_stop_are_counted_at_first_touch() -> None:
 
 @pytest.mark.parametrize("position", [-30.0, -0.5, 0.0, 2.0])
 def test_of_an_oscillator_it_is_the_oscillators(position: float) -> None:
-    asked = sp.Oscillator(2.0, sp.Springpot(1.0, 0.5), sp.Barrier(position), sp.WhiteNoise(3.0))
+    asked = sp.Oscillator(2.0, sp.Springpot(1.0, 0.5), sp.Barrier(position, side="above"), sp.WhiteNoise(3.0))
     ours, theirs = exact(as_system(asked)), exact(asked)
     for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "amplitude_mean_square"):
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-9, abs=1e-15)
@@ -215,7 +215,7 @@ PUMPED = sp.VanDerPol(0.3), sp.PolynomialDashpot((0.0, 0.0, 0.3)), sp.WhiteNoise
 @pytest.mark.parametrize("place", [0.5, validation(1.5)])
 def test_van_der_pol_on_a_wall_beyond_the_springs_equilibrium(place: float) -> None:
     """Its damping depends on the energy counted from x = 0, which the mass cannot reach."""
-    found = exact(sp.System(SPRING, *PUMPED, sp.Barrier(place)))
+    found = exact(sp.System(SPRING, *PUMPED, sp.Barrier(place, side="above")))
 
     def exponent(x: float, v: float) -> float:
         h = 0.5 * (x * x + v * v)
@@ -252,7 +252,7 @@ def test_a_thin_layer_at_two_walls(stiffness: float) -> None:
 
 def test_far_from_zero_the_energies_do_not_cancel() -> None:
     for place in (1e2, 1e6, 1e10):  # pressed against a wall with the force b
-        found = exact(sp.System(SPRING, DASHPOT, WHITE, sp.Barrier(place)))
+        found = exact(sp.System(SPRING, DASHPOT, WHITE, sp.Barrier(place, side="above")))
         assert found.impact_rate == pytest.approx(place / math.sqrt(2.0 * math.pi), rel=2.0 / place**2 + 1e-9)
     device = sp.System(sp.Mass(1.0), sp.Spring(1e6), DASHPOT, sp.Constant(-9.81), sp.ThermalNoise(4.1e-21))
     found, spread = exact(device), math.sqrt(4.1e-27)

@@ -88,8 +88,8 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     with leave_at_once():
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
+        from springpot.problem.catalogue import unit_of_result
         from springpot.problem.oscillator import as_system
-        from springpot.problem.quantities import units_of_system
         from springpot.theory.result import names_of_results
 
     system = as_system(problem)
@@ -102,7 +102,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     answers = {name: answer for name, answer in dicts.items() if isinstance(answer, dict)}
     silent = {name: answer["statement"] for name, answer in answers.items() if "statement" in answer}
     shown = {name: answer for name, answer in answers.items() if name not in silent}
-    units = {name: units_of_system(system, name) for name in names_of_results(system)} | {"decay_rate": "s-1"}
+    units = {name: unit_of_result(system, name) for name in names_of_results(system)} | {"decay_rate": "s-1"}
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
@@ -130,7 +130,7 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
     oscillator = oscillator_of(file, flags)
     with leave_at_once():
         from springpot.evidence.atlases import atlas as look_up
-        from springpot.problem.quantities import UNITS
+        from springpot.problem.catalogue import unit_of
         from springpot.theory.result import MOMENTS
 
     result = look_up(oscillator)
@@ -138,7 +138,7 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
         print_json({"oscillator": oscillator.to_dict(), **result.to_dict()})
         return 0
     print(f"oscillator: {plain(oscillator.to_dict())}")
-    rows = [[name, with_error(getattr(result, name), result.errors[name], UNITS[name])] for name in MOMENTS]
+    rows = [[name, with_error(getattr(result, name), result.errors[name], unit_of(name))] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
 

@@ -75,7 +75,7 @@ class OscillatorFlags:
     ] = None
     side: Annotated[
         Literal["above", "below"] | None,
-        Parameter(help="Side of the wall on which the mass moves.", show_default=_DEFAULT["side"]),
+        Parameter(help="Side of the wall on which the mass moves.", show_default="that of x = 0"),
     ] = None
     barrier: Annotated[
         bool,

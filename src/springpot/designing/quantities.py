@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import meant, shown
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.quantities import units_of_system
 from springpot.problem.system import System
 from springpot.theory import solve_all, solve_one
 from springpot.theory.registry import METHODS
@@ -96,4 +96,4 @@ def unit_of(problem: Oscillator | System, name: str) -> str:
     >>> unit_of(Oscillator(), "impact_rate")
     's-1'
     """
-    return units_of_system(as_system(problem), name)
+    return unit_of_result(as_system(problem), name)

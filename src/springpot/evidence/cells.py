@@ -79,7 +79,7 @@ def system_of(cell: Cell) -> System:
     if cell.hardening > 0.0:
         parts.append(PolynomialSpring((0.0, 0.0, cell.hardening)))
     if cell.walls == 1:
-        parts.append(Barrier(cell.position, cell.restitution))
+        parts.append(Barrier(cell.position, cell.restitution, side="above"))
     elif cell.walls == 2:
         spread = _free_spread(cell.order, cell.c)
         near, far = cell.position * spread, (cell.position + cell.apart) * spread

@@ -5,32 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
 from springpot.machine.faults import few, shown
 from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    Constant,
-    Contact,
-    Dashpot,
-    Force,
-    FractionalMaxwell,
-    Friction,
-    Harmonic,
-    KanaiTajimiNoise,
-    Mass,
-    Maxwell,
-    ParametricNoise,
-    PiezoelectricCircuit,
-    PoissonImpulses,
-    PolynomialDashpot,
-    RecordedExcitation,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Part, in_words
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 from springpot.theory import solve_all
 
@@ -76,24 +58,27 @@ def explain(problem: System | Oscillator) -> str:
 
 def equation(system: System) -> Iterator[str]:
     """The equation of motion with its numbers, and a line for each excitation, wall and circuit."""
-    inertia = f"{system.mass:.6g} x''" if system.of(Mass) else "x''"
-    left = _some([part.term() for part in system.parts if hasattr(part, "term")], "")
+    inertia = f"{system.mass:.6g} x''" if system.has_mass else "x''"
+    left = _some([part.term() for part in system.parts if not isinstance(part, Excitation) and part.term()], "")
     excitations = [*_excitations(system)]
     right = _some([symbol for symbol, _ in excitations], " + ").replace("+ -", "- ") or "0"
     yield f"{inertia}{left} = {right}"
-    yield "in SI units: x in m, t in s, forces in N" if system.of(Mass) else "per unit mass: x in m, t in s"
+    yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
     for symbol, words in excitations:
         if words:
             yield f"{symbol.removeprefix('-').removeprefix('m ').removeprefix('x ')}: {words}"
     for name, part in system.named():
-        if isinstance(part, Barrier):
-            relation = ">=" if part.side == "above" else "<="
-            yield f"wall ({name}): x {relation} {part.position:.6g} m, restitution {part.law()}"
-        elif isinstance(part, PiezoelectricCircuit):
-            yield (
-                f"V ({name}): {part.capacitance:.6g} V' + V / {part.resistance:.6g} = {part.coupling:.6g} x', "
-                f"R Cp = {part.time:.6g} s"
-            )
+        preload = _preload(system, part) if isinstance(part, Stop) else ""
+        if line := part.line(name) or (preload and f"{part.said} ({name})"):
+            yield line + preload
+
+
+def _preload(system: System, wall: Stop) -> str:
+    """The words of what presses the mass against a wall at the place of the wall; empty where a gap is left."""
+    alone = replace(system.potential, contacts=())
+    pressed = system.inertia * float(alone.force(wall.position)) * wall.inwards
+    unit = "N" if system.has_mass else "m/s^2"
+    return f"; preload: the mass is pressed against it with {pressed:.6g} {unit}" if pressed > 0.0 else ""
 
 
 def _some(terms: list[str], between: str) -> str:
@@ -106,49 +91,19 @@ def _excitations(system: System) -> Iterator[tuple[str, str]]:
     """The symbol of each excitation in the equation, and what it is."""
     letters = "wuyzabcdefghijklnopqrs"
     symbols = itertools.chain(letters, (f"{letter}{n}" for n in itertools.count(2) for letter in letters))
-    si = bool(system.of(Mass))
     for name, part in system.named():
-        if isinstance(part, Constant):
-            yield f"{part.force:.6g}", ""
+        if not isinstance(part, Excitation):
             continue
-        if isinstance(part, Harmonic):
-            unit = "m/s^2" if part.on == "ground" or not si else "N"
-            words = f"{part.amplitude:.6g} {unit} cos({part.frequency:.6g} t + a random phase) ({name})"
-        elif isinstance(part, WhiteNoise):
-            words = f"white noise ({name}), intensity {part.intensity:.6g} {_unit(part.on, si, ' s', 'm^2/s^3')}"
-        elif isinstance(part, ColoredNoise):
-            variance = f"{part.variance:.6g} {_unit(part.on, si, '', 'm^2/s^4')}"
-            words = f"colored noise ({name}), variance {variance}, correlation time {part.correlation_time:.6g} s"
-        elif isinstance(part, KanaiTajimiNoise):
-            intensity = f"{part.intensity:.6g} {_unit(part.on, si, ' s', 'm^2/s^3')}"
-            words = (
-                f"filtered noise ({name}), filter at {part.frequency:.6g} rad/s with damping ratio {part.damping:.6g}, "
-                f"intensity {intensity}"
-            )
-        elif isinstance(part, PoissonImpulses):
-            mean_square = f"{part.mean_square:.6g} {_unit(part.on, si, ' s^2', 'm^2/s^2')}"
-            words = f"impulses at random times ({name}), {part.rate:.6g} per second, mean square {mean_square}"
-        elif isinstance(part, ParametricNoise):
-            words = f"white noise ({name}) that multiplies x, intensity {part.intensity:.6g}"
-        elif isinstance(part, RecordedExcitation):
-            unit = "m/s^2" if part.on == "ground" or not si else "N"
-            rms = math.sqrt(part.mean_square)
-            words = f"a record of {part.duration:.6g} s ({name}), root mean square {rms:.6g} {unit}"
-        elif isinstance(part, Force):
-            words = f"a function of t, x and v ({name})"
-        elif isinstance(part, ThermalNoise):
-            unit = "J" if si else "m^2/s^2"
-            words = f"noise of every dissipator ({name}) at kT = {part.temperature:.6g} {unit}"
+        if words := part.words(name, partial(_unit, system, part)):
+            ground = ", acceleration of the ground" if part.of_ground else ""
+            yield f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
         else:
-            continue
-        symbol = f"{next(symbols)}(t)"
-        ground = getattr(part, "on", "mass") == "ground"
-        factor = ("-m " if si else "-") if ground else "x " if isinstance(part, ParametricNoise) else ""
-        yield factor + symbol, words + (", acceleration of the ground" if ground else "")
+            yield part.term(), ""
 
 
-def _unit(on: str, si: bool, time: str, per_mass: str) -> str:
-    return f"N^2{time}" if si and on == "mass" else per_mass
+def _unit(system: System, part: Part, number: str) -> str:
+    unit: str = part.numbers[number].unit_of(system.has_mass and not part.of_ground)
+    return in_words(unit)
 
 
 def _scales(system: System) -> Iterator[str]:
@@ -158,33 +113,12 @@ def _scales(system: System) -> Iterator[str]:
         yield f"natural frequency {omega:.6g} rad/s, {1.0 / period:.6g} Hz; period {period:.6g} s"
         if (found := system.resonance) > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
-    for name, part in system.per_unit_mass.named():
-        if isinstance(part, Springpot) and math.isfinite(omega):
-            strength = part.coefficient * omega ** (part.order - 2.0)
-            yield f"strength of {name}: c = C Omega^(order - 2) / m = {strength:.6g}"
-        elif isinstance(part, Dashpot) and math.isfinite(omega):
-            yield f"damping ratio of {name}: {part.coefficient / (2.0 * omega):.6g}"
+        yield from filter(None, (part.measure(name, omega) for name, part in system.per_unit_mass.named()))
 
 
 def _losses(system: System) -> Iterator[str]:
-    names = [name for name, part in system.named() if _dissipates(part)]
+    names = [name for name, part in system.named() if part.dissipates]
     yield f"energy is taken by: {few(names)}" if names else "nothing takes energy"
-
-
-def _dissipates(part: object) -> bool:
-    match part:
-        case Springpot():
-            return part.dissipates
-        case Barrier():
-            return not part.is_elastic
-        case Contact(dissipation=dissipation):
-            return dissipation > 0.0
-        case Dashpot(coefficient=coefficient):
-            return coefficient > 0.0
-        case _:
-            return isinstance(
-                part, FractionalMaxwell | Maxwell | PiezoelectricCircuit | PolynomialDashpot | VanDerPol | Friction
-            )
 
 
 def _coverage(system: System) -> Iterator[str]:

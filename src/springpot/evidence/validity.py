@@ -97,7 +97,7 @@ def _problem(cell: PaperCell | Cell) -> System:
     if isinstance(cell, Cell):
         return system_of(cell)
     order, c, restitution, position = cell
-    return System(Spring(1.0), Springpot(order, c), Barrier(position, restitution), WhiteNoise(1.0))
+    return System(Spring(1.0), Springpot(order, c), Barrier(position, restitution, side="above"), WhiteNoise(1.0))
 
 
 def simulate_cell(cell: PaperCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:

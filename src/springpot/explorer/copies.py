@@ -21,7 +21,8 @@ def as_command(problem: Problem) -> str:
     'springpot simulate --order 0.5 --coefficient 1.0 --natural-frequency 1.0 --intensity 1.0 --no-barrier \
 --paths 10000 --seed 3'
     """
-    wall = f"--position {problem.position!r} --restitution {problem.restitution!r}" if problem.wall else "--no-barrier"
+    place = f"--position {problem.position!r}{' --side above' if problem.position > 0.0 else ''}"
+    wall = f"{place} --restitution {problem.restitution!r}" if problem.wall else "--no-barrier"
     return (
         f"springpot simulate --order {problem.order!r} --coefficient {problem.coefficient!r} "
         f"--natural-frequency {problem.natural_frequency!r} --intensity {problem.intensity!r} {wall} "
@@ -37,7 +38,8 @@ def as_python(problem: Problem) -> str:
     >>> as_python(Problem()).splitlines()[0]
     'import springpot as sp'
     """
-    wall = f"sp.Barrier(position={problem.position!r}, restitution={problem.restitution!r})"
+    side = ', side="above"' if problem.position > 0.0 else ""
+    wall = f"sp.Barrier(position={problem.position!r}, restitution={problem.restitution!r}{side})"
     start = ', start="rest"' if problem.start == "rest" else ""  # stationary where possible is the default
     return f"""\
 import springpot as sp

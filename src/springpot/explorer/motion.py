@@ -9,7 +9,8 @@ import numpy.typing as npt
 from scipy.signal import lfilter
 
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
+from springpot.problem.parts import PiezoelectricCircuit
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Simulation
@@ -101,9 +102,9 @@ def marks(
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """The same, and the number of the wall or contact among them."""
     if isinstance(problem, Oscillator):
-        walls: tuple[Barrier | Contact, ...] = () if problem.barrier is None else (problem.barrier,)
+        walls: tuple[Stop, ...] = () if problem.barrier is None else (problem.barrier,)
     else:
-        walls = problem.of(Barrier, Contact)
+        walls = problem.of(Stop)
     found = [_struck(wall, step, x, v) for wall in walls]
     steps = np.concatenate([np.zeros(0, np.intp), *found])
     numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
@@ -111,10 +112,10 @@ def marks(
     return steps[order], numbers[order]
 
 
-def _struck(wall: Barrier | Contact, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
+def _struck(wall: Stop, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
     sign = 1.0 if wall.side == "above" else -1.0
     gap, speed = sign * (x - wall.position), sign * v
-    if isinstance(wall, Contact):
+    if isinstance(wall, SoftStop):
         return np.flatnonzero((gap[:-1] > 0.0) & (gap[1:] <= 0.0))
     fastest = np.maximum(np.abs(speed[:-1]), np.abs(speed[1:]))
     near = np.minimum(gap[:-1], gap[1:]) <= step * fastest

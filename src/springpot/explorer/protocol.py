@@ -66,7 +66,9 @@ class Problem(BaseModel):
         """The oscillator of the problem."""
         numbers = {"order", "coefficient", "natural_frequency", "intensity"}
         wall = {"position", "restitution"} if self.wall else set()
-        return Oscillator.from_numbers(**self.model_dump(include=numbers | wall), barrier=self.wall)
+        stated = self.model_dump(include=numbers | wall)
+        # the slider of the wall passes through 0, and beyond it the wall is a preload
+        return Oscillator.from_numbers(**stated, barrier=self.wall, side="above")
 
 
 class SystemProblem(BaseModel):

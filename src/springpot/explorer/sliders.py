@@ -12,17 +12,11 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from springpot.machine.arguments import Free
-from springpot.problem.numbers import ROOT, numbers_of, unit_of, with_numbers
-from springpot.problem.parts import (
-    Barrier,
-    Contact,
-    Mass,
-    PolynomialDashpot,
-    PolynomialSpring,
-    RecordedExcitation,
-    Spring,
-)
-from springpot.problem.system import System, kind_of
+from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
+from springpot.problem.parts import RecordedExcitation
+from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
+from springpot.problem.parts.walls import Stop
+from springpot.problem.system import System
 
 __all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
@@ -121,61 +115,9 @@ class Size:
         return self.frequency * self.length
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """How a number of a part is shown."""
-
-    symbol: str
-    said: str
-    range: str = "positive"  # or signed, share, order, exponent
-    kind: str = ""
-
-
-_KINDS = {
-    "mass-value": _Kind("m", "mass"),
-    "spring-stiffness": _Kind("k", "stiffness", "signed"),
-    "dashpot-coefficient": _Kind("c", "coefficient"),
-    "van_der_pol-coefficient": _Kind("μ", "coefficient"),
-    "van_der_pol-length": _Kind("l", "length", kind="length"),
-    "friction-force": _Kind("F", "force"),
-    "springpot-order": _Kind("α", "order", "order"),
-    "springpot-coefficient": _Kind("C", "coefficient"),
-    "fractional_maxwell-springpot-order": _Kind("α", "springpot's order", "share"),
-    "fractional_maxwell-springpot-coefficient": _Kind("C", "springpot"),
-    "fractional_maxwell-spring-stiffness": _Kind("k", "spring"),
-    "maxwell-stiffness": _Kind("k", "stiffness"),
-    "maxwell-coefficient": _Kind("c", "coefficient"),
-    "barrier-position": _Kind("b", "position", "signed", kind="length"),
-    "barrier-restitution": _Kind("r", "restitution", "share"),
-    "barrier-restitution-restitution": _Kind("r", "restitution at", "share"),
-    "barrier-restitution-speed": _Kind("v", "this speed"),
-    "barrier-restitution-exponent": _Kind("p", "falls with power", "share"),
-    "contact-position": _Kind("b", "position", "signed", kind="length"),
-    "contact-stiffness": _Kind("k", "stiffness"),
-    "contact-exponent": _Kind("p", "exponent", "exponent"),
-    "contact-dissipation": _Kind("χ", "dissipation"),
-    "piezoelectric_circuit-coupling": _Kind("θ", "coupling"),
-    "piezoelectric_circuit-resistance": _Kind("R", "resistance"),
-    "piezoelectric_circuit-capacitance": _Kind("Cp", "capacitance"),
-    "white_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
-    "colored_noise-variance": _Kind("s²", "variance"),
-    "colored_noise-correlation_time": _Kind("τ", "correlation time"),
-    "kanai_tajimi_noise-frequency": _Kind("ω", "filter at", kind="frequency"),
-    "kanai_tajimi_noise-damping": _Kind("ζ", "damping ratio", "share"),
-    "kanai_tajimi_noise-intensity": _Kind("q", "intensity", kind="force_noise excitation"),
-    "constant-force": _Kind("F", "force", "signed"),
-    "harmonic-amplitude": _Kind("F", "amplitude"),
-    "harmonic-frequency": _Kind("ν", "frequency", kind="frequency"),
-    "recorded_excitation-scale": _Kind("×", "the record times"),
-    "force-share": _Kind("×", "the function times", "signed"),
-    "poisson_impulses-rate": _Kind("λ", "rate"),
-    "poisson_impulses-mean_square": _Kind("y²", "mean square"),
-    "parametric_noise-intensity": _Kind("q", "intensity"),
-    "thermal_noise-temperature": _Kind("kT", "temperature"),
-}
+_UNITS_TO_CHOOSE = {"m": "length", "rad s-1": "frequency", "N2 s": "force_noise", "m2 s-3": "excitation"}
 _SCALE = "scale"  # of a record
 _LINEAR = {"order": (0.0, 1.0, 100), "share": (0.05, 1.0, 95), "exponent": (1.0, 3.0, 80)}
-_OF_SPEED = ("of v", "of v|v|", "of v³")
 
 
 def numbers(system: System) -> dict[str, float]:
@@ -242,26 +184,33 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
     >>> [(one.name, one.begin, one.end) for one in found]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
     """
-    found, parts = list[Slider](), dict(system.named())
-    for name, value in numbers(system).items():
-        part, _, path = name.partition("-")
-        found.append(_slider(system, parts[part], name, path, value, size))
-    return tuple(found)
+    return tuple(_slider(system, name, value, size) for name, value in numbers(system).items())
 
 
-def _slider(system: System, part: Any, name: str, path: str, value: float, size: Size) -> Slider:
-    shown = _shown(part, path)
-    heavy = bool(system.of(Mass)) and getattr(part, "on", "mass") == "mass"
-    kind = shown.kind
-    if " " in kind:
-        kind = kind.split()[0 if heavy else 1]
-    plain = "1" if kind or path == _SCALE else unit_of(system, ROOT + name.replace("-", "."))
-    unit = "" if plain == "1" else written(plain)
-    begin, end, steps, log = _ends(system, part, path, value, shown.range, size)
+def _slider(system: System, name: str, value: float, size: Size) -> Slider:
+    owner, _, path = name.partition("-")
+    if path == _SCALE:
+        number, place = RecordedExcitation.numbers["values"], 0
+        part, plain = dict(system.named())[owner], "1"
+    else:
+        part, number, place = number_of(system, ROOT + name.replace("-", "."))
+        plain = number.unit_of(system.has_mass and not part.of_ground, place)
+    kind = _UNITS_TO_CHOOSE.get(plain, "")
+    unit = "" if kind or plain == "1" else written(plain)
+    symbol = number.symbol + (_lowered(place) if place else "")
+    said = f"of {_power(number.said, place)}" if place else number.said
+    begin, end, steps, log = _ends(system, part, number, place, value, size)
     return Slider(
-        name, shown.symbol, shown.said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
+        name, symbol, said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
         free=isinstance(value, Free),
     )  # fmt: skip
+
+
+def _power(symbol: str, power: int) -> str:
+    """A power as polynomials of parts have it: that of a speed keeps its sign."""
+    if symbol == "v" and power == 2:
+        return "v|v|"
+    return symbol + (_raised(power) if power > 1 else "")
 
 
 def _multiple(value: float) -> str:
@@ -280,45 +229,31 @@ def _multiple(value: float) -> str:
     return f"{times}{value.name}{plus}"
 
 
-def _ends(system: System, part: Any, path: str, value: float, of: str, size: Size) -> tuple[float, float, int, bool]:
+def _ends(
+    system: System, part: Part, number: Number, place: int, value: float, size: Size
+) -> tuple[float, float, int, bool]:
     """Begin and end of a slider, its steps, and whether it is logarithmic; those of a free number are its bounds."""
     if isinstance(value, Free):
-        return value.low, value.high, _STEPS, of == "positive" and value.low > 0.0
-    if of in _LINEAR:
-        return *_LINEAR[of], False
-    if of == "signed":
-        end = _TIMES * (abs(value) or _rounded(_natural(system, part, path, size)))
-        alone = isinstance(part, Spring) and value > 0.0 and not system.of(PolynomialSpring, Contact)
+        return value.low, value.high, _STEPS, number.range == "positive" and value.low > 0.0
+    if number.range in _LINEAR:
+        return *_LINEAR[number.range], False
+    if number.range == "signed":
+        end = _TIMES * (abs(value) or _rounded(_natural(system, part, number, place, size)))
+        linear = all(len(one.force_coefficients()) <= 2 and one.soft_stop is None for one in system.parts)
+        alone = linear and not place and part.linear_stiffness > 0.0  # a negative one would let the mass escape
         return 0.0 if alone else -end, end, _STEPS, False
     if value == 0.0:
-        return 0.0, _rounded(_natural(system, part, path, size)), _STEPS, False
+        return 0.0, _rounded(_natural(system, part, number, place, size)), _STEPS, False
     factor = 10.0**_DECADES
     return value / factor, value * factor, _STEPS, True
 
 
-def _shown(part: Any, path: str) -> _Kind:
-    """How a number is shown; coefficients of polynomials by their place."""
-    if isinstance(part, PolynomialSpring):
-        power = int(path.rpartition("-")[2])
-        return _Kind(f"k{_lowered(power)}", f"of x{_raised(power) if power > 1 else ''}", "signed")
-    if isinstance(part, PolynomialDashpot):
-        power = int(path.rpartition("-")[2])
-        return _Kind(f"c{_lowered(power)}", _OF_SPEED[power - 1], "signed")
-    return _KINDS[f"{kind_of(part)}-{path}"]
-
-
-def _natural(system: System, part: Any, path: str, size: Size) -> float:
-    """How large a number that is 0 would have to be for its part to matter."""
-    mass, force = system.mass, system.mass * size.frequency**2 * size.length
-    if path.startswith("coefficients-"):
-        power = int(path.rpartition("-")[2])
-        return force / (size.length if isinstance(part, PolynomialSpring) else size.speed) ** power
-    if path == "position":
-        return 1.5 * size.length
-    if path == "dissipation":
-        return 1.0 / size.speed
-    natural = {"stiffness": mass * size.frequency**2, "force": force, "amplitude": force, "share": 1.0}
-    return natural.get(path, 2.0 * mass * size.frequency)
+def _natural(system: System, part: Part, number: Number, place: int, size: Size) -> float:
+    """How large a number that is 0 would have to be for its part to matter: that of its unit of the whole motion."""
+    force = (1.0 if part.of_ground else system.inertia) * size.frequency**2 * size.length
+    units = {"N": force, "m": size.length, "s": 1.0 / size.frequency}
+    words = powers_of(number.unit_of(True, place), part)
+    return float(math.prod(units.get(base, 1.0) ** power for base, power in words))
 
 
 def _rounded(value: float) -> float:
@@ -373,6 +308,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
         {
             "name": name,
             "kind": kind_of(part),
+            "glyph": part.glyph,
             "title": name.replace("_", " "),
             "note": _note(name, part),
             "side": getattr(part, "side", ""),
@@ -382,12 +318,11 @@ def described_parts(system: System) -> list[dict[str, Any]]:
     ]
 
 
-def _note(name: str, part: object) -> str:
+def _note(name: str, part: Part) -> str:
     kind = kind_of(part)
-    said = {"barrier": "wall", "contact": "soft contact"}.get(kind, kind.replace("_", " "))
-    words = [said] if not name.startswith(kind) or kind in ("barrier", "contact") else []
-    if isinstance(part, Barrier | Contact):
+    words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
+    if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
-    if getattr(part, "on", "") == "ground":
+    if part.of_ground:
         words.append("of the ground")
     return ", ".join(words)

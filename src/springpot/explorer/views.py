@@ -10,8 +10,8 @@ from typing import Any
 from springpot.explorer.question import Opened
 from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
 from springpot.machine.faults import listed
-from springpot.problem.parts import Barrier, Contact, PiezoelectricCircuit
-from springpot.problem.quantities import UNITS, units_of_system
+from springpot.problem.catalogue import unit_of_result
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
 __all__ = ["labels", "opened_script", "sizes"]
@@ -62,7 +62,7 @@ def sizes(system: System) -> dict[str, float]:
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
-    walls = [name for name, part in system.named() if isinstance(part, Barrier | Contact)]
+    walls = [*system.stops]
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
@@ -93,8 +93,8 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     if "springpot_power" in names:  # an oscillator's run is per unit mass
         said = words.get("springpot_power", "taken by dampers")
         words["springpot_power"] = f"{said}, per unit mass" if system.mass != 1.0 else said
-        return [(name, words[name], _unit(UNITS[name])) for name in ("springpot_power", "energy_residual")]
-    return [(name, said, _unit(units_of_system(system, name))) for name, said in words.items() if name in names]
+        names = ["springpot_power", "energy_residual"]
+    return [(name, said, _unit(unit_of_result(system, name))) for name, said in words.items() if name in names]
 
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:

@@ -73,7 +73,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
 
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
-    wall = Barrier(position, restitution)
+    wall = Barrier(position, restitution, side="above")
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)
     values = np.array(

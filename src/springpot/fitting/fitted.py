@@ -20,7 +20,8 @@ from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.system import KINDS, System, kind_of
+from springpot.problem.parts.registration import kind_of
+from springpot.problem.system import KINDS, System
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress

@@ -48,9 +48,7 @@ class Free(float):
     times: float
     plus: float
 
-    def __new__(
-        cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0
-    ) -> Free:
+    def __new__(cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0) -> Free:
         number = super().__new__(cls, start)
         number.name, number.low, number.high, number.times, number.plus = name, low, high, times, plus
         return number

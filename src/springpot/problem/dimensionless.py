@@ -27,7 +27,7 @@ from springpot.problem.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.problem.parts.checks import Part
+from springpot.problem.parts.checks import Checked
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
@@ -44,7 +44,7 @@ _CANONICAL = (
 
 
 @dataclass(frozen=True)
-class Dimensionless(Part):
+class Dimensionless(Checked):
     """The whole question: x'' + C D^alpha x + Omega^2 x = zeta(t) with an optional wall.
 
     Parameters
@@ -250,7 +250,7 @@ class Dimensionless(Part):
         intensity: float = 1.0,
         position: float = 0.0,
         restitution: float = 1.0,
-        side: Literal["above", "below"] = "above",
+        side: Literal["above", "below"] | None = None,
         barrier: bool = True,
     ) -> Dimensionless:
         """The oscillator with these numbers: those of `Springpot`, `Barrier`, `WhiteNoise` and its own.
@@ -264,7 +264,7 @@ class Dimensionless(Part):
         intensity : float
             Of the noise, in m^2 s^-3.
         position, restitution, side
-            Of the wall, in m and (1).
+            Of the wall, in m and (1); without a side the mass moves on that of x = 0.
         barrier : bool
             False: without the wall.
 
@@ -282,7 +282,7 @@ class Dimensionless(Part):
         >>> Dimensionless.from_numbers(order=0.3, position=-0.5).numbers["position"]
         -0.5
         """
-        wall = Barrier(position, restitution, side)
+        wall = Barrier(position, restitution, side)  # type: ignore[arg-type]
         if not barrier and wall != Barrier():
             raise ValueError("barrier = false cannot be combined with position, restitution or side: there is no wall.")
         return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))

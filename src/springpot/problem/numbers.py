@@ -3,39 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from springpot.machine.faults import listed, meant, shown
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    Constant,
-    Contact,
-    Dashpot,
-    Friction,
-    Harmonic,
-    KanaiTajimiNoise,
-    Mass,
-    Maxwell,
-    ParametricNoise,
-    PiezoelectricCircuit,
-    PoissonImpulses,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
-from springpot.problem.parts.walls import PowerRestitution
-from springpot.problem.system import System, kind_of
+from springpot.problem.parts.checks import Checked
+from springpot.problem.parts.registration import Number, Part, kind_of
+from springpot.problem.system import System
 
-__all__ = ["ROOT", "check_number", "label_of", "numbers_of", "unit_of", "with_numbers"]
+__all__ = ["ROOT", "check_number", "label_of", "number_of", "numbers_of", "unit_of", "with_numbers"]
 
 ROOT = "parts."
-_POLYNOMIALS = PolynomialSpring, PolynomialDashpot
 
 
 def numbers_of(system: System) -> dict[str, float]:
@@ -46,10 +24,11 @@ def numbers_of(system: System) -> dict[str, float]:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Barrier, Spring
     >>> numbers_of(System(Spring(80.0), stop=Barrier(-0.003, 0.7)))
     {'parts.spring.stiffness': 80.0, 'parts.stop.position': -0.003, 'parts.stop.restitution': 0.7}
     """
-    return {f"{ROOT}{name}.{path}": value for name, part in system.named() for path, value, _ in _numbers(part)}
+    return {f"{ROOT}{name}.{path}": value for name, part in system.named() for path, value, _, _ in _numbers(part)}
 
 
 def with_numbers(system: System, values: Mapping[str, float]) -> System:
@@ -74,6 +53,7 @@ def with_numbers(system: System, values: Mapping[str, float]) -> System:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Barrier, PolynomialSpring, Spring
     >>> device = System(Spring(80.0), PolynomialSpring((0.0, 0.0, 4e5)), stop=Barrier(-0.003, 0.7))
     >>> other = with_numbers(device, {"parts.stop.position": -0.001, "parts.polynomial_spring.coefficients.3": 0.0})
     >>> other.parts
@@ -102,6 +82,7 @@ def check_number(system: System, name: str) -> None:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Barrier, Spring
     >>> try:
     ...     check_number(System(Spring(80.0), stop=Barrier(0.0)), "parts.stop.restituton")
     ... except ValueError as error:
@@ -127,73 +108,43 @@ def unit_of(system: System, name: str) -> str:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Mass, Spring
     >>> unit_of(System(Mass(2.0), Spring(80.0)), "parts.spring.stiffness")
     'N m-1'
     """
+    part, number, place = number_of(system, name)
+    return number.unit_of(system.has_mass and not part.of_ground, place)
+
+
+def number_of(system: System, name: str) -> tuple[Part, Number, int]:
+    """The part of a number, what the number is, and of a coefficient its place from 1, otherwise 0.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> part, number, _ = number_of(System(Spring(80.0)), "parts.spring.stiffness")
+    >>> part, number.symbol
+    (Spring(stiffness=80.0), 'k')
+    """
     owner, path = _split(system, name)
     part = dict(system.named())[owner]
-    kind, last = next((kind, last) for found, _, (kind, last) in _numbers(part) if found == ".".join(path))
-    heavy = bool(system.of(Mass)) and getattr(part, "on", "mass") == "mass"
-    if kind in _POLYNOMIALS:
-        return _of_coefficient(kind, int(last), heavy)
-    return _UNITS.get((kind, last), ("1", "1"))[heavy]
+    number, place = next((number, place) for found, _, number, place in _numbers(part) if found == ".".join(path))
+    return part, number, place
 
 
-_UNITS: dict[tuple[type, str], tuple[str, str]] = {
-    (Mass, "value"): ("kg", "kg"),
-    (Spring, "stiffness"): ("s-2", "N m-1"),
-    (Dashpot, "coefficient"): ("s-1", "N s m-1"),
-    (VanDerPol, "coefficient"): ("m-2 s-1", "N s m-3"),
-    (VanDerPol, "length"): ("m", "m"),
-    (Friction, "force"): ("m s-2", "N"),
-    (Springpot, "coefficient"): ("s^(alpha-2)", "N s^alpha m-1"),
-    (Maxwell, "stiffness"): ("s-2", "N m-1"),
-    (Maxwell, "coefficient"): ("s-1", "N s m-1"),
-    (PiezoelectricCircuit, "coupling"): ("N V-1 kg-0.5", "N V-1"),
-    (PiezoelectricCircuit, "resistance"): ("ohm", "ohm"),
-    (PiezoelectricCircuit, "capacitance"): ("F", "F"),
-    (WhiteNoise, "intensity"): ("m2 s-3", "N2 s"),
-    (ColoredNoise, "variance"): ("m2 s-4", "N2"),
-    (ColoredNoise, "correlation_time"): ("s", "s"),
-    (KanaiTajimiNoise, "frequency"): ("rad s-1", "rad s-1"),
-    (KanaiTajimiNoise, "intensity"): ("m2 s-3", "N2 s"),
-    (Constant, "force"): ("m s-2", "N"),
-    (Harmonic, "amplitude"): ("m s-2", "N"),
-    (Harmonic, "frequency"): ("rad s-1", "rad s-1"),
-    (PoissonImpulses, "rate"): ("s-1", "s-1"),
-    (PoissonImpulses, "mean_square"): ("m2 s-2", "N2 s2"),
-    (ParametricNoise, "intensity"): ("s-3", "N2 s m-2"),
-    (ThermalNoise, "temperature"): ("m2 s-2", "J"),
-    (Barrier, "position"): ("m", "m"),
-    (PowerRestitution, "speed"): ("m s-1", "m s-1"),
-    (Contact, "position"): ("m", "m"),
-    (Contact, "stiffness"): ("s-2 m^(1-exponent)", "N m^-exponent"),
-    (Contact, "dissipation"): ("s m-1", "s m-1"),
-}
-"""Per unit mass and with a mass; what is not here has no unit."""
-
-
-def _of_coefficient(kind: type, power: int, heavy: bool) -> str:
-    """Of k_n x^n or c_n v^n."""
-    if kind is PolynomialSpring:
-        powers = {"N": 1, "m": -power} if heavy else {"m": 1 - power, "s": -2}
-    else:
-        powers = {"N": 1, "s": power, "m": -power} if heavy else {"m": 1 - power, "s": power - 2}
-    return " ".join(f"{unit}{n if n != 1 else ''}" for unit, n in powers.items() if n)
-
-
-def _numbers(part: Any) -> Iterator[tuple[str, float, tuple[type, str]]]:
-    """Path, value, and kind and last name of each number of a part."""
-    for field in fields(part):
-        value = getattr(part, field.name)
-        if isinstance(value, float):
-            yield field.name, value, (type(part), field.name)
-        elif is_dataclass(value):
-            for path, number, source in _numbers(value):
-                yield f"{field.name}.{path}", number, source
-        elif isinstance(part, _POLYNOMIALS):
-            for power, number in enumerate(value, start=1):
-                yield f"{field.name}.{power}", number, (type(part), str(power))
+def _numbers(part: Any, said: Mapping[str, Any] | None = None) -> Iterator[tuple[str, float, Number, int]]:
+    """Path, value, what it is, and place among coefficients, of each number of a part."""
+    for name, number in (said or part.numbers).items():
+        value = getattr(part, name)
+        if isinstance(value, Checked):
+            inner = number if isinstance(number, dict) else None
+            for path, *rest in _numbers(value, inner):
+                yield f"{name}.{path}", *rest  # type: ignore[misc]
+        elif isinstance(value, float):
+            yield name, value, number, 0
+        elif isinstance(number, Number) and number.per:
+            for power, coefficient in enumerate(value, start=1):
+                yield f"{name}.{power}", coefficient, number, power
 
 
 def _split(system: System, name: str) -> tuple[str, tuple[str, ...]]:
@@ -208,7 +159,7 @@ def _split(system: System, name: str) -> tuple[str, tuple[str, ...]]:
     if part is None:
         near = meant(owner, system.names) or f": its parts are {listed(system.names)}."
         raise ValueError(f"the system has no part {shown(owner)}{near}")
-    known = [found for found, _, _ in _numbers(part)]
+    known = [found for found, *_ in _numbers(part)]
     if ".".join(path) not in known:
         its = f"; its numbers are {listed(known)}." if known else ", nor any other."
         near = meant(".".join(path), known) or its
@@ -224,11 +175,11 @@ def _changed(part: Any, changes: Mapping[tuple[str, ...], float], where: str) ->
         now = getattr(part, field)
         if () in below:
             updates[field] = below[()]
-        elif is_dataclass(now):
+        elif isinstance(now, Checked):
             updates[field] = _changed(now, below, f"{where}.{field}")
         else:
             updates[field] = tuple(below.get((str(n),), value) for n, value in enumerate(now, start=1))
-    if isinstance(part, _POLYNOMIALS) and not any(updates.get("coefficients", (1.0,))):
+    if any(isinstance(new, tuple) and not any(new) for new in updates.values()):
         return None
     try:
         return replace(part, **updates)

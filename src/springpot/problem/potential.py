@@ -92,7 +92,7 @@ class Potential:
         """U'(x), in m/s^2: what pulls towards smaller x."""
         force = _sum_of_powers(x, self.coefficients)
         for contact in self.contacts:
-            force = force - _outwards(contact) * contact.stiffness * _depth(contact, x) ** contact.exponent
+            force = force - contact.inwards * contact.stiffness * _depth(contact, x) ** contact.exponent
         return np.asarray(force, float)
 
     def curvature(self, x: float | FloatArray) -> FloatArray:
@@ -121,7 +121,7 @@ class Potential:
         """Power and size of the force towards ``sign`` infinity that grows fastest there; positive if it pulls back."""
         terms = {float(n): c * sign ** (n + 1) for n, c in enumerate(self.coefficients) if c != 0.0}
         for contact in self.contacts:
-            if _outwards(contact) == -sign:
+            if contact.inwards == -sign:
                 terms[contact.exponent] = terms.get(contact.exponent, 0.0) + contact.stiffness
         terms = {power: size for power, size in terms.items() if size != 0.0}
         return max(terms.items(), default=(0.0, 0.0))
@@ -133,10 +133,5 @@ class Potential:
         return self._leading(sign)[1] > 0.0
 
 
-def _outwards(contact: Contact) -> float:
-    """The sign of the contact's force on the mass."""
-    return 1.0 if contact.side == "above" else -1.0
-
-
 def _depth(contact: Contact, x: float | FloatArray) -> FloatArray:
-    return np.maximum(0.0, _outwards(contact) * (contact.position - x))
+    return np.maximum(0.0, contact.inwards * (contact.position - x))

@@ -4,54 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
 from springpot.machine.faults import listed, meant, nearest, shown
-from springpot.problem import parts as kinds
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import (
-    Barrier,
-    Constant,
-    Contact,
-    Dashpot,
-    Force,
-    FractionalMaxwell,
-    Friction,
-    Mass,
-    Maxwell,
-    PiezoelectricCircuit,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-)
+from springpot.problem.parts import Mass, ThermalNoise
+from springpot.problem.parts.checks import plain
+from springpot.problem.parts.registration import Part, kind_of
 from springpot.problem.parts.springpots import resonance
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
 
 __all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
 
-Part = TypeVar("Part")
+Kind = TypeVar("Kind")
 
 MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
 
 
-def kind_of(part: object) -> str:
-    """The name of a part's kind in files and in names.
-
-    Examples
-    --------
-    >>> kind_of(Spring(1.0)), kind_of(PolynomialSpring((1.0,)))
-    ('spring', 'polynomial_spring')
-    """
-    name = type(part).__name__ if not isinstance(part, type) else part.__name__
-    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name)[1:]
-
-
-KINDS: dict[str, type] = {kind_of(getattr(kinds, name)): getattr(kinds, name) for name in kinds.__all__}
+KINDS: dict[str, type[Part]] = dict(sorted(Part.kinds.items(), key=lambda item: item[1].__name__))
 """Every kind of part by its name in a file."""
 
 
@@ -63,7 +36,7 @@ def owners_of(word: str) -> str:
     >>> owners_of("e"), owners_of("barier")
     ('; did you mean Barrier(restitution=...)?', '; did you mean Barrier(...)?')
     """
-    numbers = {kind: [field.name for field in fields(kind)] for kind in KINDS.values()}
+    numbers = {kind: [*kind.numbers] for kind in KINDS.values()}
     name = nearest(word, [*KINDS, *(name for names in numbers.values() for name in names)])
     if not name:
         return ""
@@ -115,7 +88,7 @@ class System:
 
     Examples
     --------
-    >>> from springpot.problem.parts import WhiteNoise
+    >>> from springpot.problem.parts import Springpot, WhiteNoise
     >>> device = System(Mass(0.2), Spring(80.0), Springpot(0.5, 1.2), Barrier(-0.003, 0.7), WhiteNoise(0.02))
     >>> device.names
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
@@ -135,7 +108,7 @@ class System:
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
 
-    def of(self, *kinds: type[Part]) -> tuple[Part, ...]:
+    def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
         return tuple(part for part in self.parts if isinstance(part, kinds))
 
@@ -150,43 +123,48 @@ class System:
     @property
     def with_functions(self) -> list[str]:
         """The names of parts that are or have functions of the user."""
-        return [
-            name
-            for name, part in self.named()
-            if isinstance(part, Force) or (isinstance(part, Barrier) and _is_function(part.restitution))
-        ]
+        return [name for name, part in self.named() if part.has_function]
+
+    @property
+    def stops(self) -> dict[str, Stop]:
+        """Its walls and contacts by name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Stop)}
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether its numbers are in SI units, and not per unit mass."""
+        return bool(self.of(Mass))
 
     @property
     def mass(self) -> float:
-        """m in kg; 1 without a `Mass`."""
+        """m in kg, which the ground accelerates; 1 without a `Mass`."""
         return next((mass.value for mass in self.of(Mass)), 1.0)
+
+    @property
+    def inertia(self) -> float:
+        """The mass, and what other parts add to the inertia of the motion, in kg; in units of the mass without one."""
+        whole: float = sum(part.inertia for part in self.parts) + (0.0 if self.has_mass else 1.0)
+        return whole
 
     @cached_property
     def per_unit_mass(self) -> System:
-        """The same motion with every part divided by the mass; forces of the ground are forces on the mass."""
-        divided = {name: part.per_mass(self.mass) for name, part in self.named() if not isinstance(part, Mass)}
-        return System(**divided)
+        """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
+        share = self.mass / self.inertia
+        return System(**{
+            name: part.per_mass(self.inertia, share) for name, part in self.named() if "inertia" not in part.powers
+        })  # fmt: skip
 
     @cached_property
     def potential(self) -> Potential:
-        """The potential energy per unit mass, with the walls."""
-        coefficients = [0.0] * 10
-        for part in self.of(Spring, PolynomialSpring, Springpot, Constant):
-            match part:
-                case Spring():
-                    coefficients[1] += part.stiffness / self.mass
-                case PolynomialSpring():
-                    for power, k in enumerate(part.coefficients, start=1):
-                        coefficients[power] += k / self.mass
-                case Springpot(order=0.0):
-                    coefficients[1] += part.coefficient / self.mass
-                case Constant():
-                    coefficients[0] -= part.force / self.mass
+        """The potential energy per unit of inertia, with the walls."""
+        forces = [part.force_coefficients() for part in self.parts]
+        size = max(1, *map(len, forces))
+        coefficients = [sum(force[n] / self.inertia for force in forces if n < len(force)) + 0.0 for n in range(size)]
         last = max((n for n, c in enumerate(coefficients) if c != 0.0), default=0)
-        walls = self.of(Barrier)
+        walls = [stop for stop in self.of(Stop) if not isinstance(stop, SoftStop)]
         return Potential(
             tuple(coefficients[: last + 1]),
-            tuple(contact.per_mass(self.mass) for contact in self.of(Contact)),
+            tuple(part.soft_stop.per_mass(self.inertia) for part in self.parts if part.soft_stop is not None),
             max((wall.position for wall in walls if wall.side == "above"), default=-math.inf),
             min((wall.position for wall in walls if wall.side == "below"), default=math.inf),
         )
@@ -194,19 +172,19 @@ class System:
     @property
     def stiffness(self) -> float:
         """Of the linear springs, in N/m."""
-        linear = sum(part.stiffness for part in self.of(Spring))
-        return linear + sum(part.coefficients[0] for part in self.of(PolynomialSpring))
+        linear: float = sum((part.linear_stiffness for part in self.parts), 0.0)
+        return linear
 
     @property
     def damping(self) -> float:
         """Coefficient of the linear dampers, without springpots of order 1, in N s/m."""
-        linear = sum(part.coefficient for part in self.of(Dashpot))
-        return linear + sum(part.coefficients[0] for part in self.of(PolynomialDashpot))
+        linear: float = sum((part.linear_damping for part in self.parts), 0.0)
+        return linear
 
     @property
     def natural_frequency(self) -> float:
-        """The root of the linear springs' stiffness over the mass, in rad/s; NaN where that is not positive."""
-        return math.sqrt(self.stiffness / self.mass) if self.stiffness > 0.0 else math.nan
+        """The root of the linear springs' stiffness over the inertia, in rad/s; NaN where that is not positive."""
+        return math.sqrt(self.stiffness / self.inertia) if self.stiffness > 0.0 else math.nan
 
     @property
     def resonance(self) -> float:
@@ -217,16 +195,15 @@ class System:
 
         Examples
         --------
+        >>> from springpot.problem.parts import Springpot
         >>> held = System(Spring(1.0), Springpot(0.5, 1.0))
         >>> held.natural_frequency, round(held.resonance, 4)
         (1.0, 1.3496)
         """
         if not self.stiffness > 0.0:
             return math.nan
-        return resonance(
-            self.natural_frequency**2,
-            self.per_unit_mass.of(Springpot, FractionalMaxwell, Maxwell, PiezoelectricCircuit),
-        )
+        damping = [part for part in self.per_unit_mass.parts if "damping" in part.powers and part.is_linear]
+        return resonance(self.natural_frequency**2, damping)
 
     def to_dict(self) -> dict[str, Any]:
         """The parts as a file has them: a name, a kind and the numbers of each.
@@ -236,7 +213,7 @@ class System:
         >>> System(Spring(80.0)).to_dict()
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
-        return {"parts": [{"name": name, "kind": kind_of(part), **_numbers_of(part)} for name, part in self.named()]}
+        return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
 
     def canonical(self) -> Dimensionless:
         """The same problem as an `Oscillator`.
@@ -252,25 +229,11 @@ class System:
 
         Examples
         --------
-        >>> from springpot.problem.parts import WhiteNoise
+        >>> from springpot.problem.parts import Dashpot, WhiteNoise
         >>> System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0)).canonical().springpot
         Springpot(order=1.0, coefficient=0.1)
         """
         return Dimensionless.of(self)
-
-
-def _numbers_of(part: Any) -> dict[str, Any]:
-    """The fields of a part; a function as its name."""
-    if isinstance(part, Force):
-        return {"function": getattr(part.function, "__qualname__", repr(part.function)), "share": part.share}
-    numbers = asdict(part)
-    if isinstance(part, Barrier) and _is_function(part.restitution):
-        numbers["restitution"] = getattr(part.restitution, "__qualname__", repr(part.restitution))
-    return numbers
-
-
-def _is_function(value: object) -> bool:
-    return callable(value) and not is_dataclass(value)
 
 
 def _check_part(part: object, name: str = "") -> None:
@@ -298,14 +261,14 @@ def _check_together(system: System) -> None:
     """What only the whole can know."""
     if len(system.parts) > MOST_PARTS:
         raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
-    if len(system.of(Contact)) > MOST_CONTACTS:
-        raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {len(system.of(Contact))}.")
+    if (contacts := len(system.of(SoftStop))) > MOST_CONTACTS:
+        raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {contacts}.")
     if len(system.of(Mass)) > 1:
         raise ValueError(
             "a system must have one Mass at most, for it has one coordinate. Two equal masses that strike each other "
             "are one coordinate: see 'Two structures that pound each other' in docs/gallery/plot_41_pounding.py."
         )
-    if len(system.parts) == len(system.of(Mass)):
+    if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_walls(system)
     if ends := system.potential.open_ends():
@@ -317,11 +280,9 @@ def _check_together(system: System) -> None:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):
         for name, part in system.named():
-            nonlinear = isinstance(part, PolynomialDashpot) and not part.is_linear
-            lossy = isinstance(part, Contact) and part.dissipation > 0.0
-            if nonlinear or lossy or isinstance(part, VanDerPol | Friction | Force):
+            if not part.is_thermal:
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
-    if system.of(Mass):
+    if system.inertia != 1.0:
         try:
             _ = system.per_unit_mass
         except ValueError as fault:
@@ -329,18 +290,16 @@ def _check_together(system: System) -> None:
 
 
 def _check_walls(system: System) -> None:
-    walls = [(name, part) for name, part in system.named() if isinstance(part, Barrier)]
+    walls = [(name, stop) for name, stop in system.stops.items() if not isinstance(stop, SoftStop)]
     for name, wall in walls:
         for other, before in walls:
-            hidden = before.position > wall.position if wall.side == "above" else before.position < wall.position
-            if other != name and before.side == wall.side and (hidden or before.position == wall.position):
+            hidden = (before.position - wall.position) * wall.inwards >= 0.0
+            if other != name and before.side == wall.side and hidden:
                 raise ValueError(f"{name} at {wall.position:g} must not lie behind {other}, at {before.position:g}: "
                                  "it would never be struck.")  # fmt: skip
     low, high = system.potential.low, system.potential.high
     if not low < high:
         raise ValueError(f"the walls must leave room: x >= {low:g} and x <= {high:g} cannot both hold.")
-    for name, part in system.named():
-        if isinstance(part, Contact):
-            out_of_reach = part.position <= low if part.side == "above" else part.position >= high
-            if out_of_reach:
-                raise ValueError(f"{name} at {part.position:g} must not lie behind a wall: it is never touched.")
+    for name, stop in system.stops.items():
+        if isinstance(stop, SoftStop) and (stop.position <= low if stop.side == "above" else stop.position >= high):
+            raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")

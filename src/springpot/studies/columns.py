@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import Barrier, Contact
-from springpot.problem.quantities import possible_results, units_of_system
 from springpot.problem.system import System
 from springpot.theory.result import MOMENTS, names_of_results
 
@@ -72,12 +71,12 @@ def bare(column: str) -> str:
 
 def unit_of_column(column: str, system: System | None) -> str:
     """The unit of a number in a result."""
-    return units_of_system(_PAPER if system is None else system, bare(column))
+    return unit_of_result(_PAPER if system is None else system, bare(column))
 
 
 def walls_of(system: System) -> tuple[str, ...]:
     """Names of walls and contacts, in the order of the parts."""
-    return tuple(name for name, part in system.named() if isinstance(part, Barrier | Contact))
+    return tuple(system.stops)
 
 
 def numbers_of_answer(result: Any, system: System | None) -> tuple[float, ...]:

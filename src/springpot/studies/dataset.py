@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import unit_of
-from springpot.problem.quantities import UNCONTROLLED
 from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
@@ -112,7 +112,7 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
         if not column.endswith("_error"):
             return True
         name = bare(column)
-        return "rtol" in given and (name in MOMENTS if study.system is None else not name.endswith(UNCONTROLLED))
+        return "rtol" in given and (name in MOMENTS if study.system is None else is_controlled(name))
 
     return tuple(column for column in columns_of(method, study.system) if known(column))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
-from springpot.problem.parts import Barrier, Contact, Mass
+from springpot.problem.parts import Mass
 from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
 from springpot.studies.tables import ALL_METHODS
@@ -102,7 +102,7 @@ def of_system(device: System) -> dict[str, str]:
         unit = unit_of(device, name)
         lines.append(f"{'' if name == first else '# '}{name} = {values}" + (f"  # {unit}" if unit != "1" else ""))
     theories = [name for name in _TRIED if solve_one(device, name)[0] is not None]
-    chosen = ["x_mean_square", *(["impact_rate"] if device.of(Barrier, Contact) else [])]
+    chosen = ["x_mean_square", *(["impact_rate"] if device.stops else [])]
     return {
         "axes": "\n".join(lines),
         "quantities": ", ".join(scalars_of(device)),

@@ -17,7 +17,6 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.problem import Units
 from springpot.theory.result import NotCoveredError, Result
-from springpot.theory.walls import named_walls
 
 __all__ = ["Densities", "DensitiesOfAmplitude", "Law"]
 
@@ -137,7 +136,7 @@ class Densities(Result):
         0.5635
         """
         u = real_array(speed, "speed")
-        if not named_walls(self.system):
+        if not self.system.stops:
             raise NotCoveredError("There is no impact speed: this system has no wall to strike.")
         return self._impact_speed(u, time)
 

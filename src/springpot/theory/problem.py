@@ -170,7 +170,7 @@ def at_rest(paper: Dimensionless) -> Moments:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, WhiteNoise
-    >>> at_rest(Dimensionless(barrier=Barrier(0.5), excitation=WhiteNoise(0.0))).x_mean
+    >>> at_rest(Dimensionless(barrier=Barrier(0.5, side="above"), excitation=WhiteNoise(0.0))).x_mean
     0.5
     """
     wall, side = paper.barrier, paper.direction

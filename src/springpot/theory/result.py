@@ -10,7 +10,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System
-from springpot.theory.walls import about_walls, named_walls
+from springpot.theory.walls import about_walls
 
 __all__ = [
     "MOMENTS",
@@ -92,7 +92,7 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in named_walls(system) for what in _OF_A_WALL)
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
     return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
@@ -117,7 +117,7 @@ def moments_of(
     """
     total = math.nan if any(math.isnan(rate) for rate, _, _ in hits) else math.fsum(rate for rate, _, _ in hits)
     struck = [hit for hit in hits if hit[0] > 0.0]
-    walls = dict(zip(named_walls(system), hits, strict=False))
+    walls = dict(zip(system.stops, hits, strict=False))
     power = {} if harvested is None else {"harvested_power": harvested}
     return Moments(
         amplitude_mean_square=x_mean_square + v_mean_square / system.natural_frequency**2,
@@ -168,7 +168,7 @@ class Result:
     def __post_init__(self) -> None:
         if isinstance(found := self.stationary, str):
             return
-        walls = [*named_walls(self.system)]
+        walls = [*self.system.stops]
         if len(walls) == 1 and not found.of_parts:
             alone = {f"{walls[0]}_{what}": found[what] for what in _OF_A_WALL}
             found = replace(found, of_parts=alone)

@@ -6,27 +6,16 @@ import math
 from collections.abc import Mapping
 
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Barrier, Contact
+from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
-__all__ = ["about_walls", "named_walls"]
+__all__ = ["about_walls"]
 
 FAR = 8.0  # standard deviations of x between its mean and a wall
 NEVER = 1e-6  # impacts in a natural period, at most, of a wall that is far
 PRESSED = 8.0  # force on a wall over that of the springs at a usual amplitude, Omega times the root mean square of v
 CLOSE = 3.0  # standard deviations between the mean of x and a wall that is pressed against, at most
 CHATTER = 20.0  # impacts in a natural period
-
-
-def named_walls(system: System) -> dict[str, Barrier | Contact]:
-    """The walls and contacts of a system by their names.
-
-    Examples
-    --------
-    >>> list(named_walls(System(upper=Barrier(1.0, side="below"))))
-    ['upper']
-    """
-    return {name: part for name, part in system.named() if isinstance(part, Barrier | Contact)}
 
 
 def about_walls(
@@ -59,7 +48,7 @@ def about_walls(
     omega = system.natural_frequency
     period = 2.0 * math.pi / (omega if omega > 0.0 else speed / spread)
     said: dict[str, Message] = {}
-    for name, wall in named_walls(system).items():
+    for name, wall in system.stops.items():
         side = 1.0 if wall.side == "above" else -1.0
         away = side * (x_mean - wall.position) / spread
         struck = rates.get(name, math.nan) * period

@@ -21,7 +21,7 @@ SAMPLE = 200  # random oscillators of the long test
 
 
 def oscillator(order: float, c: float, wall: float = 0.0, restitution: float = 1.0) -> sp.Oscillator:
-    return sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(wall, restitution))
+    return sp.Oscillator(springpot=sp.Springpot(order, c), barrier=sp.Barrier(wall, restitution, side="above"))
 
 
 def test_the_file_is_small() -> None:

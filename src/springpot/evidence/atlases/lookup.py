@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.catalogue import unit_of
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.quantities import UNITS
 from springpot.problem.system import System
 from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
@@ -248,4 +248,4 @@ def _scales(paper: Dimensionless) -> dict[str, float]:
     length, speed = paper.length_scale, paper.speed_scale
     units = {"m": paper.direction * length, "m2": length**2, "m s-1": speed, "m2 s-2": speed**2,
              "s-1": paper.natural_frequency}  # fmt: skip
-    return {name: units[UNITS[name]] for name in MOMENTS}
+    return {name: units[unit_of(name)] for name in MOMENTS}

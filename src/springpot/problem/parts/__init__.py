@@ -1,46 +1,16 @@
-"""The parts that a system is a sum of: frozen dataclasses, each checked when it is made."""
+"""The parts that a system is a sum of: frozen dataclasses, each checked when it is made.
 
-from springpot.problem.parts.circuits import PiezoelectricCircuit
-from springpot.problem.parts.dampers import Dashpot, Friction, PolynomialDashpot, VanDerPol
-from springpot.problem.parts.excitations import (
-    ColoredNoise,
-    Constant,
-    Force,
-    Harmonic,
-    KanaiTajimiNoise,
-    ParametricNoise,
-    PoissonImpulses,
-    RecordedExcitation,
-    ThermalNoise,
-    WhiteNoise,
-)
-from springpot.problem.parts.masses import Mass
-from springpot.problem.parts.springpots import FractionalMaxwell, Maxwell, Springpot
-from springpot.problem.parts.springs import PolynomialSpring, Spring
-from springpot.problem.parts.walls import Barrier, Contact
+A file here holds a family; what a kind of part must say of itself is in `springpot.problem.parts.registration`.
+"""
 
-__all__ = [
-    "Barrier",
-    "ColoredNoise",
-    "Constant",
-    "Contact",
-    "Dashpot",
-    "Force",
-    "FractionalMaxwell",
-    "Friction",
-    "Harmonic",
-    "KanaiTajimiNoise",
-    "Mass",
-    "Maxwell",
-    "ParametricNoise",
-    "PiezoelectricCircuit",
-    "PoissonImpulses",
-    "PolynomialDashpot",
-    "PolynomialSpring",
-    "RecordedExcitation",
-    "Spring",
-    "Springpot",
-    "ThermalNoise",
-    "VanDerPol",
-    "WhiteNoise",
-]  # fmt: skip
+from springpot.problem.parts.circuits import *  # noqa: F403
+from springpot.problem.parts.dampers import *  # noqa: F403
+from springpot.problem.parts.excitations import *  # noqa: F403
+from springpot.problem.parts.masses import *  # noqa: F403
+from springpot.problem.parts.registration import Part
+from springpot.problem.parts.springpots import *  # noqa: F403
+from springpot.problem.parts.springs import *  # noqa: F403
+from springpot.problem.parts.walls import *  # noqa: F403
+from springpot.problem.parts.walls import Restitution
+
+__all__ = sorted(kind.__name__ for kind in (*Part.kinds.values(), *Restitution.laws.values()))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Part", "coefficients", "positive", "put", "real", "signed", "unsigned"]
+__all__ = ["Checked", "coefficients", "plain", "positive", "put", "real", "signed", "unsigned"]
 
 
-class Part:
-    """What every part is: it says which argument was probably meant where it is given one that it does not have.
+class Checked:
+    """What every part and law is: it says which argument was meant where it is given one that it does not have.
 
     Examples
     --------
@@ -21,6 +21,8 @@ class Part:
     Traceback (most recent call last):
     TypeError: Barrier has no argument 'e'; did you mean restitution?
     """
+
+    tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
         known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
@@ -32,6 +34,28 @@ class Part:
 
 def _all(names: list[str]) -> str:
     return f": its argument is {names[0]}." if len(names) == 1 else f": its arguments are {listed(names)}."
+
+
+def plain(value: Any, *, free: bool = False) -> Any:
+    """A part, a law or a number as tables, numbers and words, for files and JSON; a function as its name.
+
+    With ``free`` a free number is a table, else the number at which its search starts.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, PowerRestitution
+    >>> plain(Barrier(-0.1, PowerRestitution(0.7, 0.1)))["restitution"]
+    {'law': 'power', 'restitution': 0.7, 'speed': 0.1, 'exponent': 0.25}
+    """
+    if isinstance(value, Checked):
+        return value.tag | {own.name: plain(getattr(value, own.name), free=free) for own in fields(value)}  # type: ignore[arg-type]
+    if isinstance(value, tuple):
+        return tuple(plain(item, free=free) for item in value)
+    if free and isinstance(value, Free):
+        own = value.itself
+        table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
+        return table if own is value else {**table, "times": value.times, "plus": value.plus}
+    return getattr(value, "__qualname__", repr(value)) if callable(value) else value
 
 
 def put(part: object, **values: Any) -> None:

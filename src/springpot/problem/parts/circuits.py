@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from springpot.problem.parts.checks import Part, positive, put
+from springpot.problem.parts.checks import positive, put
+from springpot.problem.parts.registration import Number, Part, Slopes
 
 __all__ = ["PiezoelectricCircuit"]
 
@@ -41,9 +42,12 @@ class PiezoelectricCircuit(Part):
     0.01
     """
 
-    coupling: float
-    resistance: float
-    capacitance: float
+    said, glyph, powers = "piezoelectric circuit", "circuit", ("damping",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+
+    coupling: Annotated[float, Number("θ", "coupling", "N V-1", mass=0.5)]
+    resistance: Annotated[float, Number("R", "resistance", "ohm")]
+    capacitance: Annotated[float, Number("Cp", "capacitance", "F")]
 
     def __post_init__(self) -> None:
         put(
@@ -62,9 +66,22 @@ class PiezoelectricCircuit(Part):
         """Force per displacement at the Laplace variable p: of a number or an array."""
         return self.coupling**2 / self.capacitance * p / (p + 1.0 / self.time)
 
-    def per_mass(self, mass: float) -> PiezoelectricCircuit:
-        """The same part of a system that is divided by its mass: the voltage is then over the root of the mass."""
-        return replace(self, coupling=self.coupling / mass**0.5)
+    def slopes(self, p: Any) -> Slopes:
+        """The derivatives of the modulus by the three numbers."""
+        rate, found = 1.0 / self.time, self.modulus(p)
+        turn = found * rate / (p + rate)  # -rate d/d rate
+        return [
+            (self.coupling, 2.0 * found / self.coupling),
+            (self.resistance, turn / self.resistance),
+            (self.capacitance, (turn - found) / self.capacitance),
+        ]
+
+    def line(self, name: str) -> str:
+        """The equation of its voltage."""
+        return (
+            f"V ({name}): {self.capacitance:.6g} V' + V / {self.resistance:.6g} = {self.coupling:.6g} x', "
+            f"R Cp = {self.time:.6g} s"
+        )
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from springpot.problem.parts.checks import Part, coefficients, positive, put, signed, unsigned
+from springpot.problem.parts.checks import coefficients, positive, put, signed, unsigned
+from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
@@ -29,14 +31,27 @@ class Dashpot(Part):
     " + 0.5 x'"
     """
 
-    coefficient: float
+    said, glyph, powers = "dashpot", "dashpot", ("damping",)
+    is_linear, remembers, is_thermal, is_odd = True, False, True, True
+
+    coefficient: Annotated[float, Number("c", "coefficient", "N s m-1")]
 
     def __post_init__(self) -> None:
         put(self, coefficient=unsigned(self.coefficient, "coefficient", "It is the damper's force per velocity."))
 
-    def per_mass(self, mass: float) -> Dashpot:
-        """The same part of a system that is divided by its mass."""
-        return Dashpot(self.coefficient / mass)
+    @property
+    def dissipates(self) -> bool:
+        """Whether its coefficient is not 0."""
+        return self.coefficient > 0.0
+
+    @property
+    def linear_damping(self) -> float:
+        """c."""
+        return self.coefficient
+
+    def measure(self, name: str, frequency: float) -> str:
+        """Its damping ratio."""
+        return f"damping ratio of {name}: {self.coefficient / (2.0 * frequency):.6g}"
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -64,7 +79,10 @@ class PolynomialDashpot(Part):
     " + 2 x'|x'|"
     """
 
-    coefficients: tuple[float, ...]
+    said, glyph, powers = "polynomial dashpot", "dashpot", ("damping", "taken")
+    remembers, dissipates, is_odd = False, True, True
+
+    coefficients: Annotated[tuple[float, ...], Number("c", "v", "N", "signed", per="m s-1")]
 
     def __post_init__(self) -> None:
         put(self, coefficients=coefficients(self.coefficients, 3, "They belong to v, v|v| and v^3."))
@@ -79,9 +97,15 @@ class PolynomialDashpot(Part):
         """Whether only the first coefficient is not 0."""
         return not any(self.coefficients[1:])
 
-    def per_mass(self, mass: float) -> PolynomialDashpot:
-        """The same part of a system that is divided by its mass."""
-        return PolynomialDashpot(tuple(c / mass for c in self.coefficients))
+    @property
+    def is_thermal(self) -> bool:
+        """A temperature alone does not determine the noise of a nonlinear one."""
+        return self.is_linear
+
+    @property
+    def linear_damping(self) -> float:
+        """c1."""
+        return self.coefficients[0]
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -111,8 +135,11 @@ class VanDerPol(Part):
     " + 0.1 (x^2 - 1) x'"
     """
 
-    coefficient: float
-    length: float = 1.0
+    said, glyph, powers = "van der pol", "dashpot", ("taken",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
+
+    coefficient: Annotated[float, Number("μ", "coefficient", "N s m-3")]
+    length: Annotated[float, Number("l", "length", "m")] = 1.0
 
     def __post_init__(self) -> None:
         put(
@@ -120,10 +147,6 @@ class VanDerPol(Part):
             coefficient=positive(self.coefficient, "coefficient", "It is mu of mu (x^2 - length^2) v."),
             length=positive(self.length, "length", "It is where the damping changes sign, in m."),
         )
-
-    def per_mass(self, mass: float) -> VanDerPol:
-        """The same part of a system that is divided by its mass."""
-        return VanDerPol(self.coefficient / mass, self.length)
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -155,14 +178,13 @@ class Friction(Part):
     " + 0.2 sgn(x')"
     """
 
-    force: float
+    said, glyph, powers = "friction", "friction", ("taken",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
+
+    force: Annotated[float, Number("F", "force", "N")]
 
     def __post_init__(self) -> None:
         put(self, force=unsigned(self.force, "force", "It is the size of the friction."))
-
-    def per_mass(self, mass: float) -> Friction:
-        """The same part of a system that is divided by its mass."""
-        return Friction(self.force / mass)
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.parts.checks import Part, positive, put, real, unsigned
+from springpot.problem.parts.checks import positive, put, real, unsigned
+from springpot.problem.parts.registration import Number, Part
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
 __all__ = [
     "ColoredNoise",
     "Constant",
+    "Excitation",
     "Force",
     "Harmonic",
     "KanaiTajimiNoise",
@@ -29,10 +31,23 @@ __all__ = [
 On = Literal["mass", "ground"]
 """A force on the mass, or an acceleration a of the ground: x is then the displacement relative to the ground, and the
 force is -m a."""
+Units = Callable[[str], str]
+
+
+class Excitation(Part, abstract=True):
+    """What is on the right-hand side of the equation of motion."""
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
+        return ""
+
+    def factor(self, heavy: bool) -> str:
+        """What stands before its symbol in the equation, with a mass or per unit mass."""
+        return ("-m " if heavy else "-") if self.of_ground else ""
 
 
 @dataclass(frozen=True)
-class WhiteNoise(Part):
+class WhiteNoise(Excitation):
     """Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
 
     Parameters
@@ -54,7 +69,10 @@ class WhiteNoise(Part):
     2.0
     """
 
-    intensity: float = 1.0
+    said, glyph, powers = "white noise", "rough", ("input",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    intensity: Annotated[float, Number("q", "intensity", "N2 s")] = 1.0
     on: On = "mass"
 
     def __post_init__(self) -> None:
@@ -91,17 +109,17 @@ class WhiteNoise(Part):
         intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0)
         return cls(intensity, "mass" if psd_unit == "N2/Hz" else "ground")
 
-    def per_mass(self, mass: float) -> WhiteNoise:
-        """The same part of a system that is divided by its mass."""
-        return WhiteNoise(self.intensity if self.on == "ground" else self.intensity / mass**2)
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.intensity / (2.0 * math.pi)
 
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return f"white noise ({name}), intensity {self.intensity:.6g} {unit('intensity')}"
+
 
 @dataclass(frozen=True)
-class ColoredNoise(Part):
+class ColoredNoise(Excitation):
     """Exponentially correlated (Ornstein-Uhlenbeck) noise, E[y(t) y(s)] = s2 exp(-\\|t - s\\| / tau).
 
     Parameters
@@ -125,8 +143,11 @@ class ColoredNoise(Part):
     0.1592
     """
 
-    variance: float
-    correlation_time: float
+    said, glyph, powers = "colored noise", "smooth", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    variance: Annotated[float, Number("s²", "variance", "N2")]
+    correlation_time: Annotated[float, Number("τ", "correlation time", "s")]
     on: On = "mass"
 
     def __post_init__(self) -> None:
@@ -137,18 +158,18 @@ class ColoredNoise(Part):
         )
         _check_on(self.on)
 
-    def per_mass(self, mass: float) -> ColoredNoise:
-        """The same part of a system that is divided by its mass."""
-        variance = self.variance if self.on == "ground" else self.variance / mass**2
-        return ColoredNoise(variance, self.correlation_time)
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.variance * self.correlation_time / (math.pi * (1.0 + (w * self.correlation_time) ** 2))
 
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        variance = f"{self.variance:.6g} {unit('variance')}"
+        return f"colored noise ({name}), variance {variance}, correlation time {self.correlation_time:.6g} s"
+
 
 @dataclass(frozen=True)
-class KanaiTajimiNoise(Part):
+class KanaiTajimiNoise(Excitation):
     """White noise filtered by the ground (Kanai-Tajimi): wg^2 u + 2 zg wg u', with u'' + 2 zg wg u' + wg^2 u = white.
 
     Parameters
@@ -173,9 +194,12 @@ class KanaiTajimiNoise(Part):
     0.1592
     """
 
-    frequency: float
-    damping: float
-    intensity: float
+    said, glyph, powers = "kanai tajimi noise", "smooth", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    frequency: Annotated[float, Number("ω", "filter at", "rad s-1")]
+    damping: Annotated[float, Number("ζ", "damping ratio", range="share")]
+    intensity: Annotated[float, Number("q", "intensity", "N2 s")]
     on: On = "ground"
 
     def __post_init__(self) -> None:
@@ -189,11 +213,6 @@ class KanaiTajimiNoise(Part):
         )
         _check_on(self.on)
 
-    def per_mass(self, mass: float) -> KanaiTajimiNoise:
-        """The same part of a system that is divided by its mass."""
-        intensity = self.intensity if self.on == "ground" else self.intensity / mass**2
-        return replace(self, intensity=intensity, on="mass")
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         ratio, twice = abs(w) / self.frequency, 2.0 * self.damping
@@ -203,9 +222,16 @@ class KanaiTajimiNoise(Part):
             passed = (1.0 + (twice * ratio) ** 2) / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
         return self.intensity / (2.0 * math.pi) * passed
 
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return (
+            f"filtered noise ({name}), filter at {self.frequency:.6g} rad/s with damping ratio {self.damping:.6g}, "
+            f"intensity {self.intensity:.6g} {unit('intensity')}"
+        )
+
 
 @dataclass(frozen=True)
-class Constant(Part):
+class Constant(Excitation):
     """A constant force, such as a weight.
 
     Parameters
@@ -224,18 +250,25 @@ class Constant(Part):
     -9.81
     """
 
-    force: float
+    said, glyph, powers = "constant", "flat", ("stored",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
+
+    force: Annotated[float, Number("F", "force", "N", "signed")]
 
     def __post_init__(self) -> None:
         put(self, force=real(self.force, "force", "It is constant, in N."))
 
-    def per_mass(self, mass: float) -> Constant:
-        """The same part of a system that is divided by its mass."""
-        return Constant(self.force / mass)
+    def force_coefficients(self) -> tuple[float, ...]:
+        """Minus the force."""
+        return (-self.force,)
+
+    def term(self) -> str:
+        """Its force on the right-hand side."""
+        return f"{self.force:.6g}"
 
 
 @dataclass(frozen=True)
-class Harmonic(Part):
+class Harmonic(Excitation):
     """A harmonic force F cos(nu t + phase), the phase of each path random: averages are those over a whole period.
 
     Parameters
@@ -258,8 +291,11 @@ class Harmonic(Part):
     20.0
     """
 
-    amplitude: float
-    frequency: float
+    said, glyph, powers = "harmonic", "sine", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    amplitude: Annotated[float, Number("F", "amplitude", "N")]
+    frequency: Annotated[float, Number("ν", "frequency", "rad s-1")]
     on: On = "mass"
 
     def __post_init__(self) -> None:
@@ -270,13 +306,14 @@ class Harmonic(Part):
         )
         _check_on(self.on)
 
-    def per_mass(self, mass: float) -> Harmonic:
-        """The same part of a system that is divided by its mass."""
-        return Harmonic(self.amplitude if self.on == "ground" else self.amplitude / mass, self.frequency)
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        size = f"{self.amplitude:.6g} {unit('amplitude')}"
+        return f"{size} cos({self.frequency:.6g} t + a random phase) ({name})"
 
 
 @dataclass(frozen=True)
-class RecordedExcitation(Part):
+class RecordedExcitation(Excitation):
     """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
 
     A run begins at the first point.
@@ -302,8 +339,11 @@ class RecordedExcitation(Part):
     (2.0, 3.0)
     """
 
-    time: tuple[float, ...]
-    values: tuple[float, ...]
+    said, glyph, powers = "recorded excitation", "rough", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
+
+    time: Annotated[tuple[float, ...], Number("t", "time", "s")]
+    values: Annotated[tuple[float, ...], Number("×", "the record times", "N", turns=True)]
     on: On = "ground"
 
     def __post_init__(self) -> None:
@@ -328,14 +368,14 @@ class RecordedExcitation(Part):
         pieces = zip(self.time, self.time[1:], self.values, self.values[1:], strict=False)
         return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / self.duration
 
-    def per_mass(self, mass: float) -> RecordedExcitation:
-        """The same part of a system that is divided by its mass: a force, minus the acceleration of the ground."""
-        factor = -1.0 if self.on == "ground" else 1.0 / mass
-        return RecordedExcitation(self.time, tuple(factor * value for value in self.values), "mass")
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        rms = f"root mean square {math.sqrt(self.mean_square):.6g} {unit('values')}"
+        return f"a record of {self.duration:.6g} s ({name}), {rms}"
 
 
 @dataclass(frozen=True)
-class Force(Part):
+class Force(Excitation):
     """A force of your own, f(t, x, v), which Numba can compile.
 
     Parameters
@@ -362,21 +402,29 @@ class Force(Part):
     1.0
     """
 
+    said, glyph, powers = "force", "sine", ("work",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, False, False
+
     function: Callable[[float, float, float], float]
-    share: float = 1.0
+    share: Annotated[float, Number("×", "the function times", range="signed", mass=1.0)] = 1.0
 
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
         put(self, share=real(self.share, "share", "It is a factor on the function."))
 
-    def per_mass(self, mass: float) -> Force:
-        """The same part of a system that is divided by its mass."""
-        return Force(self.function, self.share / mass)
+    @property
+    def has_function(self) -> bool:
+        """It is one."""
+        return True
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return f"a function of t, x and v ({name})"
 
 
 @dataclass(frozen=True)
-class PoissonImpulses(Part):
+class PoissonImpulses(Excitation):
     """Random impulses at random times: a Poisson process of impulses of normal, independent sizes of mean zero.
 
     Parameters
@@ -400,8 +448,11 @@ class PoissonImpulses(Part):
     1.0
     """
 
-    rate: float
-    mean_square: float
+    said, glyph, powers = "poisson impulses", "spikes", ("input",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    rate: Annotated[float, Number("λ", "rate", "s-1")]
+    mean_square: Annotated[float, Number("y²", "mean square", "N2 s2")]
     on: On = "mass"
 
     def __post_init__(self) -> None:
@@ -417,17 +468,18 @@ class PoissonImpulses(Part):
         """q of the white noise with the same second moments."""
         return self.rate * self.mean_square
 
-    def per_mass(self, mass: float) -> PoissonImpulses:
-        """The same part of a system that is divided by its mass."""
-        return PoissonImpulses(self.rate, self.mean_square if self.on == "ground" else self.mean_square / mass**2)
-
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
         return self.intensity / (2.0 * math.pi)
 
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        size = f"mean square {self.mean_square:.6g} {unit('mean_square')}"
+        return f"impulses at random times ({name}), {self.rate:.6g} per second, {size}"
+
 
 @dataclass(frozen=True)
-class ParametricNoise(Part):
+class ParametricNoise(Excitation):
     """A white noise that multiplies the displacement, in the sense of Ito and of Stratonovich alike: the force x xi2.
 
     Parameters
@@ -446,18 +498,25 @@ class ParametricNoise(Part):
     0.1
     """
 
-    intensity: float
+    said, glyph, powers = "parametric noise", "rough", ("input",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, True, True
+
+    intensity: Annotated[float, Number("q", "intensity", "N2 s m-2")]
 
     def __post_init__(self) -> None:
         put(self, intensity=positive(self.intensity, "intensity", "It is that of the noise that multiplies x."))
 
-    def per_mass(self, mass: float) -> ParametricNoise:
-        """The same part of a system that is divided by its mass."""
-        return ParametricNoise(self.intensity / mass**2)
+    def factor(self, heavy: bool) -> str:
+        """It multiplies x."""
+        return "x "
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return f"white noise ({name}) that multiplies x, intensity {self.intensity:.6g}"
 
 
 @dataclass(frozen=True)
-class ThermalNoise(Part):
+class ThermalNoise(Excitation):
     """The noise of every dissipator at one temperature: with it, and elastic walls, the motion obeys Boltzmann's law.
 
     Each dashpot, springpot, arm and circuit has the noise that the fluctuation-dissipation theorem gives it.
@@ -482,14 +541,17 @@ class ThermalNoise(Part):
     0.7
     """
 
-    temperature: float
+    said, glyph, powers = "thermal noise", "rough", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    temperature: Annotated[float, Number("kT", "temperature", "J")]
 
     def __post_init__(self) -> None:
         put(self, temperature=positive(self.temperature, "temperature", "It is kT, an energy."))
 
-    def per_mass(self, mass: float) -> ThermalNoise:
-        """The same part of a system that is divided by its mass."""
-        return ThermalNoise(self.temperature / mass)
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return f"noise of every dissipator ({name}) at kT = {self.temperature:.6g} {unit('temperature')}"
 
 
 def _numbers(values: object, name: str) -> tuple[float, ...]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from springpot.problem.parts.checks import Part, positive, put
+from springpot.problem.parts.checks import positive, put
+from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["Mass"]
 
@@ -31,11 +33,15 @@ class Mass(Part):
     Mass(value=0.2)
     """
 
-    value: float
+    said, glyph, powers = "mass", "mass", ("inertia",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    value: Annotated[float, Number("m", "mass", "kg")]
 
     def __post_init__(self) -> None:
         put(self, value=positive(self.value, "value", "It is the mass in kg."))
 
-    def per_mass(self, mass: float) -> Mass:
-        """The same part of a system that is divided by its mass."""
-        return Mass(self.value / mass)
+    @property
+    def inertia(self) -> float:
+        """The mass."""
+        return self.value

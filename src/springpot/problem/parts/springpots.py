@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Annotated, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
-from springpot.problem.parts.checks import Part, positive, put, signed
+from springpot.problem.parts.checks import positive, put, signed
+from springpot.problem.parts.registration import Number, Part, Slopes
 from springpot.problem.parts.springs import Spring
 
 __all__ = ["FractionalMaxwell", "Maxwell", "Springpot", "resonance"]
@@ -39,8 +40,11 @@ class Springpot(Part):
     Springpot(order=0.5, coefficient=1.0)
     """
 
-    order: float
-    coefficient: float
+    said, glyph, powers = "springpot", "springpot", ("damping",)
+    is_linear, is_thermal, is_odd = True, True, True
+
+    order: Annotated[float, Number("α", "order", range="order")]
+    coefficient: Annotated[float, Number("C", "coefficient", "N s^alpha m-1")]
 
     def __post_init__(self) -> None:
         order = finite_number(
@@ -65,9 +69,14 @@ class Springpot(Part):
         """Whether its force depends on the past motion: neither as a spring nor as a dashpot."""
         return self.dissipates and self.order < 1.0
 
-    def per_mass(self, mass: float) -> Springpot:
-        """The same part of a system that is divided by its mass."""
-        return Springpot(self.order, self.coefficient / mass)
+    def force_coefficients(self) -> tuple[float, ...]:
+        """Those of a spring, if it is one."""
+        return (0.0, self.coefficient) if self.order == 0.0 else ()
+
+    def measure(self, name: str, frequency: float) -> str:
+        """Its dimensionless coefficient."""
+        strength = self.coefficient * frequency ** (self.order - 2.0)
+        return f"strength of {name}: c = C Omega^(order - 2) / m = {strength:.6g}"
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -76,6 +85,19 @@ class Springpot(Part):
     def modulus(self, p: Any) -> Any:
         """Force per displacement at the Laplace variable p, C p^alpha: of a number or an array."""
         return self.coefficient * p**self.order
+
+    def slopes(self, p: Any) -> Slopes:
+        """The derivatives of the modulus by the order and the coefficient."""
+        import numpy as np  # here, so that the command starts quickly
+
+        unit = p**self.order
+        return [(self.order, self.coefficient * unit * np.log(p)), (self.coefficient, unit)]
+
+
+_IN_SERIES = {
+    "order": Number("α", "springpot's order", range="share"),
+    "coefficient": Number("C", "springpot", "N s^alpha m-1"),
+}
 
 
 @dataclass(frozen=True)
@@ -105,8 +127,11 @@ class FractionalMaxwell(Part):
     0.6666666666666666
     """
 
-    springpot: Springpot
-    spring: Spring
+    said, glyph, powers = "fractional maxwell", "springpot arm", ("damping",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+
+    springpot: Annotated[Springpot, _IN_SERIES]
+    spring: Annotated[Spring, {"stiffness": Number("k", "spring", "N m-1")}]
 
     def __post_init__(self) -> None:
         if not isinstance(self.springpot, Springpot):
@@ -118,10 +143,6 @@ class FractionalMaxwell(Part):
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
 
-    def per_mass(self, mass: float) -> FractionalMaxwell:
-        """The same part of a system that is divided by its mass."""
-        return FractionalMaxwell(self.springpot.per_mass(mass), self.spring.per_mass(mass))
-
     def term(self) -> str:
         """Its force in the equation of motion."""
         pot = self.springpot
@@ -131,6 +152,10 @@ class FractionalMaxwell(Part):
         """Force per displacement at the Laplace variable p."""
         pot, k = self.springpot.modulus(p), self.spring.stiffness
         return k * pot / (k + pot)
+
+    def slopes(self, p: Any) -> Slopes:
+        """The derivatives of the modulus by the springpot's numbers and the stiffness."""
+        return _in_series(self.springpot.modulus(p), self.springpot.slopes(p), self.spring.stiffness)
 
 
 @dataclass(frozen=True)
@@ -155,8 +180,11 @@ class Maxwell(Part):
     1.0
     """
 
-    stiffness: float
-    coefficient: float
+    said, glyph, powers = "maxwell", "dashpot arm", ("damping",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+
+    stiffness: Annotated[float, Number("k", "stiffness", "N m-1")]
+    coefficient: Annotated[float, Number("c", "coefficient", "N s m-1")]
 
     def __post_init__(self) -> None:
         put(
@@ -164,10 +192,6 @@ class Maxwell(Part):
             stiffness=positive(self.stiffness, "stiffness", "It is the spring's force per displacement."),
             coefficient=positive(self.coefficient, "coefficient", "It is the damper's force per velocity."),
         )
-
-    def per_mass(self, mass: float) -> Maxwell:
-        """The same part of a system that is divided by its mass."""
-        return Maxwell(self.stiffness / mass, self.coefficient / mass)
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -177,12 +201,17 @@ class Maxwell(Part):
         """Force per displacement at the Laplace variable p."""
         return self.stiffness * self.coefficient * p / (self.stiffness + self.coefficient * p)
 
+    def slopes(self, p: Any) -> Slopes:
+        """The derivatives of the modulus by the coefficient and the stiffness."""
+        return _in_series(self.coefficient * p, [(self.coefficient, p)], self.stiffness)
 
-class _Element(Protocol):
-    def modulus(self, p: Any) -> Any: ...
+
+def _in_series(soft: Any, own: Slopes, stiffness: float) -> Slopes:
+    share = stiffness / (stiffness + soft)
+    return [*((number, slope * share**2) for number, slope in own), (stiffness, (1.0 - share) ** 2)]
 
 
-def resonance(square: float, elements: Iterable[_Element]) -> float:
+def resonance(square: float, elements: Iterable[Part]) -> float:
     """Frequency at which springs and elements with memory together swing a unit mass, in rad/s.
 
     The root w of w^2 = square + Re K(iw), with K the modulus of all elements.  ``square`` is the stiffness of the

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from springpot.problem.parts.checks import Part, coefficients, put, real, signed
+from springpot.problem.parts.checks import coefficients, put, real, signed
+from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["PolynomialSpring", "Spring"]
 
@@ -33,14 +35,22 @@ class Spring(Part):
     Spring(stiffness=80.0)
     """
 
-    stiffness: float
+    said, glyph, powers = "spring", "spring", ("stored",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    stiffness: Annotated[float, Number("k", "stiffness", "N m-1", "signed")]
 
     def __post_init__(self) -> None:
         put(self, stiffness=real(self.stiffness, "stiffness", "It is the spring's force per displacement."))
 
-    def per_mass(self, mass: float) -> Spring:
-        """The same part of a system that is divided by its mass."""
-        return Spring(self.stiffness / mass)
+    @property
+    def linear_stiffness(self) -> float:
+        """k."""
+        return self.stiffness
+
+    def force_coefficients(self) -> tuple[float, ...]:
+        """0 and k."""
+        return 0.0, self.stiffness
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -68,7 +78,10 @@ class PolynomialSpring(Part):
     ' + 400000 x^3'
     """
 
-    coefficients: tuple[float, ...]
+    said, glyph, powers = "polynomial spring", "spring", ("stored",)
+    remembers, dissipates, is_thermal = False, False, True
+
+    coefficients: Annotated[tuple[float, ...], Number("k", "x", "N", "signed", per="m")]
 
     def __post_init__(self) -> None:
         put(self, coefficients=coefficients(self.coefficients, _MOST_POWERS, _POWERS))
@@ -78,9 +91,19 @@ class PolynomialSpring(Part):
         """Whether only the first coefficient is not 0."""
         return not any(self.coefficients[1:])
 
-    def per_mass(self, mass: float) -> PolynomialSpring:
-        """The same part of a system that is divided by its mass."""
-        return PolynomialSpring(tuple(k / mass for k in self.coefficients))
+    @property
+    def is_odd(self) -> bool:
+        """Whether it has no even powers."""
+        return not any(self.coefficients[1::2])
+
+    @property
+    def linear_stiffness(self) -> float:
+        """k1."""
+        return self.coefficients[0]
+
+    def force_coefficients(self) -> tuple[float, ...]:
+        """0 and its coefficients."""
+        return 0.0, *self.coefficients
 
     def term(self) -> str:
         """Its force in the equation of motion."""

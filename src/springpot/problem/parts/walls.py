@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import shown
-from springpot.problem.parts.checks import Part, positive, put, real, unsigned
+from springpot.machine.faults import listed, shown
+from springpot.problem.parts.checks import Checked, positive, put, real, unsigned
+from springpot.problem.parts.registration import Number, Part, kind_of, stated_numbers
 
 __all__ = [
-    "Barrier", "Contact", "PowerRestitution", "RestitutionLaw", "Side", "restitution_at", "restitution_of_missed",
-    "slow_restitution",
+    "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
+    "restitution_at", "restitution_of_missed", "slow_restitution",
 ]  # fmt: skip
 
 _SLOW = 1e-9  # m/s
@@ -23,8 +24,43 @@ RestitutionLaw = Callable[[float], float]
 """A function of the speed before an impact, in m/s, that Numba can compile."""
 
 
+class Restitution(Checked):
+    """A law of restitution with numbers: what it states beside its fields, as a `Part` does.
+
+    In a file it is a table of its numbers with a ``law``, its name.
+    """
+
+    laws: ClassVar[dict[str, type[Restitution]]] = {}
+    numbers: ClassVar[dict[str, Any]]
+
+    def __init_subclass__(cls) -> None:
+        if missing := [name for name in ("formula", "words") if getattr(cls, name) is getattr(Restitution, name)]:
+            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every law of restitution does.")
+        cls.numbers = stated_numbers(cls)
+        name = kind_of(cls).removesuffix("_restitution")
+        cls.tag, Restitution.laws[name] = {"law": name}, cls
+
+    @staticmethod
+    def formula(speed: float, *numbers: float) -> float:
+        """r at a speed in m/s, of the fields in their order: a function that Numba can compile."""
+        raise NotImplementedError
+
+    def __call__(self, speed: float) -> float:
+        """r at a speed in m/s."""
+        return self.formula(speed, *self.values)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Its numbers, in the order of its fields."""
+        return tuple(getattr(self, name) for name in self.numbers)
+
+    def words(self) -> str:
+        """The formula with its numbers, of the speed v."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class PowerRestitution(Part):
+class PowerRestitution(Restitution):
     """A restitution that falls with the speed of the impact: r(v) = min(1, restitution (v / speed)^-exponent).
 
     Parameters
@@ -51,9 +87,9 @@ class PowerRestitution(Part):
     0.35
     """
 
-    restitution: float
-    speed: float
-    exponent: float = 0.25
+    restitution: Annotated[float, Number("r", "restitution at", range="share")]
+    speed: Annotated[float, Number("v", "this speed", "m s-1")]
+    exponent: Annotated[float, Number("p", "falls with power", range="share")] = 0.25
 
     def __post_init__(self) -> None:
         put(
@@ -63,13 +99,46 @@ class PowerRestitution(Part):
             exponent=_fraction(self.exponent, "exponent", "Metals that yield have 1/4."),
         )
 
-    def __call__(self, speed: float) -> float:
-        """r at a speed in m/s."""
-        return min(1.0, self.restitution * (speed / self.speed) ** -self.exponent) if speed > 0.0 else 1.0
+    @staticmethod
+    def formula(v: float, restitution: float, speed: float, exponent: float) -> float:  # type: ignore[override]
+        """r at a speed v."""
+        return min(1.0, restitution * (v / speed) ** -exponent) if v > 0.0 else 1.0
+
+    def words(self) -> str:
+        """The formula with its numbers."""
+        return f"min(1, {self.restitution:.6g} (v / {self.speed:.6g})^-{self.exponent:g})"
+
+
+class Stop(Part, abstract=True):
+    """A wall or a contact.
+
+    Attributes
+    ----------
+    position : float
+    side : {"above", "below"}
+    """
+
+    if TYPE_CHECKING:
+        position: float
+        side: Side
+
+    @property
+    def inwards(self) -> float:
+        """The sign of its force on the mass."""
+        return 1.0 if self.side == "above" else -1.0
+
+    def mirrored(self) -> Self:
+        """The same in the mirror, x -> -x."""
+        other: Side = "below" if self.side == "above" else "above"
+        return replace(self, position=-self.position, side=other)  # type: ignore[type-var]
+
+
+class SoftStop(Stop, abstract=True):
+    """A stop with a force, which its `soft_stop` has without what it dissipates."""
 
 
 @dataclass(frozen=True)
-class Barrier(Part):
+class Barrier(Stop):
     """A rigid, motionless wall and its impact law x'(+) = -r x'(-).
 
     Parameters
@@ -79,9 +148,10 @@ class Barrier(Part):
     restitution : float, PowerRestitution or callable
         Coefficient r in (0, 1]: 1 for an elastic wall.  In a `springpot.System` also a law r(v) of the speed v before
         the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
-    side : {"above", "below"}
+    side : {"above", "below"}, optional
         The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
-        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.
+        (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.  If it is not given, it is the
+        side of x = 0, so that a gap is left: above a wall at b <= 0, below one at b > 0.  A preload needs it.
 
     Raises
     ------
@@ -90,13 +160,16 @@ class Barrier(Part):
 
     Examples
     --------
-    >>> Barrier(position=-0.5, restitution=0.9)
-    Barrier(position=-0.5, restitution=0.9, side='above')
+    >>> Barrier(position=-0.5, restitution=0.9), Barrier(0.5).side
+    (Barrier(position=-0.5, restitution=0.9, side='above'), 'below')
     """
 
-    position: float = 0.0
-    restitution: float | PowerRestitution | RestitutionLaw = 1.0
-    side: Side = "above"
+    said, glyph, powers = "wall", "stop", ("stop",)
+    is_linear, remembers, is_thermal, is_odd = False, False, True, False
+
+    position: Annotated[float, Number("b", "position", "m", "signed")] = 0.0
+    restitution: Annotated[float | Restitution | RestitutionLaw, Number("r", "restitution", range="share")] = 1.0
+    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
         put(self, position=real(self.position, "position", "It is the position of the wall."))
@@ -104,29 +177,39 @@ class Barrier(Part):
             _check_law(self.restitution)
         else:
             put(self, restitution=_fraction(self.restitution, "restitution", "An elastic wall has 1."))
-        _check_side(self.side)
+        put(self, side=_side(self.side, self.position))
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether impacts take energy."""
+        return not self.is_elastic
+
+    @property
+    def has_function(self) -> bool:
+        """Whether its restitution is a function of the user."""
+        return callable(self.restitution) and not isinstance(self.restitution, Restitution)
 
     @property
     def is_elastic(self) -> bool:
         """Whether no impact takes energy."""
         return self.restitution == 1.0
 
+    def line(self, name: str) -> str:
+        """Where it stands and what it does."""
+        relation = ">=" if self.side == "above" else "<="
+        return f"wall ({name}): x {relation} {self.position:.6g} m, restitution {self.law()}"
+
     def law(self) -> str:
         """The restitution in words."""
-        if isinstance(self.restitution, PowerRestitution):
-            r = self.restitution
-            return f"min(1, {r.restitution:.6g} (v / {r.speed:.6g})^-{r.exponent:g}) of the speed v"
+        if isinstance(self.restitution, Restitution):
+            return f"{self.restitution.words()} of the speed v"
         if callable(self.restitution):
             return f"{getattr(self.restitution, '__name__', 'a function')}(v) of the speed v"
         return f"{self.restitution:.6g}"
 
-    def per_mass(self, mass: float) -> Barrier:
-        """The same part of a system that is divided by its mass."""
-        return self
-
 
 @dataclass(frozen=True)
-class Contact(Part):
+class Contact(SoftStop):
     """A soft stop: beyond its position it pushes back with k d^p (1 + chi d'), where d is the penetration.
 
     Parameters
@@ -139,8 +222,8 @@ class Contact(Part):
         p from 1 (a linear stop) to 3; 1.5 is Hertz's contact of two spheres.
     dissipation : float
         chi >= 0 of Hunt and Crossley, in s/m.
-    side : {"above", "below"}
-        The side on which the mass moves while it is free.
+    side : {"above", "below"}, optional
+        The side on which the mass moves while it is free; that of x = 0 if it is not given, as of a `Barrier`.
 
     Raises
     ------
@@ -162,11 +245,14 @@ class Contact(Part):
     1.5
     """
 
-    position: float
-    stiffness: float
-    exponent: float = 1.5
-    dissipation: float = 0.0
-    side: Side = "above"
+    said, glyph, powers = "soft contact", "stop", ("stop",)
+    is_linear, remembers, is_odd = False, False, False
+
+    position: Annotated[float, Number("b", "position", "m", "signed")]
+    stiffness: Annotated[float, Number("k", "stiffness", "N m^-exponent")]
+    exponent: Annotated[float, Number("p", "exponent", range="exponent")] = 1.5
+    dissipation: Annotated[float, Number("χ", "dissipation", "s m-1")] = 0.0
+    side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
         put(
@@ -178,11 +264,22 @@ class Contact(Part):
             ),
             dissipation=unsigned(self.dissipation, "dissipation", "It is chi of k d^exponent (1 + chi d')."),
         )
-        _check_side(self.side)
+        put(self, side=_side(self.side, self.position))
 
-    def per_mass(self, mass: float) -> Contact:
-        """The same part of a system that is divided by its mass."""
-        return replace(self, stiffness=self.stiffness / mass)
+    @property
+    def dissipates(self) -> bool:
+        """Whether chi is not 0."""
+        return self.dissipation > 0.0
+
+    @property
+    def is_thermal(self) -> bool:
+        """There is no matching noise for its dissipation."""
+        return not self.dissipates
+
+    @property
+    def soft_stop(self) -> Contact:
+        """Itself."""
+        return self
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -249,6 +346,10 @@ def _fraction(value: object, name: str, hint: str) -> float:
     return finite_number(value, name, low=0.0, high=1.0, open_low=True, hint=hint)
 
 
-def _check_side(side: object) -> None:
+def _side(side: object, position: float) -> Side:
+    """The side on which the mass moves; not given, that of x = 0."""
+    if side is None:
+        return "below" if position > 0.0 else "above"
     if not isinstance(side, str) or side not in ("above", "below"):
         raise ValueError(f"side must be 'above' (the mass moves at x >= position) or 'below', not {shown(side)}.")
+    return cast(Side, side)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springpot.problem.catalogue import is_controlled
 from springpot.problem.parts.walls import restitution_of_missed, slow_restitution
-from springpot.problem.quantities import is_controlled
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen

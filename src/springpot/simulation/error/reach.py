@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import few, meant, per_cent
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
-from springpot.problem.quantities import is_controlled, possible_results
+from springpot.problem.catalogue import is_controlled, possible_results
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget, Estimates, combine
 from springpot.simulation.error.decision import MOST_FINER, Known, Move, Standing, decide

@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from springpot.problem.parts import (
     Barrier,
-    Contact,
     FractionalMaxwell,
     Maxwell,
     PiezoelectricCircuit,
     Springpot,
     ThermalNoise,
 )
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
@@ -83,7 +83,7 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     """
     system, parts, settings = simulation.motion.system, simulation.parts, simulation.settings
     low, high = settings.window_steps
-    steps, time, mass = high - low, (high - low) * settings.step, system.mass
+    steps, time, mass = high - low, (high - low) * settings.step, system.inertia
     column = dict(zip(parts.columns, rows.T, strict=True))
     taken = taken_by_walls(system, column)
     found = {
@@ -171,7 +171,7 @@ def _at_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floa
     whole = column["impacts"], column["impact_speeds"], column["impact_speed_squares"]
     contacts, found, left = itertools.count(), {}, ""
     for name, part in system.named():
-        if isinstance(part, Contact):
+        if isinstance(part, SoftStop):
             found[name] = _sums(column, f"contact {next(contacts)}")
         elif isinstance(part, Barrier) and part.side == "below" and "upper impacts" in column:
             found[name] = _sums(column, "upper")
@@ -196,7 +196,7 @@ def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple
         if isinstance(part, Barrier) and not callable(part.restitution):
             _, speeds, squares = struck[name]
             taken[name] = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
-        elif isinstance(part, Barrier | Contact):
+        elif isinstance(part, Stop):
             side = "lower" if part.side == "above" else "upper"
             where = side if isinstance(part, Barrier) else f"contact {next(contacts)}"
             taken[name] = column[f"{where} loss"], column[f"{where} momentum"]
@@ -205,7 +205,7 @@ def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple
 
 def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Samples:
     """Impact speeds, and rate and speed of every wall."""
-    if not system.of(Barrier, Contact):
+    if not system.stops:
         return {}
     found = {
         "impact_speed_mean": ratio(column["impact_speeds"], column["impacts"]),
@@ -226,7 +226,7 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
     found, harvested = {}, np.zeros(column["x"].size)
     for name, part in system.named():
         if isinstance(part, PiezoelectricCircuit):
-            square = column[f"voltage of {name}"] / max(instants, 1) * system.mass
+            square = column[f"voltage of {name}"] / max(instants, 1) * system.inertia
             found[f"{name}_voltage_mean_square"] = square
             harvested = harvested + square / part.resistance
     return {**found, "harvested_power": harvested} if found else {}
@@ -258,5 +258,5 @@ def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float
         energy = name.startswith(("x_mean_square", "v_", "amplitude", "damping")) or name.endswith("_power")
         errors[name] = (0.5 if energy else 1.0) * share * abs(value)
     errors |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
-    errors |= {"damping_force_mean": share * plan.system.mass * frequency**2 * size, "energy_residual": 0.0}
+    errors |= {"damping_force_mean": share * plan.system.inertia * frequency**2 * size, "energy_residual": 0.0}
     return {name: errors[name] for name in values}

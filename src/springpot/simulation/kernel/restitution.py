@@ -16,13 +16,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections import namedtuple
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from numba import float64, njit
 
 from springpot.problem.parts import Barrier
-from springpot.problem.parts.walls import PowerRestitution, RestitutionLaw
+from springpot.problem.parts.walls import PowerRestitution, Restitution
 from springpot.simulation.kernel.lanes import INLINE, LANES, lesser
 from springpot.simulation.kernel.questions import answers
 from springpot.simulation.kernel.user_functions import inlined
@@ -132,6 +133,8 @@ def rule_of(wall: Barrier, name: str, unit: float) -> Any:
     law = wall.restitution
     if isinstance(law, PowerRestitution):
         return Power(law.restitution, law.speed / unit, law.exponent)
+    if isinstance(law, Restitution):
+        return _of_function(type(law).formula, name, len(law.numbers))(unit, *law.values)
     return _of_function(law, name)(unit) if callable(law) else Fixed(law)
 
 
@@ -139,20 +142,20 @@ _numbers = itertools.count(1)
 
 
 @lru_cache(maxsize=64)
-def _of_function(function: RestitutionLaw, name: str) -> Any:
-    """A type of rule of its own, because types choose the code; its field is the unit of speed.
+def _of_function(function: Callable[..., float], name: str, numbers: int = 0) -> Any:
+    """A type of rule of its own, because types choose the code; its fields are the unit of speed, and a law's numbers.
 
     What the function returns is cut off at 0 and 1, but not where it is no number.
     """
-    inner = inlined(function, float64(float64), f"{name} has a restitution")
+    inner = inlined(function, float64(*[float64] * (1 + numbers)), f"{name} has a restitution")
     make: Any = namedtuple  # a type checker wants the name to be known
-    kind = make(f"UserRestitution{next(_numbers)}", ("unit",))
+    kind = make(f"UserRestitution{next(_numbers)}", ("unit", *(f"number_{n}" for n in range(numbers))))
     kind.__module__ = "__user__"  # so that its kernels are not kept on disk
 
     @answers(rebound, kind)
     def follow(rule, arriving, frequency, accumulators, place, lane, weight):
         speed = frequency * arriving
-        share = inner(rule.unit * speed)
+        share = inner(rule.unit * speed, *rule[1:])
         share = 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
         _take(accumulators, place, lane, weight, speed, share)
         return share * arriving

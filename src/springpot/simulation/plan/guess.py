@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Contact,
     Dashpot,
     FractionalMaxwell,
     Friction,
@@ -37,7 +36,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.springpots import resonance
-from springpot.problem.parts.walls import restitution_at
+from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.simulation.plan.scales import Scales
@@ -259,7 +258,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     curved = float(np.abs(smooth.curvature(law.places) - frequency**2).max())
     near = law.places[law.shares > 0.01 * law.shares.max()]
     rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
-    walls: list[Barrier | Contact] = [*unit.of(Barrier), *unit.of(Contact)]
+    walls: list[Stop] = [*unit.of(Barrier), *unit.of(SoftStop)]
     rates += [_hops(smooth, law, frequency, wall) for wall in walls]
     for part in unit.parts:
         match part:
@@ -357,7 +356,7 @@ def _hopping_time(law: BoltzmannLaw, potential: Potential) -> float:
     return max(times)
 
 
-def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Barrier | Contact) -> float:
+def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop) -> float:
     """Rate of the hops on a wall that the kicks press the mass against: they must be shared by many kicks.
 
     With too few, each impact changes the energy at random, which heats a motion with little damping.

@@ -15,7 +15,6 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Contact,
     Force,
     FractionalMaxwell,
     Harmonic,
@@ -30,7 +29,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.scales import Scales, closed_form
@@ -145,9 +144,9 @@ class Motion:
         return self.system.of(Barrier)
 
     @property
-    def touched(self) -> dict[str, Barrier | Contact]:
+    def touched(self) -> dict[str, Stop]:
         """Walls and contacts by their names."""
-        return {name: part for name, part in self.system.named() if isinstance(part, Barrier | Contact)}
+        return self.system.stops
 
     @property
     def is_symmetric(self) -> bool:
@@ -161,11 +160,8 @@ class Motion:
         """
         potential = self.system.potential
         odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
-        contacts = self.system.of(Contact)
-        mirrored = {
-            replace(contact, position=-contact.position, side="above" if contact.side == "below" else "below")
-            for contact in contacts
-        }
+        contacts = self.system.of(SoftStop)
+        mirrored = {contact.mirrored() for contact in contacts}
         return odd and len({wall.restitution for wall in self.walls}) <= 1 and mirrored == {*contacts}
 
     @cached_property
@@ -181,7 +177,7 @@ class Motion:
         unit = self.unit
         walls = unit.of(Barrier)
         numbers = {wall.restitution for wall in walls}
-        if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(Contact) or not self.intensity > 0.0:
+        if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(SoftStop) or not self.intensity > 0.0:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import Barrier, Contact
+from springpot.problem.parts.walls import Stop
 from springpot.simulation.plan.motion import Motion
 
 __all__ = ["MOST_TRANSIENT", "missing_variance", "shares_missing"]
@@ -112,6 +112,6 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
     return shares
 
 
-def _away(wall: Barrier | Contact) -> bool:
+def _away(wall: Stop) -> bool:
     """Whether a wall lies beyond the equilibrium, not on its near side as a preload."""
     return wall.position < 0.0 if wall.side == "above" else wall.position > 0.0

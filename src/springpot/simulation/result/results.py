@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results
-from springpot.problem.parts import Barrier, Contact
-from springpot.problem.quantities import units_of_system
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
@@ -149,7 +148,7 @@ class Run:
 
     def _unit(self, name: str) -> str:
         """The unit of an estimate; only the user knows that of an observable."""
-        return COUNTED.get(name) or units_of_system(self.system, name)
+        return COUNTED.get(name) or unit_of_result(self.system, name)
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""
@@ -252,7 +251,7 @@ class Run:
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
-        walls = [name for name, part in self.system.named() if isinstance(part, Barrier | Contact)]
+        walls = [*self.system.stops]
         for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
             for ending in ("", "_se"):
                 names = [f"{wall}_{quantity}{ending}" for wall in walls]

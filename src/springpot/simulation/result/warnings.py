@@ -114,7 +114,7 @@ def _about_start(adapted: Adapted | None) -> Iterator[Message]:
 
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
     """Of an energy that still changes, and of a balance that fails."""
-    plan, scales, mass = simulation.plan, simulation.motion.scales, simulation.motion.system.mass
+    plan, scales, mass = simulation.plan, simulation.motion.scales, simulation.motion.system.inertia
     drift = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
     gained, its_error = float(drift.mean()), standard_error(drift)
     square = values.get("amplitude_mean_square", math.nan) * simulation.motion.system.natural_frequency**2
@@ -138,7 +138,7 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
     motion, error = simulation.motion, errors.get("damping_force_mean", math.nan)
     if not motion.springpots or motion.not_stationary or simulation.plan.transient_left > MOST_TRANSIENT:
         return
-    stiffness = motion.system.mass * motion.scales.frequency**2
+    stiffness = motion.system.inertia * motion.scales.frequency**2
     size = stiffness * (math.sqrt(values["x_mean_square"]) if motion.scales.guessed else abs(values["x_mean"]))
     force = abs(values.get("damping_force_mean", 0.0))
     if math.isfinite(error) and force > max(FAR_OFF * error, MOST_REMEMBERED * size):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.quantities import possible_results
+from springpot.problem.catalogue import possible_results
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation

@@ -302,7 +302,7 @@ class AmplitudeAveraging(Result):
 
         Parameters and errors are those of `frequency`.
         """
-        found = self._known().problem.damping(self._cycles(amplitude).frequency) * self.system.mass
+        found = self._known().problem.damping(self._cycles(amplitude).frequency) * self.system.inertia
         return found.reshape(np.shape(amplitude))
 
     def _cycles(self, amplitude: ArrayLike) -> _Cycle:

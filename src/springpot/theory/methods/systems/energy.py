@@ -25,12 +25,12 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.densities import Densities
 from springpot.theory.problem import Units, checked_system
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
-from springpot.theory.walls import named_walls
 
 __all__ = ["ExactLaw", "check_law_covered", "exact_law"]
 
@@ -214,7 +214,7 @@ def exact_law(system: System) -> ExactLaw:
         stationary = "There is no stationary state: no spring or wall holds the mass on one side."
     else:
         law = _law(unit.potential, *coefficients)
-        places = [wall.position - law.origin for wall in named_walls(system).values()]
+        places = [wall.position - law.origin for wall in system.stops.values()]
         law = replace(law, walls=np.array([float(law.above_least(place)) for place in places]))
         stationary = _moments(system, law)
         warnings = _rounding(law)
@@ -241,7 +241,7 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
     return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
 

@@ -29,7 +29,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.balance import Labels, saturated
@@ -57,7 +57,6 @@ from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
 from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
-from springpot.theory.walls import named_walls
 
 __all__ = ["check_system_covered", "envelope_of_system"]
 
@@ -122,7 +121,7 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
         spread = spread + math.pi * cycles.sum_over(lambda n, w, density=density: w * w * density(w))
     loss, struck = loss + memory, []
     taken = loss
-    for wall in named_walls(unit).values():
+    for wall in unit.stops.values():
         place = wall.position - problem.origin
         speed = speed_at(problem, cycles, place)
         struck.append(speed)
@@ -388,7 +387,7 @@ def check_system_covered(system: System) -> Problem | str:
     for name, part in unit.named():
         if isinstance(part, Harmonic):
             raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
     if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
@@ -469,7 +468,7 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     harvests = problem.circuits and not problem.unit.of(ThermalNoise)
-    power = law.average(rates.electric) * system.mass if harvests else None
+    power = law.average(rates.electric) * system.inertia if harvests else None
     struck = [(hit.rate, hit.mean, hit.square) for hit in hits]
     return moments_of(system, problem.origin + spread.mean, x_square, spread.v_square, struck, power)
 

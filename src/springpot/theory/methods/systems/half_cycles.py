@@ -37,7 +37,6 @@ from springpot.theory.methods.systems.half_cycle_chain import (
 from springpot.theory.methods.systems.linear import linear
 from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
-from springpot.theory.walls import named_walls
 
 __all__ = ["HalfCycles", "check_covered", "half_cycles"]
 
@@ -328,7 +327,7 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
     x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
     v_square = scales.speed**2 * per_time * chain.total(lambda stage: stage.flights.action)
     hits, far = [], {}
-    for name, wall in zip(named_walls(system), system.of(Barrier), strict=True):
+    for name, wall in zip(system.stops, system.of(Barrier), strict=True):
         found = _impacts(chain, wall, scales)
         if found is None:
             hits.append((math.nan, math.nan, math.nan))

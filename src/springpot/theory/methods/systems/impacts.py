@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
-    Contact,
     KanaiTajimiNoise,
     ParametricNoise,
     PoissonImpulses,
@@ -33,7 +32,6 @@ from springpot.theory.methods.envelope.balance import Labels, before_impact
 from springpot.theory.methods.envelope.impacts import with_short_returns
 from springpot.theory.methods.envelope.losses import is_tabulated, moments_from_wall, sudden_losses
 from springpot.theory.methods.systems.cycles import Cycles, Problem
-from springpot.theory.walls import named_walls
 
 __all__ = ["Hits", "Spread", "after_impact", "hits_on_walls", "is_endless", "is_smooth", "with_sudden_losses"]
 
@@ -109,7 +107,7 @@ def hits_on_walls(
     unit, found = problem.unit, []
     intensity = sum(n.intensity for n in unit.of(WhiteNoise)) + sum(n.intensity for n in unit.of(PoissonImpulses))
     reached = np.sum([np.isfinite(speed) for speed in struck], axis=0)
-    for wall, speed in zip(named_walls(unit).values(), struck, strict=True):
+    for wall, speed in zip(unit.stops.values(), struck, strict=True):
         before = np.ones_like(speed)
         if isinstance(wall, Barrier):
             _, before = after_impact(problem, wall, speed, damped, cycles)
@@ -178,9 +176,9 @@ def with_sudden_losses(
         What is corrected.
     """
     unit = problem.unit
-    walls = tuple(named_walls(unit).values())
+    walls = tuple(unit.stops.values())
     noises = unit.of(ColoredNoise, KanaiTajimiNoise, ParametricNoise, ThermalNoise)
-    if len(walls) != 1 or isinstance(walls[0], Contact) or walls[0].is_elastic or noises or is_smooth(unit):
+    if len(walls) != 1 or not isinstance(walls[0], Barrier) or walls[0].is_elastic or noises or is_smooth(unit):
         return spread, hits
     wall, speed = walls[0], np.nan_to_num(struck[0])
     often = weight * np.isfinite(struck[0]) / cycles.period

@@ -173,7 +173,7 @@ class LinearResponse(Result):
         -1.25j
         """
         w = real_array(frequency, "frequency")
-        return np.asarray(1.0 / (self.system.mass * self.companion.dynamic_stiffness(w)))
+        return np.asarray(1.0 / (self.system.inertia * self.companion.dynamic_stiffness(w)))
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
@@ -345,7 +345,7 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
         v_square += fed * v_unit
         power += fed * _power(companion, mean_square, lambda w: 1.0 / (2.0 * math.pi))
     harvests = companion.circuits and companion.temperature == 0.0
-    return moments_of(system, x_mean, x_square, v_square, harvested=power * system.mass if harvests else None)
+    return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
 def _power(

@@ -115,7 +115,7 @@ def linearization(system: System) -> Linearization:
         stationary = replace(
             stationary,
             amplitude_mean_square=stationary.x_mean_square + stationary.v_mean_square / omega**2,
-            of_parts={name: power * system.mass for name, power in stationary.of_parts.items()},
+            of_parts={name: power * system.inertia for name, power in stationary.of_parts.items()},
         )
     return Linearization(
         method="linearization",
@@ -124,8 +124,8 @@ def linearization(system: System) -> Linearization:
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
         warnings=warnings,
         is_exact=_is_linear(unit),
-        stiffness=companion.stiffness * system.mass,
-        damping=companion.damping * system.mass,
+        stiffness=companion.stiffness * system.inertia,
+        damping=companion.damping * system.inertia,
     )
 
 

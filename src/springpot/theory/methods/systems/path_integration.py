@@ -24,7 +24,7 @@ from springpot.problem.parts import (
     Springpot,
     VanDerPol,
 )
-from springpot.problem.parts.walls import restitution_at
+from springpot.problem.parts.walls import SoftStop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
@@ -201,7 +201,7 @@ def check_covered(system: System) -> _Problem:
     for name, part in unit.named():
         if not isinstance(part, (*covered, ColoredNoise)):
             raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, Contact) and part.dissipation > 0.0:
+        if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     if len(noises) != 1:
         raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
@@ -425,7 +425,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
     x_square, v_square = float(law.weights @ x**2), float(law.weights @ v**2)
     hits = []
     struck = iter(law.chain.impacts(law.weights))
-    for wall in system.of(Barrier, Contact):
+    for wall in system.stops.values():
         rate = mean = square = math.nan
         if isinstance(wall, Barrier):
             rate, first, second = next(struck)

@@ -1,0 +1,207 @@
+"""Every quantity of a result, once: its name, unit, meaning and formula, when there is one, and what `rtol` controls.
+
+Runs, data sets, columns of studies, the page and the docs read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
+from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
+from springpot.problem.system import System
+
+__all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
+
+_OF = "<part>_"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One entry of the catalogue.
+
+    Attributes
+    ----------
+    name : str
+        Of a part it begins with ``<part>_``, which stands for the part's name.
+    unit : str
+        In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.
+    meaning, formula : str
+        In words, and in TeX.
+    when : str
+        When there is one, in words; with which option of `springpot.simulate`.
+    of : callable
+        Whether a part has it, or is what gives it to the system.
+    where : callable
+        Whether a system of such parts can have it.
+    controlled : bool
+        Whether ``rtol`` controls its error.
+    dimensions : tuple of str
+        In the data set of `springpot.simulate`.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    formula: str = ""
+    when: str = "always"
+    of: Callable[[Part], bool] = lambda part: True
+    where: Callable[[System], bool] = lambda system: True
+    controlled: bool = True
+    dimensions: tuple[str, ...] = ()
+
+    def names(self, system: System) -> Iterator[str]:
+        """Its names in the results of a system, whatever the system's numbers are."""
+        owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
+        if self.name.startswith(_OF):
+            yield from (name + self.name[len(_OF) - 1 :] for name in owners)
+        elif owners:
+            yield self.name
+
+
+def _with(*powers: str) -> Callable[[Part], bool]:
+    return lambda part: not {*powers}.isdisjoint(part.powers)
+
+
+def _balances(system: System) -> bool:
+    """Whether the balance of energy is a check, and no definition of what is fed in."""
+    return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
+
+
+def _has_spring(part: Part) -> bool:
+    return "stored" in part.powers and not isinstance(part, Constant)
+
+
+def _is_circuit(part: Part) -> bool:
+    return isinstance(part, PiezoelectricCircuit)
+
+
+def _is_soft(part: Part) -> bool:
+    return part.soft_stop is not None
+
+
+_SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring}
+_STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
+_STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
+_DAMPING: dict[str, Any] = {"when": "with springpots, dashpots, arms or circuits", "of": _with("damping")}
+_CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
+_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
+_END: dict[str, Any] = {"controlled": False}
+_ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
+
+CATALOGUE = (
+    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle"),
+    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle"),
+    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle"),
+    Quantity("amplitude_mean_square", "m2", "mean square of the amplitude of the linear springs' motion",
+             r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS),
+    Quantity("impact_rate", "s-1", "impacts per unit time, on all walls and contacts together", **_STOPS),
+    Quantity("impact_speed_mean", "m s-1", "mean speed before an impact", r"\langle |v^-|\rangle", **_STOPS),
+    Quantity("impact_speed_mean_square", "m2 s-2", "mean square of the speed before an impact",
+             r"\langle (v^-)^2\rangle", **_STOPS),
+    Quantity("damping_force_mean", "N", "mean force of springpots, dashpots, arms and circuits together",
+             r"\langle F\rangle", **_DAMPING, controlled=False),
+    Quantity("damping_power", "W", "power that they take from the motion", r"\langle F v\rangle", **_DAMPING),
+    Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_DAMPING, controlled=False),
+    Quantity("<part>_power", "W", "power that the part feeds in, or, of a damper, takes", r"\langle F v\rangle",
+             "of excitations but white noise and impulses, and of nonlinear dampers", _with("taken", "fed", "work")),
+    Quantity("input_power", "W", "power that all excitations feed in"),
+    Quantity("<part>_power", "W", "power that the wall or contact takes", r"\langle (1 - r^2) (v^-)^2\rangle m\nu / 2",
+             **_STOP),
+    Quantity("<part>_force_mean", "N", "mean force of the wall or contact", r"\langle (1 + r) |v^-|\rangle m\nu",
+             **_STOP),
+    Quantity("energy_residual", "1", "what white noise and impulses are expected to feed in, less what is taken out "
+             "and what the motion gains, over what is fed in: 0 within its error", "",
+             "with white noise or impulses, or if nothing is fed in", where=_balances, controlled=False),
+    Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
+             "of each circuit, without thermal noise", **_CIRCUITS),
+    Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
+             "with circuits, without thermal noise", **_CIRCUITS),
+    Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),
+    Quantity("contact_penetration", "m", "deepest penetration of a path, its mean", **_SOFT, controlled=False),
+    Quantity("<part>_impact_rate", "s-1", "impacts per unit time on the wall or contact", r"\nu", **_STOP),
+    Quantity("<part>_impact_speed_mean", "m s-1", "mean speed before an impact on it", r"\langle |v^-|\rangle",
+             **_STOP),
+    Quantity("x_mean_end", "m", "mean displacement at the end of the run", **_END),
+    Quantity("x_mean_square_end", "m2", "mean square displacement at the end of the run", **_END),
+    Quantity("v_mean_square_end", "m2 s-2", "mean square velocity at the end of the run", **_END),
+    Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END, **_SPRINGS),
+    *(Quantity(f"counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
+               when="`slowest_counted_impact=`", **_ASKED)
+      for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
+                               ("impact_speed_mean_square", "m2 s-2", "mean square speed"))),
+    *(entry
+      for name, unit, said in (("x", "m", "displacement"), ("v", "m s-1", "velocity"), ("amplitude", "m", "amplitude"),
+                               ("impact_speed", "m s-1", "speed before an impact"))
+      for entry in (
+          Quantity(f"{name}_density", unit_times("1", unit, -1), f"probability density of the {said} in the window",
+                   when="`distributions=`", dimensions=(f"{name}_bin",), **_ASKED),
+          Quantity(f"{name}_quantile", unit, f"quantiles of the {said} in the window", when="`distributions=`",
+                   dimensions=("probability",), **_ASKED))),
+    *(Quantity(f"{name}_quantile", unit, f"quantiles over the paths of the {said} in the window",
+               when="`distributions=`", dimensions=("probability",), **_ASKED)
+      for name, unit, said in (("x_minimum", "m", "smallest displacement"), ("x_maximum", "m", "largest displacement"),
+                               ("v_largest", "m s-1", "largest speed"),
+                               ("impact_speed_largest", "m s-1", "largest speed before an impact"))),
+    Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
+             **_ASKED),
+    Quantity("x_spectrum", "m2 s rad-1", "two-sided spectral density of x", r"S_x(\omega)", "`spectrum=`",
+             dimensions=("frequency",), **_ASKED),
+    Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
+    Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
+)  # fmt: skip
+"""The quantities of runs, in the order of their results; each has a twin ``_se``, its standard error."""
+
+
+@cache
+def _entry(name: str) -> Quantity | None:
+    """The entry of that name, or the one of parts with the longest ending."""
+    known = {entry.name: entry for entry in CATALOGUE}
+    endings = (entry for entry in CATALOGUE if entry.name.startswith(_OF) and name.endswith(entry.name[len(_OF) - 1 :]))
+    return known.get(name) or max(endings, key=lambda entry: len(entry.name), default=None)
+
+
+def unit_of(name: str, heavy: bool = False) -> str:
+    """The unit of a quantity, with a mass or per unit mass; empty if there is no such quantity.
+
+    Examples
+    --------
+    >>> unit_of("x_mean"), unit_of("stop_impact_rate"), unit_of("damping_power"), unit_of("damping_power", heavy=True)
+    ('m', 's-1', 'm2 s-3', 'W')
+    """
+    entry = _entry(name)
+    if entry is None:
+        return ""
+    return entry.unit if heavy else per_unit_mass(entry.unit)
+
+
+def unit_of_result(system: System, name: str) -> str:
+    """The unit of a result of a system: powers and forces are those of the mass, or per unit mass without one."""
+    return unit_of(name, system.has_mass)
+
+
+def is_controlled(name: str) -> bool:
+    """Whether ``rtol`` can control a result.
+
+    Examples
+    --------
+    >>> is_controlled("x_mean"), is_controlled("x_mean_end")
+    (True, False)
+    """
+    entry = _entry(name)
+    return entry is None or entry.controlled
+
+
+def possible_results(system: System) -> tuple[str, ...]:
+    """Names of all results that a system of these kinds of parts can have, whatever their numbers are.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
+    >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
+    ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
+    """
+    return tuple(dict.fromkeys(name for entry in CATALOGUE for name in entry.names(system)))

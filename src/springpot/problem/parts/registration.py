@@ -1,0 +1,374 @@
+"""What each kind of part says of itself, once: its numbers with their units, and what the rest asks of every part.
+
+Units, files and their schema, sliders, sentences and sums over the parts iterate over this; a kind that leaves an entry
+out is refused when its file is imported.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_origin, get_type_hints
+
+from springpot.machine.faults import listed
+from springpot.problem.parts.checks import Checked
+
+if TYPE_CHECKING:
+    from springpot.problem.parts.walls import Contact
+
+__all__ = [
+    "Number", "Part", "Power", "Slopes", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
+    "unit_times",
+]  # fmt: skip
+
+Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
+"""What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
+of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""
+Range = Literal["positive", "signed", "share", "order", "exponent"]
+Slopes = list[tuple[float, Any]]
+"""Numbers of a part, and the derivative of its modulus by each."""
+
+_PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
+_WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
+
+
+@dataclass(frozen=True)
+class Number:
+    """What a number of a part is.
+
+    Parameters
+    ----------
+    symbol, said : str
+        In equations, and in words.
+    unit : str
+        In a system with a `Mass`, such as ``"N s^alpha m-1"``, where alpha is the part's order; of the coefficients of
+        a polynomial that of the force.  What has newtons in it is divided by the mass.
+    range : {"positive", "signed", "share", "order", "exponent"}
+        Of its slider.
+    per : str
+        Of the coefficients of a polynomial: the nth is in ``unit`` over the nth power of this.
+    mass : float, optional
+        The power of the mass that divides it, where it is not that of the newtons in the unit.
+    turns : bool
+        Whether it changes its sign where an acceleration of the ground becomes a force.
+
+    Examples
+    --------
+    >>> stiffness = Number("k", "stiffness", "N m-1")
+    >>> stiffness.mass_power, stiffness.unit_of(True), stiffness.unit_of(False)
+    (1, 'N m-1', 's-2')
+    >>> Number("k", "of a power", "N", per="m").unit_of(False, 3)
+    'm-2 s-2'
+    """
+
+    symbol: str
+    said: str
+    unit: str = "1"
+    range: Range = "positive"
+    per: str = ""
+    mass: float | None = None
+    turns: bool = False
+
+    @property
+    def mass_power(self) -> float:
+        """The power of the mass that divides it."""
+        return _newtons(self.unit) if self.mass is None else self.mass
+
+    def unit_of(self, heavy: bool, place: int = 0) -> str:
+        """Its unit, with a mass or per unit mass; of a polynomial that of the coefficient at that place, from 1."""
+        unit = unit_times(self.unit, self.per, -place)
+        if heavy or not self.mass_power or unit == "1":
+            return unit
+        return per_unit_mass(unit) if self.mass is None else f"{unit} kg{-self.mass:g}"
+
+
+def _parsed(unit: str) -> dict[str, tuple[int, str]]:
+    """The powers of a unit's words, each with the name that is added to it."""
+    found = {}
+    for word in unit.split() if unit != "1" else ():
+        base, named, power = _WORD.fullmatch(word).groups()  # type: ignore[union-attr]
+        found[base] = (0 if named else int(power or 1), named or "")
+    return found
+
+
+def _written(powers: Mapping[str, tuple[int, str]]) -> str:
+    words = []
+    for base, (power, named) in powers.items():
+        if named and power:
+            words.append(f"{base}^({named}{power:+d})" if named[0] != "-" else f"{base}^({power}{named})")
+        elif named or power:
+            words.append(base + (f"^{named}" if named else "" if power == 1 else str(power)))
+    return " ".join(words) or "1"
+
+
+def _newtons(unit: str) -> int:
+    return sum(power for base, (power, _) in _parsed(unit).items() if base in _PER_MASS)
+
+
+def per_unit_mass(unit: str) -> str:
+    """A unit over kg, to the power at which newtons, joules or watts are in it.
+
+    Examples
+    --------
+    >>> [per_unit_mass(unit) for unit in ("N", "N2 s", "N s^alpha m-1", "N m^-exponent", "W", "rad s-1")]
+    ['m s-2', 'm2 s-3', 's^(alpha-2)', 'm^(1-exponent) s-2', 'm2 s-3', 'rad s-1']
+    """
+    powers = _parsed(unit)
+    if not powers.keys() & _PER_MASS.keys():
+        return unit
+    found = {"m": (0, ""), "s": (0, "")}
+    for base, (power, named) in powers.items():
+        for word, size in _PER_MASS.get(base, ((base, 1),)):
+            before, name = found.get(word, (0, ""))
+            found[word] = (before + size * power, name + named)
+    return _written(found)
+
+
+def powers_of(unit: str, part: Any) -> list[tuple[str, float]]:
+    """The words of a unit, each with its power for the numbers of a part.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Springpot
+    >>> powers_of("N s^alpha m-1", Springpot(0.3, 1.0))
+    [('N', 1.0), ('s', 0.3), ('m', -1.0)]
+    """
+    found = []
+    for base, (power, named) in _parsed(unit).items():
+        field = named.removeprefix("-").replace("alpha", "order")
+        more = getattr(part, field) * (-1.0 if named[0] == "-" else 1.0) if named else 0.0
+        found.append((base, power + more))
+    return found
+
+
+def unit_times(unit: str, other: str, power: int) -> str:
+    """A unit times a power of another one.
+
+    Examples
+    --------
+    >>> unit_times("N", "m s-1", -2)
+    'N s2 m-2'
+    """
+    if not power:
+        return unit
+    powers = _parsed(unit)
+    for base, (size, _) in _parsed(other).items():
+        powers[base] = (powers.get(base, (0, ""))[0] + power * size, "")
+    return _written(dict(sorted(powers.items(), key=lambda item: item[1][0] < 0)))
+
+
+def in_words(unit: str) -> str:
+    """A unit as sentences have it.
+
+    Examples
+    --------
+    >>> in_words("m2 s-3"), in_words("N2 s")
+    ('m^2/s^3', 'N^2 s')
+    """
+    words = re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit).split()
+    above, below = ([word for word in words if ("^-" in word) == down] for down in (False, True))
+    under = "/".join(["", *(word.replace("^-", "^").removesuffix("^1") for word in below)])
+    return (" ".join(above) or "1") + under
+
+
+def kind_of(part: object) -> str:
+    """The name of a part's kind in files and in names.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import PolynomialSpring, Spring
+    >>> kind_of(Spring(1.0)), kind_of(PolynomialSpring)
+    ('spring', 'polynomial_spring')
+    """
+    name = part.__name__ if isinstance(part, type) else type(part).__name__
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
+def stated_numbers(kind: type) -> dict[str, Any]:
+    """What each field of a kind of part or law is: a `Number`, a dict of those of a part of a part, or None.
+
+    Raises
+    ------
+    TypeError
+        If a field that holds numbers does not say so.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> stated_numbers(Spring)["stiffness"].unit
+    'N m-1'
+    """
+    found = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
+        plain = get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
+        if not said and not plain and get_origin(hint) is not ClassVar:
+            raise TypeError(
+                f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
+            )
+        if get_origin(hint) is not ClassVar:
+            found[name] = said[0] if said else None
+    return found
+
+
+class Part(Checked):
+    """What every kind of part states beside its fields.
+
+    Each entry that is not given here must be in the class, as a constant or a property; each field that holds numbers
+    must be ``Annotated[float, Number(...)]``.
+
+    Attributes
+    ----------
+    numbers : dict
+        What its fields are, by `stated_numbers`.
+    said : str
+        Its words on the page.
+    glyph : str
+        How the page draws it.
+    powers : tuple of {"inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"}
+        What becomes of its power; of two if that depends on its numbers.
+
+    Examples
+    --------
+    >>> try:
+    ...     class Magnet(Part):
+    ...         said, glyph, powers = "magnet", "spring", ("stored",)
+    ... except TypeError as error:
+    ...     print(error)
+    Magnet must state is_linear, remembers, dissipates, is_thermal, is_odd and force_coefficients, as every part does.
+    """
+
+    kinds: ClassVar[dict[str, type[Part]]] = {}
+    numbers: ClassVar[dict[str, Any]]
+    said: ClassVar[str]
+    glyph: ClassVar[str]
+    powers: ClassVar[tuple[Power, ...]]
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether its force is linear in the motion, or does not depend on it."""
+        raise NotImplementedError
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its force depends on the past motion."""
+        raise NotImplementedError
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether it takes energy from the motion."""
+        raise NotImplementedError
+
+    @property
+    def is_thermal(self) -> bool:
+        """Whether a `ThermalNoise` has the noise that belongs to it, or it needs none."""
+        raise NotImplementedError
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether its force only changes its sign with the motion, or has a law that is the same for both signs."""
+        raise NotImplementedError
+
+    def __init_subclass__(cls, abstract: bool = False) -> None:
+        if abstract:
+            return
+        stored = ("force_coefficients",) if "stored" in getattr(cls, "powers", ()) else ()
+        missing = [name for name in (*_ENTRIES, *stored) if getattr(cls, name, None) is getattr(Part, name, None)]
+        if missing:
+            raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every part does.")
+        cls.numbers = stated_numbers(cls)
+        Part.kinds[kind_of(cls)] = cls
+
+    # what a part may have beside; a part that does not say so has none of it
+
+    @property
+    def inertia(self) -> float:
+        """What it adds to the inertia, in kg; the ground accelerates that of the mass alone."""
+        return 0.0
+
+    @property
+    def linear_stiffness(self) -> float:
+        """Of its linear spring, in N/m."""
+        return 0.0
+
+    @property
+    def linear_damping(self) -> float:
+        """Of its linear damper, in N s/m."""
+        return 0.0
+
+    @property
+    def soft_stop(self) -> Contact | None:
+        """The contact with its conservative force."""
+        return None
+
+    @property
+    def of_ground(self) -> bool:
+        """Whether it is an acceleration of the ground."""
+        return getattr(self, "on", "mass") == "ground"
+
+    @property
+    def has_function(self) -> bool:
+        """Whether it is, or has, a function of the user."""
+        return False
+
+    def force_coefficients(self) -> tuple[float, ...]:
+        """Those of what it adds to the force U'(x) = c0 + c1 x + c2 x^2 + ..."""
+        return ()
+
+    def modulus(self, p: Any) -> Any:
+        """Force per displacement at the Laplace variable p: of a number or an array."""
+        return self.linear_stiffness + self.linear_damping * p
+
+    def slopes(self, p: Any) -> Slopes:
+        """The derivative of the modulus by each of its numbers that is in it."""
+        return [(number, slope) for number, slope in ((self.linear_stiffness, 1.0), (self.linear_damping, p)) if number]
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        return ""
+
+    def line(self, name: str) -> str:
+        """A line of its own beside the equation of motion."""
+        return ""
+
+    def measure(self, name: str, frequency: float) -> str:
+        """Its size per unit mass beside that of the springs, in words."""
+        return ""
+
+    def per_mass(self, mass: float, share: float = 1.0) -> Self:
+        """The same part of a system that is divided by its inertia.
+
+        Parameters
+        ----------
+        mass : float
+            The inertia.
+        share : float
+            That of the mass in it, which the ground accelerates.
+        """
+        if mass == 1.0 and not self.of_ground:
+            return self
+        changes: dict[str, Any] = {}
+        for name, number in self.numbers.items():
+            value = getattr(self, name)
+            if isinstance(value, Part):
+                changes[name] = value.per_mass(mass, share)
+            elif isinstance(number, Number) and number.mass_power:
+                change = self._change(number, mass, share)
+                changes[name] = tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+        if self.of_ground:
+            changes["on"] = "mass"
+        return replace(self, **changes) if changes else self  # type: ignore[type-var]
+
+    def _change(self, number: Number, mass: float, share: float) -> Callable[[float], float]:
+        power = number.mass_power
+        if number.turns:
+            factor = -share if self.of_ground else 1.0 / mass
+            return lambda value: factor * value
+        if self.of_ground:
+            return lambda value: value * share**power
+        divisor = mass**power
+        return lambda value: value / divisor
+
+
+_ENTRIES = ("said", "glyph", "powers", "is_linear", "remembers", "dissipates", "is_thermal", "is_odd")

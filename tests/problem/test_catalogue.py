@@ -1,0 +1,48 @@
+"""The catalogue of quantities: its page, its names, and that other rooms agree with it."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+import springpot as sp
+from springpot.problem.catalogue import CATALOGUE, is_controlled, possible_results, unit_of, unit_of_result
+from springpot.simulation.watch.observables import COUNTED, EXTREMES
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_page_is_that_of_the_catalogue() -> None:
+    """Made by ``python docs/make_results.py``."""
+    assert runpy.run_path(str(DOCS / "make_results.py"))["page"]() == (DOCS / "results.md").read_text(encoding="utf-8")
+
+
+def test_one_soft_spring_more_renames_nothing() -> None:
+    parts = sp.Mass(2.0), sp.Spring(80.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.01, 0.7), sp.WhiteNoise(1.0)
+    more = sp.System(*parts, sp.PolynomialSpring((0.0, 0.0, 1.0)))
+    assert possible_results(more) == possible_results(sp.System(*parts))
+    assert {unit_of_result(more, name) for name in ("damping_power", "barrier_power", "input_power")} == {"W"}
+
+
+@pytest.mark.parametrize("entry", CATALOGUE, ids=lambda entry: entry.name)
+def test_every_entry_is_found_by_its_name(entry) -> None:
+    name = entry.name.replace("<part>", "lower_stop")
+    assert unit_of(name, heavy=True) == entry.unit
+    assert is_controlled(name) == entry.controlled
+    assert entry.meaning
+    assert entry.when
+
+
+def test_units_with_and_without_a_mass() -> None:
+    assert (unit_of("damping_power", True), unit_of("damping_power")) == ("W", "m2 s-3")
+    assert (unit_of("stop_force_mean", True), unit_of("stop_force_mean")) == ("N", "m s-2")
+    assert (unit_of("damping_virial", True), unit_of("damping_virial")) == ("J", "m2 s-2")
+    assert (unit_of("x_density"), unit_of("v_density")) == ("m-1", "s m-1")
+    assert unit_of("nothing") == ""
+
+
+def test_observers_have_the_units_of_the_catalogue() -> None:
+    assert {name: unit_of(name) for name in COUNTED} == COUNTED
+    assert {name: unit_of(f"{name}_quantile") for name in EXTREMES} == EXTREMES
