@@ -22,7 +22,7 @@ from springpot.simulation.kernel.steps import State, Struck, Sums, sweep_lanes
 from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
 
@@ -161,13 +161,13 @@ def parts_of(
     oscillator: Oscillator, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
 ) -> Parts:
     """What `block` needs for ``steps`` steps."""
-    settings = resolve(oscillator, duration=step * steps, step=step, start="rest")
+    plan = plan_of(oscillator, duration=step * steps, step=step, start="rest")
     if precision == "float64":
-        settings = replace(settings, memory_tolerance=9e-8)
-    kernel = simulation_of(oscillator, settings).parts
+        plan = plan.but(memory_tolerance=9e-8)
+    kernel = simulation_of(plan).parts
     if modes is not None:
         kernel = replace(kernel, memory=padded(kernel.memory, modes))
-    return Parts(kernel, settings.steps, kernel.frequency**2)
+    return Parts(kernel, plan.settings.steps, kernel.frequency**2)
 
 
 def block_cpu(parts: Parts, times: int = 5) -> float:

@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Simulation, simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from springpot.studies import Study, read_study, run_study
 from springpot.studies.tasks import compute, tasks
 
@@ -131,8 +131,8 @@ def _short(seconds: float) -> str:
 
 
 def _simulation(paths: int, steps: int, threads: int = 1) -> Simulation:
-    settings = resolve(_OSCILLATOR, paths=paths, duration=STEP * steps, step=STEP, threads=threads, start="rest")
-    return simulation_of(_OSCILLATOR, replace(settings, initial_position=0.0))
+    plan = plan_of(_OSCILLATOR, paths=paths, duration=STEP * steps, step=STEP, threads=threads, start="rest")
+    return simulation_of(plan)
 
 
 def _times_of_calls(simulation: Simulation) -> Times:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 from benchmarks.measure import Row, cpu_by_turns
 from springpot import (
@@ -19,7 +18,7 @@ from springpot import (
     WhiteNoise,
 )
 from springpot.simulation.paths.simulation import Simulation, simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 
 __all__ = ["systems"]
 
@@ -44,8 +43,8 @@ def systems(quick: bool) -> list[Row]:
     prepared, first = dict[str, Simulation](), {}
     for name, problem in _PROBLEMS.items():
         begun = time.perf_counter()
-        settings = resolve(problem, paths=256, duration=0.01 * steps, step=0.01, threads=1, start="rest")
-        prepared[name] = simulation_of(problem, replace(settings, initial_position=0.0))
+        plan = plan_of(problem, paths=256, duration=0.01 * steps, step=0.01, threads=1, start="rest")
+        prepared[name] = simulation_of(plan.but(initial_position=0.0))
         prepared[name].but(duration=0.1, window=(0.0, 0.1)).advance()
         first[name] = time.perf_counter() - begun
     least = cpu_by_turns({name: simulation.advance for name, simulation in prepared.items()}, turns)

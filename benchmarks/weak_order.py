@@ -13,7 +13,7 @@ import csv
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +25,11 @@ from scipy import optimize
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.figures.style import COLORS, save
 from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 
 __all__ = ["CASES", "Case", "Change", "Order", "change", "draw", "measure", "orders", "read", "text", "write"]
 
@@ -147,15 +148,14 @@ class Order:
 
 def _coupled(case: Case, step: float, position: float, paths: int, stream: int) -> dict[str, tuple[float, Floats]]:
     """Fine value and per-path difference of every quantity."""
-    base = resolve(
+    base = plan_of(
         case.oscillator, paths=paths, duration=WINDOW[1], window=WINDOW, step=step, threads=threads_available(),
         start="stationary",
     )  # fmt: skip
     levels = []
-    for settings, halved in ((base, True), (replace(base, step=0.5 * step), False)):
-        at = replace(settings, initial_position=position)
-        simulation = simulation_of(case.oscillator, at)
-        levels.append(simulation.samples(simulation.advance(stream=stream, halved=halved).rows))
+    for at, halved in ((step, True), (0.5 * step, False)):
+        simulation = simulation_of(base.but(step=at, initial_position=position))
+        levels.append(samples_of(simulation, simulation.advance(stream=stream, halved=halved).rows))
     coarse, fine = levels
     names = QUANTITIES if case.restitution > 0.0 else ("x_mean_square", "v_mean_square")
     return {name: (fine[name][0], fine[name][1] - coarse[name][1]) for name in names}
@@ -191,7 +191,7 @@ def measure(cases: Sequence[Case] = CASES, *, paths: int = PATHS) -> list[Change
     for case in cases:
         position = 0.0
         if case.restitution > 0.0:
-            position = adapt(case.oscillator, resolve(case.oscillator, start="stationary", paths=65_536)).position
+            position = adapt(plan_of(case.oscillator, start="stationary", paths=65_536)).settings.initial_position
         for number, step in enumerate(case.steps):
             pairs = max(1024, int(paths * case.share * min(1.0, 0.1 / step)))
             found += change(case, step, position=position, paths=pairs, stream=5 + number)

@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-
-from springpot.simulation.plan.system_scales import scales_of_problem
 
 import springpot as sp
 from benchmarks.weak_order import Change, read, text, write
 from springpot.machine.processors import threads_available
+from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import plan_of
 
 __all__ = ["CASES", "Case", "change", "measure"]
 
@@ -53,7 +53,7 @@ class Case:
     @property
     def steps(self) -> tuple[float, ...]:
         """Coarse steps in s; each is compared with its half."""
-        longest = min(COARSEST[0], COARSEST[1] / scales_of_problem(self.system).fastest_rate)
+        longest = min(COARSEST[0], COARSEST[1] / motion_of(self.system).scales.fastest_rate)
         return tuple(float(f"{longest / 2**n:.3g}") for n in range(HALVINGS))
 
 
@@ -84,15 +84,14 @@ CASES = (
 
 def change(case: Case, step: float, *, paths: int = PATHS, stream: int = 5) -> list[Change]:
     """Changes of <x^2> and <v^2> from ``step`` to half of it, with so many pairs of paths."""
-    coarse = resolve(
+    plan = plan_of(
         case.system, paths=paths, duration=WINDOW[1], window=WINDOW, step=step, threads=threads_available(),
         start=case.start,
     )  # fmt: skip
-    coarse = replace(coarse, initial_position=0.0)
     levels = []
-    for settings, halved in ((coarse, True), (replace(coarse, step=0.5 * step), False)):
-        simulation = simulation_of(case.system, settings, halved=halved)
-        levels.append(simulation.samples(simulation.advance(stream=stream, halved=halved).rows))
+    for at, halved in ((step, True), (0.5 * step, False)):
+        simulation = simulation_of(plan.but(step=at, initial_position=0.0), halved=halved)
+        levels.append(samples_of(simulation, simulation.advance(stream=stream, halved=halved).rows))
     changes = []
     for name in QUANTITIES:
         value, difference = levels[1][name][0], levels[1][name][1] - levels[0][name][1]

@@ -141,13 +141,13 @@ COMMANDS = [
     ("simulate --side below --initial-position 0.1", "--initial-position"),
     ("simulate --start stationary --order 0", "--start stationary"),
     ("simulate --start stationary --coefficient 0", "--start stationary"),
-    ("simulate --start stationary --intensity 0", "--intensity"),
+    ("simulate --start stationary --intensity 0", "--start stationary"),
     ("simulate --window 1 2 3 --duration 10", "--window"),
     ("simulate --paths 5000 --rtol .01", "--paths"),
     ("simulate --rtol .01 --start rest", "--start"),
     ("simulate --rtol 2", "--rtol"),
     ("simulate --rtol .01 --quantity speed", "--quantity"),
-    ("simulate --rtol .01 --quantity springpot_power", "--quantity"),
+    ("simulate --rtol .01 --quantity damping_virial", "--quantity"),
     ("simulate --rtol .01 --no-barrier --quantity impact_rate", "--quantity"),
     ("simulate --quantity x_mean", "--rtol"),
     ("simulate --record 3", "--record"),
@@ -198,7 +198,7 @@ def test_runs_refuse(settings: dict[str, Any], name: str, _words: str | None) ->
 
 @pytest.mark.parametrize("oscillator", [None, 1.0, Springpot(0.5, 1.0), {"order": 0.5}], ids=words_of)
 def test_runs_refuse_what_is_not_an_oscillator(oscillator: Any) -> None:
-    with pytest.raises(TypeError, match=r"^oscillator must be"):
+    with pytest.raises(TypeError, match=r"^system must be"):
         run(oscillator)
 
 

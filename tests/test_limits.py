@@ -14,9 +14,10 @@ import springpot as sp
 from springpot.evidence.explanation import equation
 from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import few, listed
+from springpot.problem.oscillator import as_system
 from springpot.simulation.error.reach import reach
 from springpot.simulation.lowering.filters import Filter, _stationary
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
 LONGEST = 600  # characters in a sentence
@@ -44,22 +45,25 @@ def test_theory_of_extreme_numbers_answers_or_refuses(problem: sp.Oscillator | s
 
 
 def test_scales_of_a_wall_far_outside_the_law() -> None:
-    assert resolve(PRESSED, paths=1).steps > 0
+    assert plan_of(PRESSED, paths=1).settings.steps > 0
 
 
 MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
 REFUSED: list[Any] = [
-    (lambda: resolve(HUGE), "must be closer together|system must move by more than rounding"),
+    (lambda: plan_of(HUGE), "must be closer together|system must move by more than rounding"),
     validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
-    (lambda: reach(UNDAMPED, 0.1), "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s"),
-    (lambda: resolve(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
+    (
+        lambda: reach(as_system(UNDAMPED), 0.1),
+        "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s",
+    ),
+    (lambda: plan_of(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
     (lambda: sp.System(*SPRINGS, *MANY), "a system must have at most 64 parts, not 202"),
     (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),
     (lambda: sp.explain([MANY]), "problem must be a System or an Oscillator, not "),
     (lambda: sp.Oscillator([*range(10_000)]), "natural_frequency must be a real number, not "),  # type: ignore[arg-type]
-    (lambda: sp.run(MANY), "oscillator must be an Oscillator or a System, not "),  # type: ignore[arg-type]
+    (lambda: sp.run(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
     (lambda: sp.theory.envelope(MANY), "must be an Oscillator"),  # type: ignore[call-overload]
-    (lambda: resolve(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
+    (lambda: plan_of(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
     (lambda: sp.design(_walled(7), "c", {"impact_rat": (None, 1.0)}), "did you mean impact_rate"),
 ]
 

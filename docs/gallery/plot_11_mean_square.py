@@ -33,7 +33,7 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
         runs=runs, label="Monte Carlo, 95 %" if q == 10.0 else "",
     )  # fmt: skip
     for order, run in zip(orders, runs, strict=True):
-        printed = sp.theory.averaging(run.oscillator, form="printed").amplitude_mean_square
+        printed = sp.theory.averaging(run.system, form="printed").amplitude_mean_square
         ratios[q, order] = [found["amplitude_mean_square"] / printed for found in (run.values, run.errors)]
     value, error = np.array([ratios[q, order] for order in orders]).T
     beside = np.array(orders) + 0.008 * (np.log2(q) - 1.7)

@@ -12,30 +12,33 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from inspect import signature
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
-from springpot.problem.units import UNITS
 
 import springpot
 from springpot import cli, simulation
 from springpot.cli import doctor, terminal
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
-from springpot.simulation.plan.settings import resolve
+from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.oscillator import as_system
+from springpot.simulation.plan.options import DEFAULTS
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
 COMMAND = [sys.executable, "-m", "springpot"]
+PLAIN = as_system(springpot.Oscillator())
+UNITS = {name: unit_of_result(PLAIN, name) for name in possible_results(PLAIN)}
 
 
 class Answer:
     """Stands for a run's answer: every quantity the same, one that does not exist (no impacts), one warning."""
 
-    def __init__(self, settings: dict[str, Any], oscillator: springpot.Oscillator) -> None:
-        self._settings, self.oscillator, self.units = settings, oscillator, UNITS
+    def __init__(self, settings: dict[str, Any], system: springpot.System) -> None:
+        self._settings, self.system, self.units = settings, system, UNITS
 
     def to_dict(self) -> dict[str, Any]:
         numbers = dict.fromkeys(UNITS, 1.2345678) | {f"{name}_se": 0.0123 for name in UNITS}
@@ -47,7 +50,7 @@ class Answer:
             "impact_speed_mean": None,
             "impact_speed_mean_se": None,
             "settings": self._settings,
-            "oscillator": self.oscillator.to_dict(),
+            "system": self.system.to_dict(),
             "diagnostics": {"modes": [1.0, math.nan, math.inf]},
             "warnings": ["The window is short."],
         }
@@ -61,7 +64,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
         note.update(settings, oscillator=oscillator)
-        return Answer(settings, oscillator)
+        return Answer(settings, as_system(oscillator))
 
     monkeypatch.setattr(simulation, "run", run)
     return note
@@ -188,11 +191,13 @@ def test_simulate_leaves_the_defaults_to_the_library(asked: dict[str, Any], caps
 def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    for name, parameter in signature(resolve).parameters.items():
-        default = parameter.default
-        if name in signature(cli.commands.simulate).parameters and default is not None:
-            entry = text.partition(f" --{name.replace('_', '-')} ")[2].partition(" --")[0]
-            assert f"{default if isinstance(default, str) else format(default, 'g')} if not given" in entry, name
+    stated = {field.name for field in fields(cli.flags.RunFlags)}
+    assert {"paths", "seed", "scheme", "memory_tolerance"} < stated
+    for name, default in DEFAULTS.items():
+        if name in stated and default is not None:
+            wanted = f"{default if isinstance(default, str) else format(default, 'g')} if not given"
+            mentions = text.split(f" --{name.replace('_', '-')} ")[1:]  # its entry, and those of others that name it
+            assert any(wanted in mention.partition(" --")[0] for mention in mentions), name
 
 
 def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -244,7 +249,7 @@ def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: py
 def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--no-barrier"]) == 0
     capsys.readouterr()
-    assert asked["oscillator"].barrier is None
+    assert not as_system(asked["oscillator"]).of(springpot.Barrier)
 
 
 def test_json_is_one_object_without_nan(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -260,19 +265,21 @@ def test_the_table_shows_values_with_errors_and_units(
 ) -> None:
     assert cli.main(["simulate"]) == 0
     out, err = capsys.readouterr()
-    rows = dict(line.split(maxsplit=1) for line in out.splitlines() if line.startswith("  "))
+    table = out.partition("\nsettings: ")[2].splitlines()
+    rows = dict(line.split(maxsplit=1) for line in table if line.startswith("  "))
     assert rows.pop("value") == "+- standard error"
     assert rows.keys() == UNITS.keys()
     assert rows["x_mean_square"] == "1.235 +- 0.012 m2"
     assert rows["energy_residual"] == "1.235 +- 0.012"
     assert rows["impact_speed_mean"] == "none"
-    assert "oscillator: natural_frequency 1, springpot order 0.5, coefficient 1, barrier position 0" in out
+    assert out.startswith("system:\n  x'' + 1 x + 1 D^0.5 x = w(t)\n")
+    assert "  wall (barrier): x >= 0 m, restitution 1\n" in out
     assert err == "springpot: warning: The window is short.\n"
 
 
 def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = capsys.readouterr().out.partition("\nsettings: ")[2].splitlines()
     cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
     assert cells[0] == ["value +- total error (95 %)", "standard error", "step", "memory", "transient"]
     assert cells[1] == ["x_mean", "1.235 +- 0.029 m", "0.012", "0.005", "1e-07", "0"]

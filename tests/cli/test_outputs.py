@@ -14,7 +14,8 @@ import springpot as sp
 from springpot import cli
 from springpot.cli.terminal import Bar
 from springpot.machine.progress import Estimate, FractionDone
-from springpot.simulation.result.warnings import without_effect
+from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.result.warnings import about_options
 
 SHORT = ["simulate", "--paths", "64", "--duration", "2", "--step", "0.02", "--start", "rest"]
 
@@ -71,22 +72,23 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
         ),
         (
             ["simulate", "--order", "0", "--rtol", "0.01"],
-            "--rtol needs a stationary state, and there is none: order 0 or coefficient 0 with an elastic wall (or "
-            "none) dissipates nothing; the energy grows as q t / 2.",
+            "--rtol needs a stationary state, and there is none: nothing dissipates energy, so it grows without limit.",
         ),
         (
             ["simulate", "--intensity", "0", "--rtol", "0.01"],
-            "--intensity must be positive with --rtol: without noise the motion dies out.",
+            "--rtol needs a stationary state, and there is none: without excitation the motion dies out.",
         ),
         (
             ["compare", "--order", "0"],
-            "compare needs a stationary state, and there is none: order 0 or coefficient 0 with an elastic wall (or "
-            "none) dissipates nothing; the energy grows as q t / 2.",
+            "compare needs a stationary state, and there is none: nothing dissipates energy, so it grows without "
+            "limit.",
         ),
         (
             ["simulate", "--rtol", "0.1", "--quantity", "impactrate"],
-            "--quantity must be among amplitude_mean_square, x_mean, x_mean_square, v_mean_square, impact_rate, "
-            "impact_speed_mean, impact_speed_mean_square, not impactrate; did you mean impact_rate?",
+            "--quantity must be among x_mean, x_mean_square, v_mean_square, amplitude_mean_square, impact_rate, "
+            "impact_speed_mean, impact_speed_mean_square, damping_power, input_power, barrier_power, "
+            "barrier_force_mean, barrier_impact_rate, barrier_impact_speed_mean, not impactrate; did you mean "
+            "impact_rate?",
         ),
     ],
 )
@@ -114,13 +116,13 @@ WITHOUT_EFFECT: list[tuple[sp.Oscillator, dict[str, Any], str]] = [
         {"contact_tolerance": 1e-4, "scheme": "grunwald", "memory_tolerance": 1e-9},
         "contact_tolerance has no effect without a wall.",
     ),
-    (SPRING, {"derivative": "caputo"}, "derivative has no effect at order 0: both derivatives are x itself."),
+    (SPRING, {"derivative": "caputo"}, "derivative has no effect: no springpot has an order above 0."),
     (
         sp.Oscillator(),
         {"derivative": "riemann-liouville"},
         "derivative='riemann-liouville' has no effect with x(0) = 0: both derivatives are the same.",
     ),
-    (SPRING, {"memory_tolerance": 1e-5}, "memory_tolerance has no effect at order 0: there is no memory."),
+    (SPRING, {"memory_tolerance": 1e-5}, "memory_tolerance has no effect: no part has memory."),
 ]
 
 
@@ -138,9 +140,12 @@ def test_an_argument_without_effect_is_warned_of(oscillator: sp.Oscillator, give
 
 def test_arguments_with_an_effect_are_not_warned_of() -> None:
     walled = sp.Oscillator(barrier=sp.Barrier(0.5, 0.8, side="above"))
-    assert without_effect(walled, {"derivative": "riemann-liouville", "memory_tolerance": 1e-9}) == []
-    assert without_effect(sp.Oscillator(), {"derivative": "riemann-liouville", "initial_position": 1.0}) == []
-    assert without_effect(sp.Oscillator(), {"scheme": "grunwald", "contact_tolerance": 1e-4}) == []
+    for oscillator, given in (
+        (walled, {"derivative": "riemann-liouville", "memory_tolerance": 1e-9}),
+        (sp.Oscillator(), {"derivative": "riemann-liouville", "initial_position": 1.0}),
+        (sp.Oscillator(), {"scheme": "grunwald", "contact_tolerance": 1e-4}),
+    ):
+        assert about_options(plan_of(oscillator, **given), given) == []  # type: ignore[arg-type]
 
 
 def test_a_warning_names_flags_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,7 +161,7 @@ def test_a_warning_names_flags_on_the_command_line(capsys: pytest.CaptureFixture
         (["--scheme", "grunwald", "--contact-tolerance", "0.1"], "--contact-tolerance is 0.1 m"),
         (["--window", "0", "1"], "--window starts at 0 s"),
         (["--step", "0.2"], "--step is 0.2 s"),
-        (["--restitution", "0.1"], "--restitution 0.1 is not above"),
+        (["--restitution", "0.1"], "restitution 0.1 of barrier is not above"),
         (["--derivative", "riemann-liouville"], "--derivative riemann-liouville has no effect"),
         (["--restitution", "0.3"], "With --rtol the error is bounded"),
     ],

@@ -14,11 +14,11 @@ from scipy import optimize
 
 import springpot as sp
 from springpot.designing import rounds as rounds_module
+from springpot.designing.approximation import leading, smooth
+from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import theory_values
-from springpot.designing.quick import leading, smooth
-from springpot.designing.search import Model, search
+from springpot.designing.search import Approximation, search
 from springpot.designing.statement import Limit, Space
-from springpot.designing.watch import Watch
 from springpot.machine.arguments import Free
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.free_numbers import with_values
@@ -36,7 +36,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"a_": values["a"], "b_": values["b"], "sum": values["a"] + values["b"]}
 
-    model = Model(space, quantities, lambda values: values["a"] * values["b"], 1e-4)
+    model = Approximation(space, quantities, lambda values: values["a"] * values["b"], 1e-4)
     limits = [Limit("a_", 2.0, False), Limit("b_", 3.0, False), Limit("sum", 6.0, False)]
     places = np.random.default_rng(1).random((16, 2))
     found = search(model, limits, places, 1)
@@ -47,7 +47,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
 
 def test_a_search_without_an_answer_in_places_goes_round_them() -> None:
     space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
-    model = Model(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q", 1e-4)
+    model = Approximation(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q", 1e-4)
     found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], 1)
     assert found.cost == pytest.approx(4.0, rel=1e-4)
 
@@ -78,7 +78,7 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
 def test_limits_that_exclude_each_other_are_found_out_in_few_steps() -> None:
     """a > 5 and b > 5 with a b < 10: of two numbers it took over 300 steps, each of which may be a second of theory."""
     space = Space({"a": Free(5.0, "a", 1.0, 10.0), "b": Free(5.0, "b", 1.0, 10.0)})
-    model = Model(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a", 1e-4)
+    model = Approximation(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a", 1e-4)
     limits = [Limit("a_", 5.0, False), Limit("b_", 5.0, False), Limit("ab", 10.0, True)]
     found = search(model, limits, np.random.default_rng(1).random((16, 2)), 1)
     assert found.excess == pytest.approx(math.log(25.0 / 10.0) / 3.0, rel=0.01)
@@ -90,7 +90,7 @@ def slow_theory(monkeypatch: pytest.MonkeyPatch, seconds: float = 0.1) -> None:
         time.sleep(seconds)
         return known(*given)
 
-    monkeypatch.setattr("springpot.designing.quick.theory_values", slowly)
+    monkeypatch.setattr("springpot.designing.approximation.theory_values", slowly)
 
 
 def test_max_time_bounds_the_search_too(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,7 +137,7 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
     takes longer than a short run."""
 
     def chosen(*models: Any, needed: tuple[str, ...] = ("impact_rate",)) -> str:
-        return leading(models, needed, Watch(None, None, 1))
+        return leading(models, needed, DesignProgress(None, None, 1))
 
     near, far, strong = (
         sp.Oscillator(1.0, sp.Springpot(0.3, c), sp.Barrier(-gap, 0.9))
@@ -145,7 +145,7 @@ def test_theory_leads_a_search_only_where_the_map_trusts_it() -> None:
     )
     assert chosen(near) in ("envelope", "memory_closure")
     assert chosen(near, far) == chosen(near, strong) == "monte_carlo"
-    assert chosen(near, needed=("springpot_power",)) == "monte_carlo"
+    assert chosen(near, needed=("damping_power",)) == "monte_carlo"
     assert chosen(damped(0.5), damped(5.0, 9.0)) == "exact"
     assert chosen(damped(0.5), needed=("barrier_power",)) == "monte_carlo"
     hardening = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.3)
@@ -214,7 +214,7 @@ def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
         ({"probability": 1.0}, "probability must be in"),
         ({"rtol": 0.0}, "rtol must be in"),
         ({"model": damped(0.5)}, "model must have a free number"),
-        ({"model": 3}, "model must be a System or an Oscillator"),
+        ({"model": 3}, "model must be a System"),
         ({"method": "envelop"}, "did you mean envelope"),
     ],
 )

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from springpot.designing.pooling import Measured, pooled
-from springpot.designing.rounds import Plan, Searched, Simulated, rounds
-from springpot.designing.search import Found, Model
+from springpot.designing.pooling import RoundValue, pooled
+from springpot.designing.rounds import DesignTask, Searched, Simulated, rounds
+from springpot.designing.search import Approximation, Found
 from springpot.designing.statement import Limit, Space
 from springpot.machine.arguments import Free
 from springpot.machine.progress import OutOfTimeError
@@ -20,7 +20,7 @@ HERE, NEAR, FAR = np.array([0.5]), np.array([0.501]), np.array([0.9])
 
 
 def test_rounds_at_one_place_are_averaged_with_their_weights() -> None:
-    found = pooled([Measured(HERE, 2.0, 2.2, 0.022, 0.0), Measured(HERE, 2.0, 2.3, 0.0115, 0.0)], HERE, 2.0)
+    found = pooled([RoundValue(HERE, 2.0, 2.2, 0.022, 0.0), RoundValue(HERE, 2.0, 2.3, 0.0115, 0.0)], HERE, 2.0)
     ratio = math.exp(0.2 * math.log(1.1) + 0.8 * math.log(1.15))  # relative errors of 1 and 0.5 per cent
     assert found.factor == pytest.approx(ratio)
     assert found.value == pytest.approx(2.0 * ratio)
@@ -28,34 +28,34 @@ def test_rounds_at_one_place_are_averaged_with_their_weights() -> None:
 
 
 def test_a_bias_is_not_averaged() -> None:
-    rounds_ = [Measured(HERE, 1.0, 1.0, 0.01, 0.02)] * 100
+    rounds_ = [RoundValue(HERE, 1.0, 1.0, 0.01, 0.02)] * 100
     assert pooled(rounds_, HERE, 1.0).error == pytest.approx(math.hypot(0.001, 0.02))
 
 
 def test_what_was_measured_elsewhere_counts_less_unless_theory_is_exact() -> None:
-    far, here = Measured(FAR, 1.5, 1.8, 0.0018, 0.0), Measured(HERE, 1.0, 1.0, 0.01, 0.0)
+    far, here = RoundValue(FAR, 1.5, 1.8, 0.0018, 0.0), RoundValue(HERE, 1.0, 1.0, 0.01, 0.0)
     assert pooled([far, here], HERE, 1.0).factor == pytest.approx(1.0, abs=0.01)
     assert pooled([far, here], HERE, 1.0, exact=True).factor == pytest.approx(1.2, abs=0.01)
     moved = pooled([here], NEAR, 1.01)
     assert moved.value == pytest.approx(1.01)
-    assert 0.0049 < moved.drift < 0.0051
-    assert moved.error == pytest.approx(math.hypot(0.0101, moved.drift))
+    assert 0.0049 < moved.distance_error < 0.0051
+    assert moved.error == pytest.approx(math.hypot(0.0101, moved.distance_error))
 
 
 def test_two_places_show_how_the_ratio_changes() -> None:
     """It goes like theory to the power of 0.3; the slope may be 0.5 beforehand, and the error is that of its rest."""
     slope, bend, spread = 0.3, 0.02, 1e-5
     one, two, there = 1.0, math.exp(bend), math.exp(-bend)
-    seen = [Measured(HERE, each, each ** (1.0 + slope), spread * each, 0.0) for each in (two, one)]
+    seen = [RoundValue(HERE, each, each ** (1.0 + slope), spread * each, 0.0) for each in (two, one)]
     found = pooled(seen, HERE, there)
     assert math.log(found.factor) == pytest.approx(-slope * bend, rel=0.02)
     alone = pooled(seen[1:], HERE, there)
     assert alone.factor == pytest.approx(1.0)
-    assert found.drift < 0.1 * alone.drift
+    assert found.distance_error < 0.1 * alone.distance_error
 
 
 def test_a_round_with_a_larger_bias_counts_less() -> None:
-    coarse, fine = Measured(HERE, 1.0, 1.1, 0.011, 0.11), Measured(HERE, 1.0, 1.0, 0.01, 0.0)
+    coarse, fine = RoundValue(HERE, 1.0, 1.1, 0.011, 0.11), RoundValue(HERE, 1.0, 1.0, 0.01, 0.0)
     assert pooled([coarse, fine], HERE, 1.0).factor == pytest.approx(math.exp(math.log(1.1) / 102.0), rel=1e-4)
 
 
@@ -73,7 +73,7 @@ def designed(
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"rate": theory(values["C"])}
 
-    model = Model(space, quantities, "C", 1e-4)
+    model = Approximation(space, quantities, "C", 1e-4)
     random = np.random.default_rng(seed)
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
@@ -81,10 +81,10 @@ def designed(
             raise OutOfTimeError
         rate, error = truth(found.values["C"]), 0.4 * rtol
         value = rate * (1.0 + error * random.standard_normal())
-        return Simulated({"rate": Measured(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
+        return Simulated({"rate": RoundValue(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
 
     places = np.linspace(0.0, 1.0, 9)[:, None]
-    return rounds(Plan(model, (Limit("rate", limit, True),), places, 1, 0.95, rtol, 0.02, exact=False), measure)
+    return rounds(DesignTask(model, (Limit("rate", limit, True),), places, 1, 0.95, rtol, 0.02, exact=False), measure)
 
 
 @pytest.mark.parametrize(

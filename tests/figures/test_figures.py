@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import springpot as sp
 from springpot import figures
 from springpot.memory import power_law_sum
+from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation import Run
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
@@ -235,7 +236,7 @@ def test_a_sweep_asks_what_it_says(parameter: str, values: list[float], read: Ca
     found = [sp.theory.envelope(problem).x_mean for problem in _changed(parameter, values)]
     assert axes.lines[0].get_ydata() == pytest.approx(found)
     place, value, half = marks(axes)
-    assert (place[0], value[0]) == (read(counted().oscillator), counted().values["x_mean"])
+    assert (place[0], value[0]) == (read(Dimensionless.of(counted().system)), counted().values["x_mean"])
     assert half[0] == pytest.approx(1.96 * counted().errors["x_mean"])
 
 

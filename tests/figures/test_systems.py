@@ -46,5 +46,5 @@ def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
 
 
 def test_what_needs_an_oscillator_says_so() -> None:
-    with pytest.raises(ValueError, match="data must be of an Oscillator for this picture"):
+    with pytest.raises(ValueError, match="polynomial_spring cannot be part of an Oscillator"):
         figures.transient(run(), at=[0.0, 1.0])

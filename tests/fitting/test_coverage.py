@@ -14,7 +14,7 @@ from springpot.designing.samples import sampled_run
 from springpot.fitting import Fit
 from springpot.fitting.transfer import response_of
 from springpot.simulation.paths.statistics import controlled
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.fitting.test_fit import paths_of
 
 pytestmark = pytest.mark.validation
@@ -152,7 +152,7 @@ STOPPED_FREE = {
 SPRINGS = ((1.0, -2.0), (0.4, -0.3))  # natural frequency, place of the stop
 
 
-def stopped(frequency: float, gap: float, order: float, C: float, r: float, q: float) -> sp.Oscillator:
+def stopped(frequency: float, gap: float, order: float, C: float, r: float, q: float) -> Any:
     return sp.Oscillator(frequency, sp.Springpot(order, C), sp.Barrier(gap, r, side="above"), sp.WhiteNoise(q))
 
 
@@ -160,8 +160,8 @@ def stopped(frequency: float, gap: float, order: float, C: float, r: float, q: f
 def precisely(frequency: float, gap: float) -> dict[str, float]:
     """A quarter of a million paths with half the step and another seed: errors below a tenth of those of the data."""
     problem = stopped(frequency, gap, **STOPPED)
-    whole = resolve(problem, paths=2**18, seed=987654)
-    run = sampled_run(problem, resolve(problem, paths=2**18, step=0.5 * whole.step, seed=987654))
+    whole = plan_of(problem, paths=2**18, seed=987654).settings
+    run = sampled_run(plan_of(problem, paths=2**18, step=0.5 * whole.step, seed=987654))
     control = run.samples["energy_residual"][1][:, None]
     return {name: float(controlled(run.samples[name][1], control).mean()) for name in ANSWERS}
 

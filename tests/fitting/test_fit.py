@@ -17,7 +17,7 @@ from springpot.fitting.kalman import deviance_of, innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
 from springpot.fitting.records import RecordLikelihood
-from springpot.fitting.response import folded, response, windowed
+from springpot.fitting.spectral_density import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
 from springpot.machine.faults import Stopped
 from springpot.problem.free_numbers import free_numbers
@@ -70,8 +70,8 @@ def test_the_modulus_is_that_of_the_linear_theory() -> None:
     w = 2.0 * np.pi * F
     expected = 2.0 * (companion_of(plain).dynamic_stiffness(w) + w**2)
     assert np.allclose(complex_modulus(ARMS, F)[0], expected, rtol=1e-12)
-    oscillator = sp.Oscillator(3.0, sp.Springpot(0.4, 0.2))
-    assert np.allclose(complex_modulus(oscillator, F)[0], 9.0 + 0.2 * (1j * w) ** 0.4, rtol=1e-12)
+    mount = sp.System(sp.Spring(9.0), sp.Springpot(0.4, 0.2))
+    assert np.allclose(complex_modulus(mount, F)[0], 9.0 + 0.2 * (1j * w) ** 0.4, rtol=1e-12)
 
 
 def test_derivatives_of_the_moduli_are_those_of_differences() -> None:
@@ -417,8 +417,8 @@ def test_a_result_is_words_and_a_dataset() -> None:
     ("make", "sentence"),
     [
         (lambda: sp.fit(sp.Spring(1.0), Moduli(F, F)), "model must have a free number"),
-        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be Moduli, a Spectrum, a FrequencyRes"),
-        (lambda: sp.fit(3.0, Moduli(F, F)), "model must be a System, an Oscillator or a part"),
+        (lambda: sp.fit(sp.Springpot(ORDER, C), F), "data must be MeasuredModuli, MeasuredSpectrum, Mea"),
+        (lambda: sp.fit(3.0, Moduli(F, F)), "model must be a System or a part"),
         (lambda: sp.fit([sp.Springpot(ORDER, C)], Moduli(F, F)), "model must be a model, or a list of at least two"),
         (lambda: sp.fit(sp.Springpot(ORDER, C), Moduli(F, F), seed=-1), "seed must be a whole number from 0"),
         (lambda: sp.fit(sp.System(sp.Mass(sp.free("m", 1.0, (0.5, 2.0))), sp.Springpot(0.5, 1.0)), Moduli(F, F)),

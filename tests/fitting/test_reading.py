@@ -168,7 +168,7 @@ STATISTICS = "quantity,value,error\n" + "".join(f"w{n}_impact_rate (1/s),1,1\n" 
     [
         (record_of(20_000, 2), r"^data file '.*' must have at most 1,000 columns, not 20,001\.$"),
         ("time_s,x_m\n" + "0," + "1" * 100_000, r", line 2: a line must have at most 100,000 characters\.$"),
-        (STATISTICS, r"is not right: Statistics must have at most 1,000 statistics\.$"),
+        (STATISTICS, r"is not right: MeasuredStatistics must have at most 1,000 statistics\.$"),
         ("quantity,value,error\nx_rms (" + " " * 50_000 + "x,1,1\n", "line 2: .* must be a quantity with its unit"),
         ("# averages =" + " x" * 40_000 + "\nfrequency_hz,density_m2/Hz\n1,1\n2,1\n3,1\n", "averages must be a number"),
         ("x" + " " * 90_000 + "(m,x_m\n1,1\n", "it must have a column frequency_hz"),

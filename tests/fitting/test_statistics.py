@@ -15,18 +15,18 @@ import springpot as sp
 from springpot import cli
 from springpot.designing.samples import sampled_run
 from springpot.designing.surfaces import Form, Surface, places, surface_through
-from springpot.fitting.exploring import Explorer
 from springpot.fitting.likelihood import Coordinates, slopes
-from springpot.fitting.moments import _statistic
-from springpot.fitting.simulated import Measured, MomentsLikelihood
+from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
+from springpot.fitting.simulated_moments import _statistic
+from springpot.fitting.simulated_runs import SimulatedRuns
 from springpot.machine.faults import FileError, Stopped
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 
 W, Q = sp.free("w", 1.1, (0.3, 3.0)), sp.free("q", 0.8, (0.2, 5.0))
 
 
-def struck(w: float, q: float, gap: float = -0.5, c: float = 0.4) -> sp.Oscillator:
+def struck(w: float, q: float, gap: float = -0.5, c: float = 0.4) -> Any:
     """A dashpot and an elastic wall: its statistics are known exactly."""
     return sp.Oscillator(w, sp.Springpot(1.0, c), sp.Barrier(gap, 1.0, side="above"), sp.WhiteNoise(q))
 
@@ -68,7 +68,7 @@ def test_a_surface_is_that_of_its_runs_and_so_are_its_slopes_and_errors(form: Fo
 
 def test_statistics_are_those_of_a_run_with_their_errors() -> None:
     problem = struck(1.0, 1.0)
-    run = sampled_run(problem, resolve(problem, paths=4096, duration=40.0, seed=3), distributions=True)
+    run = sampled_run(plan_of(problem, paths=4096, duration=40.0, seed=3), distributions=True)
     quantile, error = run.distributions["impact_speed"].quantile(0.9)
     value, samples = _statistic("impact_speed_quantile_0.9", run, 64)
     assert (value, samples.mean()) == (pytest.approx(float(quantile)), pytest.approx(value))
@@ -110,7 +110,7 @@ def test_two_sets_of_statistics_share_their_numbers() -> None:
     found = sp.fit(cases, seed=1)
     assert found.table.group.tolist() == [f"{n}: {name}" for n in (1, 2) for name in names]
     assert all(abs(found.values[name] - 1.0) < 4.0 * found.errors[name] for name in ("w", "q"))
-    assert [model.barrier.position for model in found.model] == [-0.5, 0.3]
+    assert [model.of(sp.Barrier)[0].position for model in found.model] == [-0.5, 0.3]
 
 
 def test_what_the_simulation_adds_is_a_tenth_at_most_or_said() -> None:
@@ -131,7 +131,7 @@ def test_what_a_surface_leaves_of_its_runs_is_an_error() -> None:
     u = np.linspace(-1.0, 1.0, 9)[:, None]
     rough = u + 0.05 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None]
     surface = surface_through(u, rough, np.zeros(1), np.ones(1), form="quadratic", logarithmic=np.array([False]))
-    measured = Measured.of([sp.MeasuredStatistics(x_mean=(0.01, 0.1))])
+    measured = StackedStatistics.of([sp.MeasuredStatistics(x_mean=(0.01, 0.1))])
     own = Coordinates((sp.free("a", 0.0, (-1.0, 1.0)),))
     with_it, without = (MomentsLikelihood(own, measured, surface, 1.0, last=last) for last in (True, False))
     assert without.errors_at(np.zeros(1)) == pytest.approx(0.1, rel=0.1)
@@ -163,9 +163,9 @@ def test_a_fit_that_is_stopped_keeps_the_best_so_far() -> None:
 def test_the_first_ctrl_c_lets_the_command_keep_the_best_so_far(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = Explorer.surface
+    first = SimulatedRuns.surface
 
-    def struck_by_ctrl_c(self: Explorer, *args: Any, **words: Any) -> Surface:
+    def struck_by_ctrl_c(self: SimulatedRuns, *args: Any, **words: Any) -> Surface:
         found = first(self, *args, **words)
         os.kill(os.getpid(), signal.SIGINT)
         return found
@@ -173,7 +173,7 @@ def test_the_first_ctrl_c_lets_the_command_keep_the_best_so_far(
     (tmp_path / "a.csv").write_text(GOOD)
     device = sp.System(sp.Spring(W), sp.Springpot(1.0, 0.4), sp.Barrier(-0.5, 1.0), sp.WhiteNoise(Q))
     (tmp_path / "a.toml").write_text(sp.to_toml(device))
-    monkeypatch.setattr(Explorer, "surface", struck_by_ctrl_c)
+    monkeypatch.setattr(SimulatedRuns, "surface", struck_by_ctrl_c)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         assert cli.main(["fit", str(tmp_path / "a.csv"), "--model", str(tmp_path / "a.toml")]) == 0
@@ -213,10 +213,10 @@ BAD: list[tuple[Any, str]] = [
     ),
     (
         lambda: sp.fit(sp.Springpot(0.5, W), sp.MeasuredStatistics(x_rms=(1.0, 0.1))),
-        "model must be a System or an Oscillator",
+        "model must be a System",
     ),
     (lambda: sp.fit(struck(W, Q)), "data must be given"),
-    (lambda: sp.fit([(struck(W, Q), 3.0)]), r"model must be pairs \(model, Statistics\) where data is left out"),
+    (lambda: sp.fit([(struck(W, Q), 3.0)]), r"model must be pairs \(model, MeasuredStatistics\) where data is left"),
     (lambda: sp.fit(struck(W, 1.0), sp.MeasuredStatistics(x_rmss=(1.0, 0.1))), "data must be of results of the model"),
     (lambda: sp.fit(struck(W, 1.0), sp.MeasuredStatistics(impact_rates=(1.0, 0.1))), "did you mean impact_rate"),
     (
@@ -236,7 +236,7 @@ def test_what_cannot_be_fitted_is_one_sentence(make: Any, sentence: str) -> None
 
 GOOD = "quantity,value,error\nx_rms (mm),1260,30\nimpact_rate [1/min],12.6,0.3\n"
 FILES = [
-    ("quantity,value,error\n", "is not right: Statistics must have at least one statistic"),
+    ("quantity,value,error\n", "is not right: MeasuredStatistics must have at least one statistic"),
     ("quantity,value,error\nx_rms,1,0.1\n", "line 2: 'x_rms' must be a quantity with its unit, as x_rms"),
     ("quantity,value,error\nx_rms (inch),1,0.1\n", "line 2: the unit of x_rms must be m, mm or um, not 'inch'"),
     ("# made\nquantity,value,error\nx_rns (mm),1,0.1\n", "line 3: 'x_rns' is not a statistic.*did you mean x_rms"),

@@ -139,3 +139,39 @@ def test_a_multiple_of_a_free_number_is_fitted() -> None:
     modulus = 300.0 + 20.0 * (2j * np.pi * f) ** 0.3
     found = sp.fit(model, sp.MeasuredModuli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
     assert found.values["k"] == pytest.approx(100.0, rel=1e-6)
+
+
+def test_a_power_of_a_free_number_stays_free() -> None:
+    """The spring of a free natural frequency: its stiffness was silently a fixed number."""
+    w = sp.free("w", 3.0, (1.0, 4.0))
+    stiffness = 2.0 * w**2
+    assert (float(stiffness), stiffness.low, stiffness.high) == (18.0, 2.0, 32.0)
+    assert (stiffness.slope, stiffness.at(4.0), stiffness.itself) == (12.0, 32.0, 3.0)
+    assert [type(each) for each in (w**0, w**True, w**w, (w + 1.0) ** 2, (-w) ** 2)] == [float] * 5
+    assert not isinstance(sp.free("x", 0.0, (-1.0, 1.0)) ** 2, Free)
+    for same in (copy.deepcopy(stiffness), pickle.loads(pickle.dumps(stiffness))):
+        assert repr(same) == repr(stiffness) == "2.0 * free('w', 3.0, (1.0, 4.0)) ** 2.0"
+    device = sp.System(sp.Mass(2.0), sp.Spring(stiffness), sp.WhiteNoise(1.0))
+    jsonschema.validate(tomllib.loads(to_toml(device)), schema())
+    for model in (device, read_system(tomllib.loads(to_toml(device)))):
+        assert free_numbers(model) == {"w": 3.0}
+        assert with_values(model, {"w": 4.0}).stiffness == 32.0
+        assert restarted(model, {"w": 4.0}).natural_frequency == 4.0
+
+
+@pytest.mark.parametrize("numbers", ["power = 0", "low = 0, power = 2", "low = -1, power = 2"])
+def test_a_power_that_cannot_be_is_one_sentence(numbers: str) -> None:
+    low = "" if "low" in numbers else "low = 1, "
+    spring = f'[[parts]]\nkind = "spring"\nstiffness = {{ free = "w", start = 3, high = 4, {low}{numbers} }}\n'
+    with pytest.raises(ValueError, match=r"must not be 0|must be greater than 0 of a number with a power"):
+        read_system(tomllib.loads(spring))
+
+
+def test_a_square_of_a_free_number_is_fitted() -> None:
+    """The derivatives know it."""
+    spring = sp.Spring(sp.free("w", 2.0, (0.5, 9.0)) ** 2)
+    model = sp.System(spring, sp.Springpot(0.3, sp.free("C", 10.0, (1.0, 100.0))))
+    f = np.geomspace(0.1, 100.0, 30)
+    modulus = 36.0 + 20.0 * (2j * np.pi * f) ** 0.3
+    found = sp.fit(model, sp.MeasuredModuli(f, storage=modulus.real, loss=modulus.imag, relative_error=0.01))
+    assert found.values["w"] == pytest.approx(6.0, rel=1e-6)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.memory import direct
+from springpot.problem.parts import Springpot
 from springpot.simulation.kernel.lanes import FAST, GROUP, f64
 from springpot.simulation.kernel.questions import Forcing, begin, bounce, kick, push
 from springpot.simulation.kernel.random import normals
@@ -56,10 +57,10 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
     Examples
     --------
     >>> from springpot import Oscillator
-    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot.simulation.plan.plan import plan_of
     >>> from springpot.simulation.paths.simulation import simulation_of
-    >>> settings = resolve(Oscillator(), duration=1.0, step=0.01, scheme="grunwald", start="rest")
-    >>> direct_path(simulation_of(Oscillator(), settings)).x.shape
+    >>> plan = plan_of(Oscillator(), duration=1.0, step=0.01, scheme="grunwald", start="rest")
+    >>> direct_path(simulation_of(plan)).x.shape
     (101,)
     """
     settings, parts = simulation.settings, simulation.parts
@@ -77,7 +78,7 @@ def direct_path(simulation: Simulation, path: int = 0) -> DirectPath:
 
 def oracle_weights(simulation: Simulation) -> Floats:
     """Weights of all increments, newest first, in the kernel's units of force."""
-    spring, settings = simulation.oscillator.springpot, simulation.settings
+    (spring,), settings = simulation.motion.unit.of(Springpot), simulation.settings
     order, scale = spring.order, spring.coefficient * settings.step**-spring.order * simulation.parts.units.time**2
     scheme = settings.numerical_scheme
     weights = direct(scheme.family, order, settings.steps + 1)

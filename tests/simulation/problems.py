@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import springpot as sp
+from springpot.problem.oscillator import as_system
 from springpot.simulation import Run
 
 
@@ -19,6 +20,11 @@ def oscillator(
 ) -> sp.Oscillator:
     barrier = None if position is None else sp.Barrier(position, restitution, side)  # type: ignore[arg-type]
     return sp.Oscillator(frequency, sp.Springpot(order, coefficient), barrier, sp.WhiteNoise(intensity))
+
+
+def system(*numbers: float, **named: float | None) -> sp.System:
+    """The same as a sum of parts."""
+    return as_system(oscillator(*numbers, **named))  # type: ignore[arg-type]
 
 
 def assert_agrees(run: Run, exact: dict[str, float], *, most: float = 4.0, sharp: float = 0.005) -> None:

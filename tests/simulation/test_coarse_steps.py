@@ -6,17 +6,18 @@ impacts and the energies are as good as elsewhere.
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation import CONTROLLED, run
+from springpot.simulation import run
+from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
+from springpot.theory.result import MOMENTS
 
 from ..sizes import validation
 from .problems import oscillator
@@ -30,15 +31,15 @@ def halved(
     problem: sp.Oscillator, position: float, *, step: float, paths: int, window: tuple[float, float]
 ) -> dict[str, tuple[float, float]]:
     """Relative change of every number when the step is halved, and its standard error: both runs share their noise."""
-    coarse = resolve(
+    coarse = plan_of(
         problem, paths=paths, duration=window[1], window=window, step=step, threads=1, initial_position=position
     )
     found = []
-    for settings, pairs in ((coarse, True), (replace(coarse, step=0.5 * step), False)):
-        simulation = simulation_of(problem, settings)
-        found.append(simulation.samples(simulation.advance(halved=pairs).rows))
+    for plan, pairs in ((coarse, True), (coarse.but(step=0.5 * coarse.settings.step), False)):
+        simulation = simulation_of(plan)
+        found.append(samples_of(simulation, simulation.advance(halved=pairs).rows))
     before, after = found
-    changes = {name: after[name][1] - before[name][1] for name in CONTROLLED}
+    changes = {name: after[name][1] - before[name][1] for name in MOMENTS}
     return {name: (d.mean() / after[name][0], standard_error(d) / after[name][0]) for name, d in changes.items()}
 
 
@@ -55,7 +56,7 @@ def test_halving_a_step_of_0_04_changes_little(
     """What h = 0.04 and 0.02 differ by bounds what 0.02 is still off by, if the bias has order 1 or more."""
     problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
     found = halved(problem, start, step=0.04, paths=12_288, window=(10.0, 60.0))
-    for name in CONTROLLED if restitution > 0.5 else ENERGIES:
+    for name in MOMENTS if restitution > 0.5 else ENERGIES:
         change, error = found[name]
         still = 1.0 / (2.0 ** (1.0 if name in ENERGIES else slow_impact_order(restitution)) - 1.0)
         assert error < NEAR / 3.0, name
@@ -80,7 +81,7 @@ def test_a_step_of_0_02_is_within_1_per_cent_of_a_step_of_0_001(
         )
         for seed, step in ((1, 0.02), (2, 0.001))
     )  # fmt: skip
-    names = set(CONTROLLED if position is not None and restitution > 0.5 else ENERGIES)
+    names = set(MOMENTS if position is not None and restitution > 0.5 else ENERGIES)
     for name in sorted(names - ({"x_mean"} if position is None else set())):
         scale = fine.values[name]
         change = (coarse.values[name] - scale) / scale
@@ -119,7 +120,7 @@ def test_with_a_dashpot_the_longest_step_has_no_error(
 def test_the_power_of_a_dashpot_is_exact_at_any_step(device: bool) -> None:
     """It has what is taken of the noise within a kick, C h / (2 + C h) of all; the mean velocity does not show that."""
     problem = oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0)
-    step, name = (0.4, "damping_power") if device else (2.5, "springpot_power")
+    step, name = 0.4 if device else 2.5, "damping_power"
     if device:
         problem = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0), NEARLY_LINEAR, *AWAY)
     found = sp.run(problem, paths=10_240, duration=250.0, window=(50.0, 250.0), step=step, start="rest", seed=3)

@@ -9,9 +9,10 @@ import pytest
 
 import springpot as sp
 from springpot.simulation.estimate.controls import controls_of
+from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
 from .problems import oscillator
@@ -33,10 +34,10 @@ STEP = 0.4
 def sampled(name: str) -> tuple[Simulation, np.ndarray, dict[str, np.ndarray]]:
     """A simulation at a coarse step, its sums, and its samples."""
     problem = PROBLEMS[name]
-    settings = resolve(problem, paths=60_000, duration=60.0, step=STEP, window=(30.0, 60.0), start="rest")
-    simulation = simulation_of(problem, settings)
+    plan = plan_of(problem, paths=60_000, duration=60.0, step=STEP, window=(30.0, 60.0), start="rest")
+    simulation = simulation_of(plan)
     rows = simulation.advance().rows
-    return simulation, rows, {key: samples for key, (_, samples) in simulation.samples(rows).items()}
+    return simulation, rows, {key: samples for key, (_, samples) in samples_of(simulation, rows).items()}
 
 
 @pytest.mark.parametrize("name", ["elastic", *map(validation, [*PROBLEMS][1:])])
@@ -52,7 +53,7 @@ def test_without_the_terms_of_the_step_that_of_the_virial_would_not_be() -> None
     """What the sums in the middle of the flights lack of the means, seven standard errors at this step."""
     _, rows, samples = sampled("elastic")
     pushed = 0.4 * 2.0 * rows[:, 7] / 30.0
-    virial = samples["v_mean_square"] - samples["x_mean_square"] + pushed - samples["springpot_virial"]
+    virial = samples["v_mean_square"] - samples["x_mean_square"] + pushed - samples["damping_virial"]
     assert abs(virial.mean()) > 5.0 * standard_error(virial)
 
 
@@ -66,8 +67,7 @@ def test_they_take_out_more_than_the_balance_of_energy_alone(quantity: str, most
 
 def test_forces_that_the_kernel_does_not_sum_leave_energy_and_its_gain() -> None:
     system = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Springpot(0.5, 0.6), sp.WhiteNoise(1.0))
-    settings = resolve(system, paths=64, duration=4.0, step=0.1, window=(2.0, 4.0), start="rest")
-    simulation = simulation_of(system, settings)
+    simulation = simulation_of(plan_of(system, paths=64, duration=4.0, step=0.1, window=(2.0, 4.0), start="rest"))
     assert controls_of(simulation, np.ones((64, len(simulation.parts.columns))), np.ones(64)).shape == (64, 2)
 
 

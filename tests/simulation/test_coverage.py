@@ -33,8 +33,10 @@ import pytest
 from scipy import integrate, optimize, stats
 
 import springpot as sp
-from springpot.simulation import CONTROLLED, Run, run
-from springpot.simulation.plan.scales import scales_of
+from springpot.problem.dimensionless import Dimensionless
+from springpot.simulation import Run, run
+from springpot.simulation.plan.plan import plan_of
+from springpot.theory.result import MOMENTS
 
 from .problems import oscillator, truncated_gaussian
 
@@ -148,7 +150,8 @@ def with_wall(
     made = oscillator(1.0, coefficient, frequency, intensity, position, side=side)
     forget = max(coefficient / frequency**2, 1.0 / coefficient)
     begin, end = 9.0 * forget, 29.0 * forget
-    options = {"paths": 256, "duration": end, "window": (begin, end), "step": 0.2 / scales_of(made).fastest_rate}
+    step = 0.2 / plan_of(made).motion.scales.fastest_rate
+    options = {"paths": 256, "duration": end, "window": (begin, end), "step": step}
     return Problem(
         f"order 1, wall {side} at {position:g}, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
         made, exact, options, rtol,
@@ -160,9 +163,9 @@ def without_wall(
 ) -> Problem:
     """Any order, no wall: exact by quadrature of the spectrum."""
     made = oscillator(order, coefficient, frequency, intensity, None)
-    forget = max(scales_of(made).relaxation_time, 3.0 / frequency)
+    forget = max(plan_of(made).motion.scales.relaxation_time, 3.0 / frequency)
     begin, end = 9.0 * forget, 29.0 * forget
-    step = (0.03 if coefficient > 3.0 else 0.05) / scales_of(made).fastest_rate
+    step = (0.03 if coefficient > 3.0 else 0.05) / plan_of(made).motion.scales.fastest_rate
     options = {"paths": 256, "duration": end, "window": (begin, end), "step": step}
     return Problem(
         f"order {order:g}, no wall, C {coefficient:g}, Omega {frequency:g}, q {intensity:g}",
@@ -196,7 +199,7 @@ def lossy(position: float, restitution: float, coefficient: float) -> Problem:
     found = sp.theory.fokker_planck(made)
     return Problem(
         f"order 1, wall at {position:g}, r {restitution:g}, C {coefficient:g}",
-        made, {name: getattr(found, name) for name in CONTROLLED}, {}, 0.05,
+        made, {name: getattr(found, name) for name in MOMENTS}, {}, 0.05,
     )  # fmt: skip
 
 
@@ -204,7 +207,7 @@ def unknown(order: float, position: float, restitution: float) -> Problem:
     """A wall and memory: nobody knows the truth, but the spread between seeds must be what standard errors say."""
     return Problem(
         f"order {order:g}, wall at {position:g}, r {restitution:g}",
-        oscillator(order, 1.0, 1.0, 1.0, position, restitution), dict.fromkeys(CONTROLLED, math.nan), {}, 0.05,
+        oscillator(order, 1.0, 1.0, 1.0, position, restitution), dict.fromkeys(MOMENTS, math.nan), {}, 0.05,
     )  # fmt: skip
 
 
@@ -268,8 +271,9 @@ def tried(number: int, problem: Problem) -> list[Held]:
         seeds = range(20_000 * number + 10_000, 20_000 * number + 10_000 + TRIALS)
         runs = [run(problem.oscillator, seed=seed, threads=1, rtol=problem.rtol) for seed in seeds]
         known = not math.isnan(min(problem.exact.values()))
-        elastic = problem.oscillator.restitution == 1.0 and problem.oscillator.barrier is not None
-        if not known or (problem.oscillator.springpot.order == 1.0 and elastic):
+        paper = Dimensionless.of(problem.oscillator)
+        elastic = paper.restitution == 1.0 and paper.barrier is not None
+        if not known or (paper.springpot.order == 1.0 and elastic):
             held.append(scaled(problem, "corrected", runs, sampling))
         if known:
             held.append(scaled(problem, "total", runs, total))

@@ -11,8 +11,7 @@ import pytest
 import springpot as sp
 from springpot.explorer.protocol import Problem
 from springpot.simulation import run
-from springpot.simulation.plan.settings import resolve
-from springpot.simulation.plan.transient import is_stationary
+from springpot.simulation.plan.plan import plan_of
 
 SHORT: dict[str, Any] = {"paths": 64, "duration": 4.0, "step": 0.02}
 STATIONARY_RATE = 0.3031, 0.0003  # of the default oscillator, from long stationary runs
@@ -49,9 +48,9 @@ def test_a_given_initial_state_is_where_the_run_starts(given: dict[str, Any]) ->
 @pytest.mark.parametrize(
     ("oscillator", "reason"),
     [
-        (FREE, "dissipates nothing"),
-        (sp.Oscillator(springpot=sp.Springpot(0.0, 1.0)), "dissipates nothing"),
-        (sp.Oscillator(excitation=sp.WhiteNoise(0.0)), "without noise"),
+        (FREE, "nothing dissipates energy"),
+        (sp.Oscillator(springpot=sp.Springpot(0.0, 1.0)), "nothing dissipates energy"),
+        (sp.Oscillator(excitation=sp.WhiteNoise(0.0)), "without excitation"),
     ],
 )
 def test_without_a_stationary_state_a_run_starts_from_rest_and_says_so_once(
@@ -76,12 +75,12 @@ def test_a_run_from_rest_at_a_wall_is_not_stationary() -> None:
         (default, {"duration": 5.0}, False), (FREE, {}, False),
     ]  # fmt: skip
     for oscillator, given, expected in cases:
-        assert is_stationary(oscillator, resolve(oscillator, **given)) is expected, given
+        assert plan_of(oscillator, **given).is_stationary is expected, given
 
 
 def test_a_start_that_is_none_is_left_out() -> None:
-    assert resolve(sp.Oscillator(), start=None).start == "stationary"
-    assert resolve(FREE, start=None, initial_velocity=None).initial_velocity == 0.0
+    assert plan_of(sp.Oscillator(), start=None).settings.start == "stationary"
+    assert plan_of(FREE, start=None, initial_velocity=None).settings.initial_velocity == 0.0
 
 
 def test_the_first_table_of_the_page_shows_the_gaps_to_the_stationary_rate() -> None:

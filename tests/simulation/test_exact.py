@@ -16,8 +16,8 @@ from springpot.simulation.kernel.questions import Forcing
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.options import Scheme
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.schemes import scheme_of
-from springpot.simulation.plan.settings import resolve
 from tests.simulation.oracle import _walk, oracle_weights
 from tests.sizes import validation
 
@@ -98,8 +98,7 @@ def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency
     problem = oscillator(order, coefficient, frequency, 1.0, None)
     found = run(problem, paths=10_000, duration=150.0, step=0.02, start="stationary")
     assert_agrees(found, exact)
-    assert found.values["impact_rate"] == 0.0
-    assert math.isnan(found.values["impact_speed_mean"])
+    assert not any("impact" in name for name in found.values)
 
 
 @pytest.mark.parametrize("tolerance", [DOUBLE, validation(1e-6)])
@@ -137,8 +136,8 @@ def test_weak_order_of_a_scheme_is_what_it_states(
     exact = [sum(integrate.quad(power, *p, args=(m,), limit=400, epsabs=1e-12)[0] for p in pieces) for m in (0, 2)]
     biases = []
     for step in steps:
-        settings = resolve(problem, paths=1, duration=240.0, step=step, scheme=word, start="rest")
-        simulation = simulation_of(problem, settings)
+        simulation = simulation_of(plan_of(problem, paths=1, duration=240.0, step=step, scheme=word, start="rest"))
+        settings = simulation.settings
         parts = simulation.parts
         normals = np.zeros(settings.steps, np.float32)
         normals[0] = 1.0
@@ -155,8 +154,8 @@ def test_weak_order_of_a_scheme_is_what_it_states(
 
 
 def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: float) -> tuple[dict, float]:
-    settings = resolve(problem, paths=paths, duration=duration, step=step, start="stationary")
-    simulation = simulation_of(problem, settings, adapt(problem, settings))
+    plan = adapt(plan_of(problem, paths=paths, duration=duration, step=step, start="stationary"))
+    simulation, settings = simulation_of(plan), plan.settings
     rows = simulation.advance().rows
     low, high = settings.window_steps
     per_second = {"impacts", "impact_speeds", "impact_speed_squares", "energy_first", "energy_last"}
@@ -278,6 +277,9 @@ def test_free_response_converges_to_the_laplace_inversion(order: float, scheme: 
             derivative=derivative, memory_tolerance=1e-11, scheme=scheme,
         )  # fmt: skip
         errors.append(np.abs(found.record[0, np.rint(times / step).astype(int), 0] - exact).max())
+    if order == 0.0 and scheme == "default":  # a spring, which is flown exactly
+        assert max(errors) < 1e-13
+        return
     measured_order = math.log(errors[0] / errors[1], 4.0)
     # the force x(0) t^-order of Riemann-Liouville, infinite at t = 0, costs the order of the derivative
     expected = 2.0 if derivative == "caputo" else 2.0 - order
@@ -303,15 +305,15 @@ def test_a_grazing_impact_between_two_points_above_the_wall_is_not_missed() -> N
 
 
 def test_columns_of_the_springpot_where_they_are_known() -> None:
-    """At order 0 the force is C x, at order 1 it is C v."""
-    spring = run(oscillator(0.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0), start="rest")
-    assert spring.values["springpot_force_mean"] == pytest.approx(0.7 * spring.values["x_mean"], rel=2e-3)
-    assert spring.values["springpot_virial"] == pytest.approx(0.7 * spring.values["x_mean_square"], rel=2e-3)
+    """Towards order 0 the force is C x, at order 1 it is C v."""
+    spring = run(oscillator(1e-6, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0), start="rest")
+    assert spring.values["damping_force_mean"] == pytest.approx(0.7 * spring.values["x_mean"], rel=2e-3)
+    assert spring.values["damping_virial"] == pytest.approx(0.7 * spring.values["x_mean_square"], rel=2e-3)
     dashpot = run(oscillator(1.0, 0.7), paths=2000, duration=20.0, step=0.01, window=(5.0, 20.0), start="rest")
-    assert dashpot.values["springpot_power"] == pytest.approx(0.7 * dashpot.values["v_mean_square"], rel=6e-3)
+    assert dashpot.values["damping_power"] == pytest.approx(0.7 * dashpot.values["v_mean_square"], rel=6e-3)
     start = run(oscillator(1.0, 0.7, 1.0, 0.0, None), paths=1, duration=1.0, step=1e-3, window=(0.0, 1.0),
                 initial_position=1.0, record=1, memory_tolerance=1e-9)  # fmt: skip
-    assert start.values["springpot_force_mean"] == pytest.approx(0.7 * (start.record[0, -1, 0] - 1.0), rel=1e-3)
+    assert start.values["damping_force_mean"] == pytest.approx(0.7 * (start.record[0, -1, 0] - 1.0), rel=1e-3)
 
 
 @pytest.mark.parametrize("paths", [6000, validation(20_000)])

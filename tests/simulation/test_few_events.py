@@ -14,7 +14,7 @@ from springpot.simulation.estimate import few_events
 from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls
 
 from .systems import NEARLY_LINEAR, of_many_kinds
@@ -106,7 +106,7 @@ def test_the_bound_is_in_budgets_maps_studies_and_on_the_page() -> None:
     assert abs(gap.standard_errors) < 0.01
     cell = validity.simulate_cell((1.0, 0.5, 0.8, -5.0))
     assert cell["impact_rate"] == 0.0 < cell["impact_rate_se"]
-    page = Gathering(simulation_of(far, resolve(far, **SHORT)))
+    page = Gathering(simulation_of(plan_of(far, **SHORT)))
     while not page.complete:
         page.grow()
     assert page.estimates()[1]["impact_rate"] == pytest.approx(error_of_unseen(TIME))
@@ -133,7 +133,7 @@ def test_a_run_says_what_is_odd_about_a_wall(wall: sp.Barrier, sentence: str) ->
     run = sp.run(problem, **{**SHORT, "step": 0.01})
     said = [each for each in run.warnings if sentence in each]
     assert len(said) == 1
-    assert said[0].startswith(f"the wall at {wall.position:g} m is ")
+    assert said[0].startswith(f"barrier at {wall.position:g} m is ")
     assert not any("is below" in each for each in run.warnings)
 
 

@@ -311,7 +311,7 @@ def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
     [
         ([("x", 1.0)], "first_passage must be a dict"),
         ({"x": "far"}, "first_passage level of x"),
-        ({"x": -1.0}, "behind the wall at 0 m"),
+        ({"x": -1.0}, "first_passage level of x is -1 m, behind a wall: x lies between 0 and inf."),
         ({"amplitude": 0.0}, "first_passage level of amplitude"),
         ({"distance": {"level": 1.0, "reference": "here"}}, "first_passage reference of distance"),
         ({"distance": {"reference": 1.0}}, "must be one level, or {'level': 0.004"),

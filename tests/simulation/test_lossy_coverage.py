@@ -14,9 +14,10 @@ import pytest
 from scipy import integrate
 
 import springpot as sp
+from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation import Run, run
 from springpot.simulation.estimate.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
-from springpot.simulation.plan.scales import scales_of
+from springpot.simulation.plan.plan import plan_of
 from springpot.theory.mckean import slow_impact_power
 
 pytestmark = pytest.mark.validation
@@ -45,7 +46,7 @@ class Quantile:
         return abs(self.value - self.truth) / (self.half_width + self.unsure)
 
     def __str__(self) -> str:
-        o = self.oscillator
+        o = Dimensionless.of(self.oscillator)
         assert o.barrier is not None
         return (
             f"order {o.springpot.order:.3f} C {o.springpot.coefficient:.3g} Omega {o.natural_frequency:.3g} "
@@ -74,24 +75,23 @@ def oscillators() -> list[sp.Oscillator]:
 
 
 def simulated(oscillator: sp.Oscillator, seed: int, finer: int, paths: int) -> Run:
-    step = 0.01 / scales_of(oscillator).fastest_rate / finer
+    step = 0.01 / plan_of(oscillator).motion.scales.fastest_rate / finer
     return run(oscillator, paths=paths, step=step, seed=seed, start="stationary", distributions=True)
 
 
 def exact(oscillator: sp.Oscillator) -> tuple[np.ndarray, np.ndarray]:
-    assert oscillator.barrier is not None
     found = sp.theory.fokker_planck(oscillator)
     speed = found.impact_speed_mean * np.geomspace(1e-10, 20.0, 8000)
     density = found.impact_speed_density(speed)
     below = integrate.cumulative_trapezoid(density * speed, np.log(speed), initial=0.0)
-    below += density[0] * speed[0] / slow_impact_power(oscillator.barrier.restitution)
+    below += density[0] * speed[0] / slow_impact_power(Dimensionless.of(oscillator).restitution)
     return np.interp(PROBABILITY, below / below[-1], speed), np.zeros(len(PROBABILITY))
 
 
 def refined(oscillator: sp.Oscillator, seed: int) -> tuple[np.ndarray, np.ndarray]:
     fine = simulated(oscillator, seed, FINER, 4096)
     sketch = fine.distributions["impact_speed"]
-    missed = slow_impacts(oscillator, fine.settings.step, sketch)
+    missed = slow_impacts(plan_of(oscillator).motion.struck, fine.settings.step, sketch)
     assert missed is not None
     at, error = sketch.quantile(PROBABILITY)
     left = quantile_step_bias(missed, sketch, PROBABILITY) / MARGIN
@@ -104,7 +104,7 @@ def quantiles() -> list[Quantile]:
     for number, oscillator in enumerate(oscillators()):
         plain = simulated(oscillator, 100 + number, 1, 2048)
         sketch = plain.distributions["impact_speed"]
-        missed = slow_impacts(oscillator, plain.settings.step, sketch)
+        missed = slow_impacts(plan_of(oscillator).motion.struck, plain.settings.step, sketch)
         assert missed is not None
         at, error = sketch.quantile(PROBABILITY)
         bias = quantile_step_bias(missed, sketch, PROBABILITY)

@@ -68,5 +68,5 @@ def test_an_unknown_numba(
         sp.Oscillator(**eval(barrier)), paths=64, duration=30.0, seed=5, memory_tolerance=tolerance,
         **eval(f"dict({more})"),
     ).values  # fmt: skip
-    for name in ("x_mean_square", "v_mean_square", "springpot_power"):
+    for name in ("x_mean_square", "v_mean_square", "damping_power"):
         assert float(found[0][0][name]) == pytest.approx(usual[name], rel=agree)

@@ -321,7 +321,7 @@ def test_without_impacts_there_is_no_speed_to_sketch() -> None:
     ("given", "sentence"),
     [
         *(
-            ({"observables": {name: lambda t, x, v: x}}, "a run already has a result of that name")
+            ({"observables": {name: lambda t, x, v: x}}, "the run already has a result of that name")
             for name in ("x_mean", "x_quantile", "time", "settings", "power_se", "v", "x_maximum_quantile")
         ),
         ({"observables": {"lambda": lambda t, x, v: x}}, "must be a word"),

@@ -20,7 +20,7 @@ from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.kernel.rigid_wall import fly
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.simulation.problems import oscillator
 
 
@@ -75,11 +75,10 @@ def _bounce_slot(scheme, wall, x, v, accumulators, lane, before, after):  # type
 
 def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:
     """All in double precision, so that the tests share a kernel."""
-    settings = resolve(problem, **given, start="rest", memory_tolerance=1e-8)
-    simulation = simulation_of(problem, settings)
+    simulation = simulation_of(plan_of(problem, **given, start="rest", memory_tolerance=1e-8))
     assert (simulation.parts.units.length, simulation.parts.units.time) == (1.0, 1.0)
     rows = simulation.with_parts(**{k: make(simulation.parts) for k, make in parts.items()}).advance().rows
-    return dict(zip(COLUMNS, rows.T, strict=True)) | {"steps": np.diff(settings.window_steps)[0]}
+    return dict(zip(COLUMNS, rows.T, strict=True)) | {"steps": np.diff(simulation.settings.window_steps)[0]}
 
 
 def test_a_cubic_spring_between_two_walls_has_the_maxwell_boltzmann_law() -> None:
@@ -142,7 +141,7 @@ from springpot import Oscillator, run
 from springpot.simulation.kernel.block import block
 from springpot.simulation.kernel.forces import only_pushes
 from springpot.simulation.kernel.questions import answers, push
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.paths.simulation import simulation_of
 
 class Mine(NamedTuple):
@@ -154,8 +153,8 @@ only_pushes(Mine)
 def _mine(force, slot, n, x, v, g, forcing, at, lane, weight):
     return FACTOR * force.size, 0.0
 
-settings = resolve(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
-mine = simulation_of(Oscillator(), settings).with_parts(load=Mine(1.0)).advance().rows[0, 0]
+plan = plan_of(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
+mine = simulation_of(plan).with_parts(load=Mine(1.0)).advance().rows[0, 0]
 plain = run(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest").values["x_mean"]
 print(mine, plain, sum(block.stats.cache_hits.values()))
 """)

@@ -15,10 +15,12 @@ import pytest
 
 import springpot as sp
 from springpot.memory import direct
-from springpot.simulation import UNITS, run
+from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.file import read_system
+from springpot.simulation import run
 from springpot.simulation.estimate.slow_impacts import missed_impacts
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.signals import in_a_terminal
 from tests.simulation.oracle import direct_path
 from tests.sizes import validation
@@ -46,7 +48,7 @@ def test_exponential_sum_equals_the_direct_sum(
         "initial_position": start, "derivative": derivative,
     }  # fmt: skip
     found = run(problem, record=3, **settings, start="rest").record[2]
-    oracle = direct_path(simulation_of(problem, resolve(problem, **settings, start="rest")), 2)
+    oracle = direct_path(simulation_of(plan_of(problem, **settings, start="rest")), 2)
     far = np.abs(found[:, 0] - oracle.x) > 1e-9 * np.abs(oracle.x).max()
     until = int(far.argmax()) if far.any() else far.size
     if position is None:
@@ -80,7 +82,7 @@ def test_the_two_schemes_agree_on_the_same_normals(
         ).values
         for scheme in ("default", "grunwald")
     ]  # fmt: skip
-    names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "springpot_power"]
+    names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "damping_power"]
     for name in [*names, "impact_speed_mean", "impact_speed_mean_square", "impact_rate"]:
         assert found[1][name] == pytest.approx(found[0][name], rel=0.01), name
 
@@ -102,7 +104,7 @@ def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: flo
         )
         for scheme, seed, step in (("default", 3, 5e-3), ("grunwald", 4, 1e-3))
     ]
-    names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "springpot_power"]
+    names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "damping_power"]
     if restitution == 1.0:
         names += ["impact_speed_mean", "impact_speed_mean_square", "impact_rate"]
     for name in names:
@@ -161,7 +163,7 @@ def test_adapted_starts_leave_less_than_a_per_cent(
 def test_an_adapted_start_that_would_take_too_long_to_find_is_averaging_s_and_says_so() -> None:
     found = run(oscillator(0.5, 1e-4), paths=64, duration=200.0, step=0.1, start="stationary")
     assert found.diagnostics["start_residual"] is None
-    assert any("adapted start was taken from averaging" in w for w in found.warnings)
+    assert any("adapted start was taken from a rough theory" in w for w in found.warnings)
     assert found.settings.initial_position == pytest.approx(85.5, rel=0.01)
 
 
@@ -191,9 +193,9 @@ def test_a_motion_that_still_grows_is_warned_about() -> None:
 def test_memory_tables_in_single_precision_keep_their_rates() -> None:
     """What the kernel multiplies with, after rounding: the weights of the past over a million steps."""
     problem = oscillator()
-    settings = resolve(problem, duration=10_000.0, step=0.01, start="rest")
-    assert settings.precision == "float32"
-    memory = simulation_of(problem, settings).parts.memory
+    plan = plan_of(problem, duration=10_000.0, step=0.01, start="rest")
+    assert plan.settings.precision == "float32"
+    memory = simulation_of(plan).parts.memory
     powers, weights = (np.asarray(a, np.float64).reshape(-1, 4) for a in (memory.powers, memory.weights))
     groups = np.unique(np.geomspace(1, 240_000, 300).astype(int))
     kept = (weights[:, 0] * (1.0 + powers[:, 3]) ** groups[:, None]).sum(axis=1)
@@ -236,7 +238,7 @@ def test_standard_errors_of_adapted_runs_hold_over_seeds() -> None:
     """All paths of a run share x(0), whose own sampling error the spread between paths cannot show."""
     settings = {"paths": 20_000, "duration": 150.0, "step": 0.05, "start": "stationary"}
     runs = [run(oscillator(0.1), seed=seed, **settings) for seed in range(16)]
-    for name in ("impact_rate", "springpot_force_mean", "x_mean", "x_mean_square", "v_mean_square"):
+    for name in ("impact_rate", "damping_force_mean", "x_mean", "x_mean_square", "v_mean_square"):
         scatter = np.std([r.values[name] for r in runs], ddof=1)
         stated = np.mean([r.errors[name] for r in runs])
         assert scatter / stated < 1.7, name  # four standard errors of a spread from 16 samples
@@ -260,8 +262,9 @@ def test_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str) -> None:
     below = run(oscillator(position=0.3, restitution=0.8, side="below"), **settings, start="rest")
     assert np.array_equal(below.record, -above.record)
     assert below.record[:, :, 0].max() <= 0.3 + (0.05 if scheme == "grunwald" else 0.0)
-    odd = {"x_mean", "springpot_force_mean", "x_mean_end"}
-    for name in UNITS:
+    odd = {"x_mean", "damping_force_mean", "x_mean_end"}
+    assert {*above.values} == {*possible_results(above.system)}
+    for name in above.values:
         assert below.values[name] == (-above.values[name] if name in odd else above.values[name])
         assert below.errors[name] == above.errors[name]
 
@@ -347,12 +350,17 @@ def test_window_averages_are_the_averages_of_the_record() -> None:
 def test_dataset_has_names_units_errors_and_paths() -> None:
     with pytest.warns(UserWarning, match="of the transient is left"):
         data = sp.simulate(oscillator(), paths=10, duration=1.0, step=0.01, record=2, start="rest")
-    for name, unit in UNITS.items():
-        assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit
+    system = read_system(json.loads(data.attrs["system"]))
+    of_walls = {name for name in possible_results(system) if name.startswith("barrier_")}
+    assert {"barrier_impact_rate", "barrier_power"} < of_walls
+    assert data["barrier"].values.tolist() == ["barrier"]
+    for name in possible_results(system):
+        assert data[name].attrs["units"] == data[f"{name}_se"].attrs["units"] == unit_of_result(system, name) != ""
+        assert data[name].dims == (("barrier",) if name in of_walls else ())
     assert data["x"].dims == ("path", "time")
     assert data["x"].shape == (2, 101)
     assert json.loads(data.attrs["settings"])["seed"] == 1
-    assert json.loads(data.attrs["oscillator"])["springpot"] == {"order": 0.5, "coefficient": 1.0}
+    assert [*system.of(sp.Springpot)] == [sp.Springpot(order=0.5, coefficient=1.0)]
     assert json.loads(data.attrs["diagnostics"])["versions"]["springpot"] == sp.__version__
 
 
@@ -431,7 +439,7 @@ def test_the_impacts_that_a_step_misses_are_told(restitution: float, c: float) -
     problem = oscillator(1.0, c, restitution=restitution)
     wanted = sp.theory.fokker_planck(problem)
     found = run(problem, paths=5000, step=0.05 / max(1.0, c), start="stationary")
-    told = missed_impacts(problem, found.settings.step, found.values["impact_speed_mean_square"])
+    told = missed_impacts(plan_of(problem).motion.struck, found.settings.step, found.values["impact_speed_mean_square"])
     missed = 1.0 - found.values["impact_rate"] / wanted.impact_rate
     error = found.errors["impact_rate"] / wanted.impact_rate
     assert abs(missed - told) < 0.15 * missed + 3.0 * error
@@ -439,11 +447,11 @@ def test_the_impacts_that_a_step_misses_are_told(restitution: float, c: float) -
 
 
 def test_a_start_that_is_remembered_is_told() -> None:
-    def told(**given: Any) -> list[str]:
-        return [sentence for sentence in run(**given).warnings if "remembers the start" in sentence]
+    def told(problem: Any, **given: Any) -> list[str]:
+        return [each for each in run(problem, **given).warnings if "the memory still acts of the start" in each]
 
     small = oscillator(0.2, 1.0)
-    assert "32 %" in told(oscillator=small, paths=1500, start="rest")[0]
-    assert not told(oscillator=small, paths=1500)
-    assert not told(oscillator=oscillator(0.8, 1.0), paths=1500, start="rest")
-    assert not told(oscillator=oscillator(0.2, 1.0, position=None), paths=1500, start="rest")
+    assert "32 %" in told(small, paths=1500, start="rest")[0]
+    assert not told(small, paths=1500)
+    assert not told(oscillator(0.8, 1.0), paths=1500, start="rest")
+    assert not told(oscillator(0.2, 1.0, position=None), paths=1500, start="rest")

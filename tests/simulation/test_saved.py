@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-from springpot.problem.units import UNITS
 
 import springpot as sp
+from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.file import read_system
 from springpot.simulation import Run
 from springpot.simulation.result import load as loaded
 from springpot.simulation.result import save as saved
+from springpot.simulation.watch.observables import OF_A_WALL
 
 OSCILLATOR = sp.Oscillator(springpot=sp.Springpot(0.5, 0.4), barrier=sp.Barrier(0.1, 0.8, "below"))
 
@@ -73,7 +75,8 @@ def test_a_run_comes_back_equal(which: str, suffix: str, tmp_path: Path, request
 
 def test_every_field_of_a_run_can_be_saved() -> None:
     """What is added to a run later must be of kinds that a file can hold."""
-    assert set(loaded._classes()) >= {"Run", "Oscillator", "Barrier", "Settings", "Budget", "Distribution", "Spectrum"}
+    kinds = {"Run", "Settings", "Adapted", "Budget", "Distribution", "PassageTimes", "Spectrum"}
+    assert set(loaded._classes()) >= kinds
 
 
 def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
@@ -84,7 +87,7 @@ def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
         assert found["x"].dims == ("path", "time")
         assert np.array_equal(found["x"], rich.record[:, :, 0])
         assert found["time"].units == "s"
-        assert json.loads(found.attrs["oscillator"])["barrier"]["side"] == "below"
+        assert read_system(json.loads(found.attrs["system"])).of(sp.Barrier) == (sp.Barrier(0.1, 0.8, "below"),)
 
 
 def test_other_programs_read_the_json_file(rich: Run, tmp_path: Path) -> None:
@@ -98,13 +101,21 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
     rich.save(tmp_path / "run.csv")
     rows = list(csv.DictReader((tmp_path / "run.csv").open(newline="")))
     numbers = {row["quantity"]: row for row in rows if not row["at"]}
-    assert list(numbers)[: len(UNITS) + 1] == [*UNITS, "power"]
+    names = [name for name in possible_results(rich.system) if not name.startswith("barrier_")]
+    of_the_wall = [row for row in rows if row["at"] == "barrier"]
+    assert [row["quantity"] for row in of_the_wall] == [f"barrier_{what}" for what in OF_A_WALL]
+    for row in of_the_wall:
+        assert row["along"] == "barrier"
+        assert float(row["value"]) == rich.values[row["quantity"]]
+        assert float(row["standard_error"]) == rich.errors[row["quantity"]]
+        assert row["unit"] == unit_of_result(rich.system, row["quantity"])
+    assert list(numbers)[: len(names) + 1] == [*names, "power"]
     assert {row["unit"] for name, row in numbers.items() if name.startswith("speed_first_passage_")} <= {"s", "1"}
-    for name in (*UNITS, "power"):
+    for name in (*names, "power"):
         row = numbers[name]
         assert float(row["value"]) == rich.values[name]
         assert float(row["standard_error"]) == rich.errors[name]
-        assert row["unit"] == UNITS.get(name, "")
+        assert row["unit"] == ("" if name == "power" else unit_of_result(rich.system, name))
     median = [row for row in rows if row["quantity"] == "impact_speed_quantile" and row["at"] == "0.5"]
     assert float(median[0]["value"]) == float(rich.distributions["impact_speed"].quantile(0.5)[0])
     assert (median[0]["along"], median[0]["unit"]) == ("probability", "m s-1")

@@ -16,6 +16,8 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impact_order,
     slow_impacts,
 )
+from springpot.simulation.plan.motion import StruckWalls
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
 from tests.sizes import thinned, validation
@@ -32,6 +34,10 @@ def observed(restitution: float, position: float) -> Run:
     return run(
         problem, paths=4096, step=STEP, duration=75.0, window=(15.0, 75.0), distributions=True, start="rest", threads=1
     )
+
+
+def walls(restitution: float, position: float) -> StruckWalls:
+    return plan_of(oscillator(1.0, 0.3, position=position, restitution=restitution)).motion.struck
 
 
 @cache
@@ -78,8 +84,7 @@ def test_behind_a_preload_the_lowest_may_be_too_low(restitution: float, position
 @pytest.mark.parametrize(("restitution", "position"), LOSSY)
 def test_so_does_their_density(restitution: float, position: float) -> None:
     sketch, (speed, below) = observed(restitution, position).distributions["impact_speed"], truth(restitution, position)
-    problem = oscillator(1.0, 0.3, position=position, restitution=restitution)
-    missed = slow_impacts(problem, STEP, sketch)
+    missed = slow_impacts(walls(restitution, position), STEP, sketch)
     assert missed is not None
     edges, density, error = sketch.density()
     bias = density_step_bias(missed, edges, density)
@@ -102,11 +107,10 @@ def test_rate_and_mean_speeds_too(restitution: float, position: float) -> None:
 def test_the_impacts_missed_by_speed_are_those_missed_in_all(restitution: float, position: float) -> None:
     """The run's own slow impacts tell the share as the mean square speed does, within what is said of both."""
     found = observed(restitution, position)
-    problem = found.oscillator
-    missed = slow_impacts(problem, STEP, found.distributions["impact_speed"])
+    missed = slow_impacts(walls(restitution, position), STEP, found.distributions["impact_speed"])
     assert missed is not None
-    told = missed_impacts(problem, STEP, found.values["impact_speed_mean_square"])
-    exact = sp.theory.fokker_planck(problem).impact_rate / found.values["impact_rate"] - 1.0
+    told = missed_impacts(walls(restitution, position), STEP, found.values["impact_speed_mean_square"])
+    exact = sp.theory.fokker_planck(found.system).impact_rate / found.values["impact_rate"] - 1.0
     assert missed.share == pytest.approx(exact, rel=0.3, abs=3.0 * found.errors["impact_rate"] / 0.4)
     assert told / (1.0 - told) == pytest.approx(missed.share, rel=0.8)
     assert missed.power == pytest.approx(2.0 * slow_impact_order(restitution))
@@ -114,10 +118,9 @@ def test_the_impacts_missed_by_speed_are_those_missed_in_all(restitution: float,
 
 def test_shorter_steps_leave_less() -> None:
     sketch = observed(0.5, 0.0).distributions["impact_speed"]
-    problem = oscillator(1.0, 0.3, position=0.0, restitution=0.5)
     biases = []
     for step in (0.04, 0.01, 0.0025):
-        missed = slow_impacts(problem, step, sketch)
+        missed = slow_impacts(walls(0.5, 0.0), step, sketch)
         assert missed is not None
         biases.append(quantile_step_bias(missed, sketch, (0.05, 0.5)))
     assert np.all(biases[0] > biases[1])

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit
-from springpot.simulation.plan.system_scales import system_scales
-from springpot.simulation.result.system_warnings import step_biases_of_system
 
 import springpot as sp
 from springpot.problem.parts import WhiteNoise
 from springpot.problem.parts.walls import restitution_at, slow_restitution
 from springpot.simulation.error.budget import orders_of_step
 from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.restitution import Fixed, Power
 from springpot.simulation.kernel.two_walls import Pair, fly_between
@@ -27,7 +26,8 @@ from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
 from .problems import assert_agrees
@@ -283,8 +283,8 @@ KINDS = {
 def test_bits_do_not_depend_on_threads_or_shards(name: str) -> None:
     system, paths = KINDS[name], 3 * LANES
     start: Any = "stationary" if name == "thermal" else "rest"
-    settings = resolve(system, paths=paths, duration=4.0, step=0.05, threads=1, start=start)
-    whole = simulation_of(system, settings, adapt(system, settings) if name == "thermal" else None)
+    plan = plan_of(system, paths=paths, duration=4.0, step=0.05, threads=1, start=start)
+    whole = simulation_of(adapt(plan) if name == "thermal" else plan)
     rows = whole.advance().rows
     assert np.isfinite(rows).all()
     assert np.array_equal(rows, whole.but(threads=2).advance().rows)
@@ -355,7 +355,7 @@ def test_saved_and_loaded(tmp_path: Path) -> None:
     found.save(tmp_path / "run.json")
     again = sp.load_run(tmp_path / "run.json")
     assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
-    assert again.oscillator == KINDS["colored"]
+    assert again.system == KINDS["colored"]
 
 
 # --- the memory of a springpot in series with a spring, and what is refused -------------------------------------------
@@ -419,7 +419,7 @@ def test_restitution_that_falls_with_the_speed() -> None:
     ids=["cubic", "box", "cubic-wall", "preloaded", "weight-on-contact", "sixth", "tiny"],
 )
 def test_temperature_of_any_potential(parts: tuple[Any, ...], theta: float) -> None:
-    law = system_scales(sp.System(*parts, sp.Dashpot(0.5), WhiteNoise(theta))).law
+    law = motion_of(sp.System(*parts, sp.Dashpot(0.5), WhiteNoise(theta))).law
     assert law.temperature == pytest.approx(theta, rel=1e-6)
     assert law.variance > 0.0
 
@@ -427,7 +427,7 @@ def test_temperature_of_any_potential(parts: tuple[Any, ...], theta: float) -> N
 def test_a_temperature_that_the_search_meets_exactly_is_found() -> None:
     """q / (2 c) is ten times the first guess: the surplus there is zero, but for rounding."""
     device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0))
-    assert system_scales(device).law.temperature == pytest.approx(5.0, rel=1e-9)
+    assert motion_of(device).law.temperature == pytest.approx(5.0, rel=1e-9)
 
 
 def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:
@@ -436,9 +436,9 @@ def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:
     system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0), sp.Barrier(0.4, law, side="above"))
     values = {"impact_rate": 1.74, "impact_speed_mean": 0.42, "impact_speed_mean_square": 0.5}
     for step in (0.02, 1e-3):  # the law is 0.13 and 0.19 at the speeds that these steps resolve
-        assert step_biases_of_system(system, step, values)["impact_rate"] > 1.0
-        assert orders_of_step(system, "impact_rate", step)[0] < 0.25
-    assert orders_of_step(system, "v_mean_square", 0.02)[0] > 0.7
+        assert impact_biases(motion_of(system), step, values)["impact_rate"] > 1.0
+        assert orders_of_step(motion_of(system), "impact_rate", step)[0] < 0.25
+    assert orders_of_step(motion_of(system), "v_mean_square", 0.02)[0] > 0.7
 
 
 def test_a_law_that_is_no_number_at_some_speed_is_named() -> None:

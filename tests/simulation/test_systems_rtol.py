@@ -5,7 +5,6 @@ Two kernels serve the everyday tests: parts that a test does not need are there 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
 from tests.simulation.systems import AWAY, NEARLY_LINEAR
 from tests.sizes import validation
 from tests.struck import rates_of
@@ -52,9 +51,10 @@ def test_stated_errors_hold_against_theory(system: sp.System, quantities: tuple[
 
 def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
     """Slow impacts behind a lossy wall are added: the rate agrees with the Fokker-Planck equation's."""
-    oscillator = sp.Oscillator(1.0, sp.Springpot(1.0, 0.3), sp.Barrier(-0.2, 0.5), sp.WhiteNoise(1.0))
+    wall = sp.Barrier(-0.2, 0.5)
+    oscillator = sp.Oscillator(1.0, sp.Springpot(1.0, 0.3), wall, sp.WhiteNoise(1.0))
     nearly = sp.System(
-        sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-12)), sp.Dashpot(0.3), oscillator.barrier,
+        sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-12)), sp.Dashpot(0.3), wall,
         sp.Barrier(100.0, 0.5, "below"), sp.WhiteNoise(1.0),
     )  # fmt: skip
     run = sp.run(nearly, rtol=0.03, quantities=("impact_rate",))
@@ -75,10 +75,10 @@ def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
 def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitation: tuple[Any, ...]) -> None:
     """Impulses of half steps are summed in pairs: at a short step the two paths are nearly the same."""
     system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.6), *excitation, NEARLY_LINEAR, *AWAY)
-    settings = resolve(system, paths=64, duration=4.0, step=0.02, window=(0.0, 4.0), start="rest")
-    fine = simulation_of(system, replace(settings, step=0.01)).advance(stream=3).rows[:, 0] / 400
-    coarse = simulation_of(system, settings, halved=True).advance(stream=3, halved=True).rows[:, 0] / 200
-    other = simulation_of(system, settings).advance(stream=3).rows[:, 0] / 200
+    plan = plan_of(system, paths=64, duration=4.0, step=0.02, window=(0.0, 4.0), start="rest")
+    fine = simulation_of(plan.but(step=0.01)).advance(stream=3).rows[:, 0] / 400
+    coarse = simulation_of(plan, halved=True).advance(stream=3, halved=True).rows[:, 0] / 200
+    other = simulation_of(plan).advance(stream=3).rows[:, 0] / 200
     assert np.abs(fine - coarse).max() < 0.02 * np.abs(fine).max()
     assert np.abs(fine - other).max() > 0.2 * np.abs(fine).max()
 

@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from springpot.simulation.estimate.system_samples import uncountable
 
 import springpot as sp
+from springpot.simulation.plan.motion import motion_of
 
 pytestmark = pytest.mark.validation
 
@@ -48,7 +48,7 @@ def judged(seed: int) -> dict[str, tuple[float, float, bool]]:
     """Distance from the reference over the stated width, the width over the value, whether it was reached."""
     system = random_system(seed)
     wanted = ["v_mean_square", "x_mean_square"]
-    if system.of(sp.Barrier) and not uncountable(system):
+    if system.of(sp.Barrier) and not motion_of(system).uncountable:
         wanted.append("impact_rate")
     run = sp.run(system, rtol=RTOL, quantities=wanted, seed=seed)
     end, steps = run.settings.duration, FINER * run.settings.steps

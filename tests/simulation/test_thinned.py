@@ -11,7 +11,7 @@ import pytest
 from springpot.figures import path
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot
 from springpot.simulation import run
-from springpot.simulation.plan.settings import MOST_RECORDED, resolve
+from springpot.simulation.plan.plan import MOST_RECORDED, plan_of
 
 OSCILLATOR = Oscillator(springpot=Springpot(0.5, 0.4), barrier=Barrier(0.1, 0.8, "below"))
 
@@ -33,11 +33,11 @@ def test_the_limit_counts_stored_points() -> None:
     with pytest.raises(
         ValueError, match=r"^record asks for 100 paths of 2000000 points, .*: use record_every=4 or more"
     ):
-        resolve(OSCILLATOR, **long)
-    assert resolve(OSCILLATOR, **long, record_every=4).recorded_points == 500_001
+        plan_of(OSCILLATOR, **long)
+    assert plan_of(OSCILLATOR, **long, record_every=4).settings.recorded_points == 500_001
     assert MOST_RECORDED < 100 * (2_000_000 // 3)
     with pytest.raises(ValueError, match="or at most 75 paths"):
-        resolve(OSCILLATOR, **long, record_every=3)
+        plan_of(OSCILLATOR, **long, record_every=3)
 
 
 def test_memory_is_that_of_the_stored_points() -> None:

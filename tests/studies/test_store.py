@@ -56,7 +56,7 @@ def test_a_zarr_reader_sees_the_numbers(whole: Path) -> None:
     for task in tasks(STUDY):
         numbers = root[f"theory/{task.method}/numbers"]
         row = np.asarray(numbers[task.slot])
-        assert numbers.attrs["columns"] == ["task", "sentences_length", *columns_of(task.method)]
+        assert numbers.attrs["columns"] == ["task", "sentences_length", *columns_of(task.method, task.base)]
         assert numbers.attrs["units"][2:4] == ["m2", "m"]
         answer = compute(task)
         np.testing.assert_array_equal(row[2:], answer.numbers)
@@ -79,7 +79,7 @@ def test_a_zarr_reader_sees_a_flipped_byte(copy: Path) -> None:
 def test_every_chunk_is_one_tasks_and_has_a_checksum(whole: Path) -> None:
     """The metadata are those of Zarr itself: no other reader needs springpot to decode a chunk."""
     root = zarr.open_group(whole, mode="r", use_consolidated=False)
-    widths = {"numbers": 2 + len(columns_of("exact")), "sentences": SENTENCES}
+    widths = {"numbers": 2 + len(columns_of("exact", STUDY.base)), "sentences": SENTENCES}
     for method in STUDY.methods:
         for name, width in widths.items():
             array = root[f"theory/{method}/{name}"]
@@ -279,7 +279,7 @@ def test_an_empty_folder_becomes_a_store(tmp_path: Path, whole: Path) -> None:
 
 def test_sentences_that_do_not_fit_are_shortened(tmp_path: Path) -> None:
     store, task = open_store(tmp_path / "study.zarr", STUDY), next(tasks(STUDY))
-    numbers = (1.0,) * len(columns_of(task.method))
+    numbers = (1.0,) * len(columns_of(task.method, task.base))
     store.write(task, Answer(numbers, "", ("a" * 3000, "b" * 3000)))
     assert store.read(task) == Answer(numbers, "", ("a" * 3000,))
     store.write(task, Answer(numbers, "\N{GREEK SMALL LETTER ALPHA}" * 5000, ()))
@@ -291,7 +291,7 @@ def test_sentences_that_do_not_fit_are_shortened(tmp_path: Path) -> None:
 
 def test_numbers_keep_every_bit(tmp_path: Path) -> None:
     store, task = open_store(tmp_path / "study.zarr", STUDY), next(tasks(STUDY))
-    numbers = (0.1, -0.0, 5e-324, math.inf, math.nan, 1 / 3, 1.7e308)
+    numbers = (0.1, -0.0, 5e-324, math.inf, math.nan, 1 / 3, 1.7e308, 1e-300, -2.5)
     store.write(task, Answer(numbers, "", ()))
     found = store.read(task)
     assert found is not None

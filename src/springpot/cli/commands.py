@@ -191,7 +191,7 @@ def compare(
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
-    print(_stated(result.system))
+    print(_stated(result.simulation.system))
     gaps = {name: result.gaps(name) for name in result.answers}
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]

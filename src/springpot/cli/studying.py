@@ -13,6 +13,7 @@ from cyclopts import App, Parameter
 
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.interrupt import leave_at_once
+from springpot.problem.numbers import label_of
 
 __all__ = ["app"]
 
@@ -171,7 +172,7 @@ def run(
             print(f'finished: xarray.open_datatree({outcome.path.as_posix()!r}, engine="zarr") opens it.')
     if outcome.failures:
         task, reason = outcome.failures[0]
-        where = ", ".join(f"{study.label(name)} {task.point[name]:g}" for name in study.columns)
+        where = ", ".join(f"{label_of(name)} {task.point[name]:g}" for name in study.columns)
         say(f"{len(outcome.failures)} tasks failed, the first of them {task.method} at {where}: {reason}")
         return 1
     return 0

@@ -8,19 +8,18 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated, checked_model, units_of_free
+from springpot.designing.approximation import approximated, places_of
+from springpot.designing.numbers import checked_system, units_of_free
+from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
-from springpot.designing.quick import places_of, quick_quantities
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
-from springpot.designing.rounds import MOST_ROUNDS, Plan, Searched, rounds, simulated
-from springpot.designing.search import Model
+from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, rounds, simulated
+from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
-from springpot.designing.watch import Watch
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
@@ -37,7 +36,7 @@ AT_BOUND = 1e-4  # of the whole range
 
 
 def design(
-    model: System | Oscillator,
+    model: System,
     minimize: Cost,
     subject_to: Mapping[str, tuple[float | None, float | None]],
     *,
@@ -54,7 +53,7 @@ def design(
 
     Parameters
     ----------
-    model : System or Oscillator
+    model : System
         With numbers marked by `springpot.free`, and a stationary state.
     minimize : str or callable
         The name of a quantity (``"v_mean_square"``) or of a free number, or a function of all of them by name.
@@ -114,8 +113,8 @@ def design(
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
     """
-    problem = checked_model(model, "model")
-    free = free_numbers(problem)
+    system = checked_system(model)
+    free = free_numbers(system)
     if not free:
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
     limits = checked_limits(subject_to, free)
@@ -125,28 +124,28 @@ def design(
     finite_number(probability, "probability", low=0.5, high=0.999)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
-    watch = Watch(max_time, progress, MOST_ROUNDS)
-    check_stationary(as_simulated(problem), "design")
+    work = DesignProgress(max_time, progress, MOST_ROUNDS)
+    check_stationary(system, "design")
     try:
-        watch.say()
-        allowed = controllable(motion_of(as_system(as_simulated(problem))))
+        work.say()
+        allowed = controllable(motion_of(system))
         check_names(limits, allowed)
         cost = checked_cost(minimize, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
-        chosen, quick = quick_quantities(problem, space, places, method, tuple(needed), seed, threads, watch)
-        pilot = Model(space, quick, cost, 1e-4)
-        if missing := set(needed).difference(*(pilot.at(place) for place in places)):
+        chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
+        approximation = Approximation(space, quick, cost, 1e-4)
+        if missing := set(needed).difference(*(approximation.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing))))
         exact = chosen != MONTE_CARLO and METHODS[chosen].exact
-        plan = Plan(pilot, limits, places, seed, probability, rtol, cost_rtol, exact)
-        measure = simulated(problem, pilot, tuple(needed), seed=seed, threads=threads, watch=watch)
-        found = rounds(plan, measure)
+        task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
+        measure = simulated(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
+        found = rounds(task, measure)
     except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None
-    watch.end()
-    return _told(problem, plan, found, chosen)
+    work.end()
+    return _told(system, task, found, chosen)
 
 
 def _missing(method: str, names: str) -> str:
@@ -155,24 +154,24 @@ def _missing(method: str, names: str) -> str:
     return f"method must have the results that are limited, and {method} has no {names} between the bounds."
 
 
-def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str) -> Design:
+def _told(system: System, task: DesignTask, found: Searched, method: str) -> Design:
     """What was found, with its warnings."""
-    cost, wanted, best, margin = plan.pilot.cost, plan.wanted, found.best, found.margin
+    cost, wanted, best, margin = task.approximation.cost, task.wanted, found.best, found.margin
     said = [*found.warnings]
     if unseen := [promise.limit for promise in best.promises if math.isnan(promise.probability)]:
         said.append(f"Monte Carlo saw too few events to tell whether {listed(unseen)}.")
-    elif not plan.holds(best):
+    elif not task.holds(best):
         said.append(
             f"The limits hold with a probability of {in_words(best.probability)} only, not {in_words(wanted)}: a "
             "smaller rtol helps."
         )
-    elif margin > plan.cost_rtol:
+    elif margin > task.cost_rtol:
         said.append(
             f"The distance to the limits costs {per_cent(margin)}, more than cost_rtol of "
-            f"{per_cent(plan.cost_rtol)}: a smaller rtol helps."
+            f"{per_cent(task.cost_rtol)}: a smaller rtol helps."
         )
     ends = {}
-    for name, number in free_numbers(problem).items():
+    for name, number in free_numbers(system).items():
         width = AT_BOUND * (number.high - number.low)
         if abs(best.values[name] - number.low) <= width or abs(best.values[name] - number.high) <= width:
             ends[name] = "low" if abs(best.values[name] - number.low) <= width else "high"
@@ -180,7 +179,7 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
                 f"{name} is at its {'lower' if ends[name] == 'low' else 'upper'} bound, {best.values[name]:.6g}."
             )
     return Design(
-        with_values(problem, best.values),
+        with_values(system, best.values),
         best.values,
         best.quantities,
         best.errors,
@@ -193,9 +192,9 @@ def _told(problem: Oscillator | System, plan: Plan, found: Searched, method: str
         found.history,
         tuple(said),
         found.least,
-        plan.limits,
+        task.limits,
         cost,
-        units_of_free(problem),
+        units_of_free(system),
     )
 
 

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Measured", "Pooled", "pooled"]
+__all__ = ["Pooled", "RoundValue", "pooled"]
 
 Floats = NDArray[np.float64]
 
-DRIFT = 0.5  # change of the logarithm of the ratio over that of theory, between two places
-SLIDE = 0.1  # change of the logarithm of the ratio over the distance of two places, as a share of the bounds
+SLOPE_WITH_THEORY = 0.5  # change of the logarithm of the ratio over that of theory, between two places
+SLOPE_WITH_PLACE = 0.1  # change of the logarithm of the ratio over the distance of two places, as a share of the bounds
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class RoundValue:
     """One quantity of one round.
 
     Attributes
@@ -43,12 +43,12 @@ class Measured:
         return math.hypot(self.standard_error, self.bias)
 
     @property
-    def chance(self) -> float:
+    def relative_variance(self) -> float:
         """Square of the relative standard error."""
         return (self.standard_error / self.value) ** 2
 
     @property
-    def doubt(self) -> float:
+    def relative_bias_square(self) -> float:
         """Square of the relative bias."""
         return (self.bias / self.value) ** 2
 
@@ -66,10 +66,10 @@ class Pooled:
     value: float
     error: float
     factor: float
-    drift: float
+    distance_error: float
 
 
-def pooled(rounds: Sequence[Measured], place: Floats, theory: float, exact: bool = False) -> Pooled:
+def pooled(rounds: Sequence[RoundValue], place: Floats, theory: float, exact: bool = False) -> Pooled:
     """A quantity at a place, from all rounds.
 
     The rounds have independent random numbers.  The ratio to theory may change between their places and this one: its
@@ -80,7 +80,7 @@ def pooled(rounds: Sequence[Measured], place: Floats, theory: float, exact: bool
 
     Parameters
     ----------
-    rounds : sequence of Measured
+    rounds : sequence of RoundValue
         In their order.
     place : ndarray
     theory : float
@@ -90,28 +90,29 @@ def pooled(rounds: Sequence[Measured], place: Floats, theory: float, exact: bool
     Examples
     --------
     >>> here = np.array([0.5])
-    >>> both = pooled([Measured(here, 1.0, 2.0, 0.02, 0.0), Measured(here, 1.0, 2.0, 0.02, 0.0)], here, 1.0)
-    >>> round(both.value, 6), round(both.error, 6), both.drift
+    >>> both = pooled([RoundValue(here, 1.0, 2.0, 0.02, 0.0), RoundValue(here, 1.0, 2.0, 0.02, 0.0)], here, 1.0)
+    >>> round(both.value, 6), round(both.error, 6), both.distance_error
     (2.0, 0.014142, 0.0)
     """
     last = rounds[-1]
     known = [each for each in rounds if math.isfinite(each.ratio) and each.theory * theory > 0.0]
     if last not in known:
         return Pooled(last.value, last.error, 1.0, 0.0 if np.array_equal(last.place, place) else math.inf)
-    chances = np.array([each.chance for each in known]) + np.maximum([each.doubt - last.doubt for each in known], 0.0)
+    more_bias = [each.relative_bias_square - last.relative_bias_square for each in known]
+    variances = np.array([each.relative_variance for each in known]) + np.maximum(more_bias, 0.0)
     changes = np.zeros((len(known), len(known))) if exact else _changes(known, place, theory)
-    weights = np.linalg.solve(np.diag(chances) + changes, np.ones(len(known)))
+    weights = np.linalg.solve(np.diag(variances) + changes, np.ones(len(known)))
     weights /= weights.sum()
     mean = float(weights @ np.array([each.ratio for each in known]))
     value = theory * math.exp(mean)
-    parts = float(weights**2 @ chances), max(float(weights @ changes @ weights), 0.0), last.doubt
+    parts = float(weights**2 @ variances), max(float(weights @ changes @ weights), 0.0), last.relative_bias_square
     return Pooled(value, abs(value) * math.sqrt(sum(parts)), math.exp(mean), abs(value) * math.sqrt(parts[1]))
 
 
-def _changes(rounds: Sequence[Measured], place: Floats, theory: float) -> Floats:
+def _changes(rounds: Sequence[RoundValue], place: Floats, theory: float) -> Floats:
     """Covariance of the logarithms of the ratios of the rounds, less that of a place."""
-    along = DRIFT * np.array([math.log(theory / each.theory) for each in rounds])
+    along = SLOPE_WITH_THEORY * np.array([math.log(theory / each.theory) for each in rounds])
     apart = np.stack([place - each.place for each in rounds])
-    slopes = np.outer(along, along) + SLIDE**2 * (apart @ apart.T)
-    bends = (along**2 / DRIFT) ** 2 + (SLIDE * (apart**2).sum(axis=1)) ** 2
+    slopes = np.outer(along, along) + SLOPE_WITH_PLACE**2 * (apart @ apart.T)
+    bends = (along**2 / SLOPE_WITH_THEORY) ** 2 + (SLOPE_WITH_PLACE * (apart**2).sum(axis=1)) ** 2
     return np.asarray(slopes + np.diag(bends))

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.quantities import unit_of
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
 from springpot.machine.faults import few, listed, meant, name_results, per_cent
 from springpot.machine.plain import plain
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
+from springpot.simulation.estimate.few_events import chance_below
 
 if TYPE_CHECKING:
     import xarray
@@ -46,6 +46,26 @@ class Promise:
     value: float
     error: float
     probability: float
+
+    @classmethod
+    def of(cls, limit: Limit, value: float, error: float) -> Promise:
+        """The promise of a limit whose quantity has this value and error; NaN without an error, as without events.
+
+        Examples
+        --------
+        >>> round(Promise.of(Limit("impact_rate", 0.2, True), 0.19, 0.01).probability, 4)
+        0.8413
+        """
+        from scipy import stats
+
+        if not error > 0.0:
+            probability = math.nan
+        elif value == 0.0:  # of an event that was not seen
+            probability = chance_below(limit.bound, error) if limit.upper else 0.0
+        else:
+            distance = limit.bound - value if limit.upper else value - limit.bound
+            probability = float(stats.norm.cdf(distance / error))
+        return cls(str(limit), value, error, probability)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +136,7 @@ class Design:
 
     Attributes
     ----------
-    model : System or Oscillator
+    model : System
         With the chosen values in place of the free numbers.
     values : dict
         They, by name.
@@ -139,7 +159,7 @@ class Design:
     warnings : tuple of str
     """
 
-    model: System | Oscillator
+    model: System
     values: dict[str, float]
     quantities: dict[str, float]
     errors: dict[str, float]
@@ -171,7 +191,7 @@ class Design:
         >>> sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
         'm2 s-2'
         """
-        return {name: unit_of(self.model, name) for name in self.quantities} | dict(self._units)
+        return {name: unit_of_result(self.model, name) for name in self.quantities} | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
         """The least cost against one limit, the other limits as they are.

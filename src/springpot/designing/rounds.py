@@ -12,20 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated
-from springpot.designing.pooling import Measured, Pooled, pooled
-from springpot.designing.promises import each_probability, impossible, promise_of, tightened
-from springpot.designing.results import Round
-from springpot.designing.search import CLOSE, Found, Model, search
+from springpot.designing.pooling import Pooled, RoundValue, pooled
+from springpot.designing.progress import DesignProgress
+from springpot.designing.results import Promise, Round
+from springpot.designing.search import CLOSE, Approximation, Found, search
 from springpot.designing.statement import Limit, cost_of
-from springpot.designing.watch import Watch
+from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import run
 
-__all__ = ["MOST_ROUNDS", "Plan", "Searched", "rounds", "simulated"]
+__all__ = ["MOST_ROUNDS", "DesignTask", "Searched", "rounds", "simulated"]
 
 Floats = NDArray[np.float64]
 
@@ -69,17 +67,17 @@ class Searched:
 class Simulated:
     """One run by Monte Carlo: quantities by name, and warnings."""
 
-    quantities: dict[str, Measured]
+    quantities: dict[str, RoundValue]
     warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class DesignTask:
     """What is searched, and how well it must be known.
 
     Attributes
     ----------
-    pilot : Model
+    approximation : Approximation
         Quantities that are quick to compute, and the cost.
     limits : tuple of Limit
     places : ndarray, shape (n, numbers)
@@ -93,7 +91,7 @@ class Plan:
         Whether the quick quantities are those that Monte Carlo tends to.
     """
 
-    pilot: Model
+    approximation: Approximation
     limits: tuple[Limit, ...]
     places: Floats
     seed: int
@@ -109,32 +107,32 @@ class Plan:
     @property
     def used(self) -> set[object]:
         """The names of the quantities that are limited, or are the cost."""
-        return {*(limit.name for limit in self.limits), self.pilot.cost}
+        return {*(limit.name for limit in self.limits), self.approximation.cost}
 
     @property
     def wanted(self) -> float:
-        """The probability of each limit."""
-        return each_probability(self.probability, len(self.limits))
+        """The probability of each limit that makes that of all (Bonferroni's inequality)."""
+        return 1.0 - (1.0 - self.probability) / max(len(self.limits), 1)
 
 
 @dataclass(frozen=True, eq=False)
 class _Known:
     """What the rounds so far have measured."""
 
-    plan: Plan
-    rounds: tuple[dict[str, Measured], ...] = ()
+    task: DesignTask
+    rounds: tuple[dict[str, RoundValue], ...] = ()
     seen: dict[bytes, dict[str, Pooled]] = field(default_factory=dict)
 
     def correct(self, u: Floats, theory: dict[str, float]) -> dict[str, float]:
         """Quantities of a place, from those of theory there."""
-        if self.plan.exact or not self.rounds or not theory:
+        if self.task.exact or not self.rounds or not theory:
             return theory
         factors = {name: pool.factor for name, pool in self.at(u).items()}
         return {name: value * factors.get(name, 1.0) for name, value in theory.items()}
 
     def errors(self, u: Floats) -> dict[str, float]:
         """Of the limited quantities at a place."""
-        return {limit.name: self.at(u)[limit.name].error for limit in self.plan.limits}
+        return {limit.name: self.at(u)[limit.name].error for limit in self.task.limits}
 
     def least(
         self,
@@ -146,32 +144,32 @@ class _Known:
 
         With errors, so far inside the limits that these leave the wanted probability.
         """
-        plan = self.plan
-        limits = plan.limits if limits is None else limits
+        task = self.task
+        limits = task.limits if limits is None else limits
         if errors is not None:
-            away = float(NormalDist().inv_cdf(plan.wanted)) + SPARE
-            limits = [tightened(limit, away * errors[limit.name]) for limit in limits]
+            away = float(NormalDist().inv_cdf(task.wanted)) + SPARE
+            limits = [limit.tightened(away * errors[limit.name]) for limit in limits]
         if near is not None:
-            found = search(plan.pilot, limits, near.u[None, :], plan.seed, self.correct)
+            found = search(task.approximation, limits, near.u[None, :], task.seed, self.correct)
             if found.excess <= CLOSE:
                 return found
-        return search(plan.pilot, limits, plan.places, plan.seed, self.correct)
+        return search(task.approximation, limits, task.places, task.seed, self.correct)
 
     def at(self, u: Floats) -> dict[str, Pooled]:
         """Every quantity at a place; computed once."""
         if (place := u.tobytes()) not in self.seen:
-            theory = self.plan.pilot.at(u)
+            theory = self.task.approximation.at(u)
             self.seen[place] = {
-                name: pooled([each[name] for each in self.rounds], u, theory.get(name, math.nan), self.plan.exact)
+                name: pooled([each[name] for each in self.rounds], u, theory.get(name, math.nan), self.task.exact)
                 for name in self.rounds[-1]
             }
         return self.seen[place]
 
     def round_at(self, u: Floats) -> Round:
         """A round at a place, measured there or near it."""
-        plan, pools, before = self.plan, self.at(u), _Known(self.plan, self.rounds[:-1])
+        task, pools, before = self.task, self.at(u), _Known(self.task, self.rounds[:-1])
         last = self.rounds[-1] if all(np.array_equal(each.place, u) for each in self.rounds[-1].values()) else {}
-        numbers, theory = plan.pilot.space.values(u), plan.pilot.at(u)
+        numbers, theory = task.approximation.space.values(u), task.approximation.at(u)
         expected = before.correct(u, theory) if last else self.correct(u, theory)
         values = {name: each.value for name, each in pools.items()}
         errors = {name: each.error for name, each in pools.items()}
@@ -183,11 +181,11 @@ class _Known:
             {name: each.error for name, each in last.items()},
             values,
             errors,
-            cost_of(plan.pilot.cost, {**expected, **values, **numbers}),
-            tuple(promise_of(limit, values[limit.name], errors[limit.name]) for limit in plan.limits),
+            cost_of(task.approximation.cost, {**expected, **values, **numbers}),
+            tuple(Promise.of(limit, values[limit.name], errors[limit.name]) for limit in task.limits),
         )
 
-    def towards(self, start: Floats, end: Floats) -> Round | None:
+    def farthest(self, start: Floats, end: Floats) -> Round | None:
         """How far one may go from a simulated place to another so that the limits hold there; None if nowhere."""
         if self.holds(end):
             return self.round_at(end)
@@ -199,18 +197,18 @@ class _Known:
 
     def holds(self, u: Floats) -> bool:
         """Whether the limits hold at a place, and most of the error there is that of the rounds themselves."""
-        if not self.plan.pilot.at(u):
+        if not self.task.approximation.at(u):
             return False
-        used = [pool for name, pool in self.at(u).items() if name in self.plan.used]
-        return all(pool.drift <= NEAR * pool.error for pool in used) and self.plan.holds(self.round_at(u))
+        used = [pool for name, pool in self.at(u).items() if name in self.task.used]
+        return all(pool.distance_error <= NEAR * pool.error for pool in used) and self.task.holds(self.round_at(u))
 
 
-def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Searched:
+def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) -> Searched:
     """Searches and runs in turn, until the limits hold at a cost that is close to the least.
 
     Parameters
     ----------
-    plan : Plan
+    task : DesignTask
     measure : callable
         Monte Carlo of what a search found, to this relative error, of this number of the round.
 
@@ -223,42 +221,42 @@ def rounds(plan: Plan, measure: Callable[[Found, float, int], Simulated]) -> Sea
     ValueError
         If no numbers satisfy the limits.
     """
-    known, history, rtol = _Known(plan), list[Round](), plan.rtol
+    known, history, rtol = _Known(task), list[Round](), task.rtol
     finest = max(FINEST * rtol, SMALLEST)
     least = _possible(known, None)
-    inside = known.least(near=least, errors={limit.name: 0.5 * rtol * abs(limit.bound) for limit in plan.limits})
-    found = inside if inside.excess <= CLOSE else least
+    with_margin = known.least(near=least, errors={limit.name: 0.5 * rtol * abs(limit.bound) for limit in task.limits})
+    found = with_margin if with_margin.excess <= CLOSE else least
     ends: list[Round] = []
     over: tuple[str, ...] = ()
     for number in range(MOST_ROUNDS):
         try:
             simulation = measure(found, rtol, number)
-            known = _Known(plan, (*known.rounds, simulation.quantities))
+            known = _Known(task, (*known.rounds, simulation.quantities))
             history.append(known.round_at(found.u))
             if any(math.isnan(promise.probability) for promise in history[-1].promises):
                 break
             errors, here = known.errors(found.u), found.u
             least = _possible(known, found)
             found = known.least(near=least, errors=errors)
-            pair = history[-1], known.towards(here, found.u)
-            ends = [each for each in pair if each is not None and plan.holds(each)]
-            if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= plan.cost_rtol:
+            pair = history[-1], known.farthest(here, found.u)
+            ends = [each for each in pair if each is not None and task.holds(each)]
+            if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= task.cost_rtol:
                 break
             above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
-            if ends and rtol <= finest and above > plan.cost_rtol:
+            if ends and rtol <= finest and above > task.cost_rtol:
                 break  # another run would not be precise enough either
-            finer = min(max(_finer(plan, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
+            finer = min(max(_finer(task, above, errors, known.rounds[-1]), FINER, finest / rtol), 1.0)
             rtol *= finer
             if finer < 1.0:  # where the next run will allow it to be
                 there = {name: min(finer * known.rounds[-1][name].error, error) for name, error in errors.items()}
-                closer = known.least(near=least, errors=there)
-                found = closer if closer.excess <= CLOSE else found
+                nearer_to_limits = known.least(near=least, errors=there)
+                found = nearer_to_limits if nearer_to_limits.excess <= CLOSE else found
         except OutOfTimeError:
             if not history:
                 raise
             over = ("max_time is over: this is the best design so far.",)
             break
-    held = ends or [each for each in history if plan.holds(each)]
+    held = ends or [each for each in history if task.holds(each)]
     best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
     margin = max(_price(best.cost, least.cost), 0.0)
     return Searched(best, tuple(history), known.least, margin, (*over, *simulation.warnings))
@@ -272,14 +270,26 @@ def _price(cost: float, least: float) -> float:
 def _possible(known: _Known, near: Found | None) -> Found:
     """The place of least cost; before the first run also one that misses a limit by no more than theory may be off."""
     least = known.least(near=near)
-    if least.excess > (CLOSE if known.rounds or known.plan.exact else DOUBTFUL):
-        raise ValueError(impossible(known.plan.limits, least))
+    if least.excess > (CLOSE if known.rounds or known.task.exact else DOUBTFUL):
+        raise ValueError(_missed(known.task.limits, least))
     return least
 
 
-def _finer(plan: Plan, above: float, errors: dict[str, float], latest: dict[str, Measured]) -> float:
+def _missed(limits: tuple[Limit, ...], found: Found) -> str:
+    """Which limit is missed, and by how much, where that is least."""
+    missed = max(limits, key=lambda limit: limit.excess(found.quantities.get(limit.name, math.inf)))
+    value = found.quantities.get(missed.name, math.nan)
+    where = listed([f"{name} = {value:.4g}" for name, value in found.values.items()])
+    off = abs(value / missed.bound - 1.0) if missed.bound else math.nan
+    share = f" by {per_cent(off, 3)}" if math.isfinite(off) else ""
+    wanted = "a limit that can be reached" if len(limits) == 1 else "limits that can hold together"
+    nearest = f"the nearest design, at {where}, has {missed.name} = {value:.4g}"
+    return f"subject_to must have {wanted}: {nearest}, which misses {missed}{share}."
+
+
+def _finer(task: DesignTask, above: float, errors: dict[str, float], latest: dict[str, RoundValue]) -> float:
     """Error of the next run over that of the last, so that the distance to the limits raises the cost by little."""
-    share = SHARE * plan.cost_rtol / above if above > 0.0 else math.inf
+    share = SHARE * task.cost_rtol / above if above > 0.0 else math.inf
     if share >= 1.0:
         return 1.0
     needed = share / math.sqrt(1.0 - share**2)
@@ -287,29 +297,29 @@ def _finer(plan: Plan, above: float, errors: dict[str, float], latest: dict[str,
 
 
 def simulated(
-    problem: Oscillator | System,
-    pilot: Model,
+    system: System,
+    approximation: Approximation,
     controlled: tuple[str, ...],
     *,
     seed: int,
     threads: int | None,
-    watch: Watch,
+    work: DesignProgress,
 ) -> Callable[[Found, float, int], Simulated]:
     """Monte Carlo of what a search found: every round has random numbers of its own."""
     seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
-        watch.round(number, 0.0)
+        work.round(number, 0.0)
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
         try:
             result = run(
-                as_simulated(with_values(problem, found.values)),
-                rtol=rtol, max_time=watch.left, seed=seeds[number], threads=threads,
-                progress=lambda fraction: watch.round(number, fraction), **wanted,
+                with_values(system, found.values),
+                rtol=rtol, max_time=work.left, seed=seeds[number], threads=threads,
+                progress=lambda fraction: work.round(number, fraction), **wanted,
             )  # fmt: skip
         except TimeoutError:
             raise OutOfTimeError from None
-        theory = pilot.at(found.u)
+        theory = approximation.at(found.u)
         measured = {}
         for name, value in result.values.items():
             if name not in theory and name not in controlled:
@@ -318,7 +328,7 @@ def simulated(
             bounds = (budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else ()
             bias = math.hypot(*bounds) / math.sqrt(3.0)  # uniform between the bounds: the sd of GUM, type B
             chance = math.nan if error is None else float(error)
-            measured[name] = Measured(found.u, theory.get(name, math.nan), float(value), chance, bias)
+            measured[name] = RoundValue(found.u, theory.get(name, math.nan), float(value), chance, bias)
         return Simulated(measured, result.warnings)
 
     return measure

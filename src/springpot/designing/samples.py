@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import motion_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
@@ -38,34 +36,22 @@ class SampledRun:
         Value and samples of every result, one sample per path; their mean is the value.
     start : dict
         The standard error that each value has from the error of the stationary start.
-    adapted : Adapted or None
-        That start.
     distributions : dict of Distribution
         Of x, v, amplitude and impact speed, if they were asked for; otherwise empty.
     """
 
     samples: dict[str, tuple[float, Floats]]
     start: Mapping[str, float]
-    adapted: Adapted | None
     distributions: Mapping[str, Distribution]
 
 
-def sampled_run(
-    problem: Oscillator | System,
-    settings: Settings,
-    *,
-    adapted: Adapted | None = None,
-    distributions: bool = False,
-    progress: Progress | None = None,
-) -> SampledRun:
-    """Run a model.
+def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress | None = None) -> SampledRun:
+    """Run a system.
 
     Parameters
     ----------
-    problem : Oscillator or System
-    settings : Settings
-    adapted : Adapted, optional
-        A stationary start that is known already; if left out, pilot runs find it.
+    plan : Plan
+        Pilot runs find its stationary start where it has none yet.
     distributions : bool
     progress : callable
         Called with the fraction of this run.
@@ -76,31 +62,30 @@ def sampled_run(
 
     Examples
     --------
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
     >>> from springpot.simulation.plan.plan import plan_of
-    >>> problem = Oscillator()
-    >>> found = sampled_run(problem, plan_of(problem, paths=64, duration=20.0, seed=1, threads=1).settings)
+    >>> system = System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0))
+    >>> found = sampled_run(plan_of(system, paths=64, duration=20.0, seed=1, threads=1))
     >>> value, samples = found.samples["x_mean_square"]
     >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
     (64, True)
     """
-    plan = Plan(motion_of(as_system(problem)), settings)
-    if adapted is not None:
-        plan = plan.started_at(adapted)
-    elif settings.start == "stationary":
+    if plan.adapted is None and plan.settings.start == "stationary":
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
-    observers = (sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate),) if distributions else ()
+    fastest = simulation.motion.scales.fastest_rate
+    observers = (sketches(GROUP * plan.settings.step * fastest),) if distributions else ()
     ensemble = simulation.advance(observers=observers, progress=progress)
     samples = estimate.samples_of(simulation, ensemble.rows)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
     counted = distributions_in(simulation, ensemble.observed[0]) if distributions else {}
-    return SampledRun(samples, start, plan.adapted, counted)
+    return SampledRun(samples, start, counted)
 
 
 def samples_of(
-    problem: Oscillator | System, settings: Settings, progress: Progress | None = None, done: int = 0, runs: int = 1
+    system: System, settings: Settings, progress: Progress | None = None, done: int = 0, runs: int = 1
 ) -> dict[str, tuple[float, Floats, float]]:
     """Value, samples path by path and error of the start of every result; ``done`` of ``runs`` runs are done."""
     part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
-    run = sampled_run(problem, settings, progress=part)
+    run = sampled_run(Plan(motion_of(system), settings), progress=part)
     return {name: (value, own, run.start[name]) for name, (value, own) in run.samples.items()}

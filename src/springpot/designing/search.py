@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.statement import Cost, Limit, Space, cost_of
 
-__all__ = ["Correct", "Found", "Model", "search"]
+__all__ = ["Approximation", "Correct", "Found", "search"]
 
 Floats = NDArray[np.float64]
 Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
@@ -50,7 +50,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Approximation:
     """Quantities of free numbers that are quick to compute.
 
     Attributes
@@ -81,7 +81,7 @@ class Model:
 class _Task:
     """One search: a model with its corrections, and limits."""
 
-    model: Model
+    model: Approximation
     limits: Sequence[Limit]
     correct: Correct
     logarithmic: bool
@@ -120,7 +120,7 @@ class _Task:
 
 
 def search(
-    model: Model,
+    model: Approximation,
     limits: Sequence[Limit],
     places: Floats,
     seed: int,
@@ -133,7 +133,7 @@ def search(
 
     Parameters
     ----------
-    model : Model
+    model : Approximation
     limits : sequence of Limit
     places : ndarray, shape (n, numbers)
     seed : int
@@ -144,7 +144,7 @@ def search(
     --------
     >>> from springpot.machine.arguments import Free
     >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
-    >>> model = Model(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
+    >>> model = Approximation(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
     >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), 1)
     >>> round(found.cost, 3)
     5.0
@@ -162,9 +162,9 @@ def search(
         starts = [end.u for end in nearest if end.excess <= CLOSE]
         if _agree(nearest):
             return min(ends, key=lambda end: end.excess)
-    ends += [found for u in starts if (found := _programmed(task, u)) is not None]
+    ends += [found for u in starts if (found := _by_slsqp(task, u)) is not None]
     if limits and all(end.excess > CLOSE or end.how == "screening" for end in ends):
-        ends.append(_evolved(task, ranked[0] if ranked else places[0], seed))
+        ends.append(_by_evolution(task, ranked[0] if ranked else places[0], seed))
     held = [end for end in ends if end.excess <= CLOSE and math.isfinite(end.cost)]
     return min(held, key=lambda end: end.cost) if held else min(ends, key=lambda end: end.excess)
 
@@ -186,7 +186,7 @@ def _agree(found: Sequence[Found]) -> bool:
     return abs(found[-1].excess - found[-2].excess) <= SAME * found[-1].excess
 
 
-def _programmed(task: _Task, u: Floats) -> Found | None:
+def _by_slsqp(task: _Task, u: Floats) -> Found | None:
     inside = (lambda place: -task.excesses(place)) if task.limits else None
     end = _least(task.cost, u, np.ones(u.size), inside, task.model.difference)
     found = task.found(end, "SLSQP")
@@ -220,7 +220,7 @@ def _nearest(task: _Task, u: Floats) -> Floats:
     return end if task.worst(end) < task.worst(u) else u
 
 
-def _evolved(task: _Task, u: Floats, seed: int) -> Found:
+def _by_evolution(task: _Task, u: Floats, seed: int) -> Found:
     from scipy.optimize import Bounds, differential_evolution
 
     def penalised(place: Floats) -> float:

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import Numbers, as_simulated, checked_model, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, checked_names, chosen_method, theory_values
+from springpot.designing.differences import Stencil, extrapolated, stencil
+from springpot.designing.numbers import Numbers, checked_system, moved_numbers
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
-from springpot.designing.stencils import Stencil, extrapolated, stencil
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import NotCoveredError, few, meant
-from springpot.problem.oscillator import Oscillator, as_system
+from springpot.machine.faults import NotCoveredError, few, meant, shown
 from springpot.problem.system import System
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -34,7 +33,7 @@ Floats = NDArray[np.float64]
 
 
 def sensitivity(
-    model: System | Oscillator,
+    model: System,
     quantities: Sequence[str] | str,
     *,
     method: str | None = None,
@@ -50,7 +49,7 @@ def sensitivity(
 
     Parameters
     ----------
-    model : System or Oscillator
+    model : System
         With a stationary state.  Its free numbers are moved (`springpot.free`), or all of its numbers if none is free.
     quantities : str or sequence of str
         Names of results, such as ``"impact_rate"``.
@@ -93,36 +92,44 @@ def sensitivity(
     >>> 0.0 < found.errors["impact_rate"]["order"] < 0.1
     True
     """
-    problem = checked_model(model, "model")
-    names = checked_names(quantities, "quantities")
+    system = checked_system(model)
+    names = _checked_names(quantities)
     finite_number(change, "change", low=0.001, high=0.3)
-    check_stationary(as_simulated(problem), "sensitivity")
-    numbers = moved_numbers(problem)
+    check_stationary(system, "sensitivity")
+    numbers = moved_numbers(system)
     if not numbers.values:
         raise ValueError("model must have a number that is not 0.")
-    chosen, doubt = chosen_method(problem, method)
+    chosen, doubt = chosen_method(system, method)
     said = [doubt] if doubt else []
     said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
     moved = replace(numbers, values={name: value for name, value in numbers.values.items() if value != 0.0})
     if not moved.values:
         raise ValueError("model must have a free number that is not 0: the others have no relative change.")
     if chosen == MONTE_CARLO:
-        settings = plan_of(
-            as_simulated(problem), paths=paths, seed=seed, duration=duration, step=step, threads=threads
-        ).settings
-        return _by_monte_carlo(problem, moved, names, settings, change, said, progress)
-    return _by_theory(problem, moved, names, chosen, said, progress)
+        settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
+        return _by_monte_carlo(system, moved, names, settings, change, said, progress)
+    return _by_theory(system, moved, names, chosen, said, progress)
+
+
+def _checked_names(quantities: Sequence[str] | str) -> tuple[str, ...]:
+    """Names of quantities as a tuple without repetitions."""
+    given = (quantities,) if isinstance(quantities, str) else quantities
+    if not isinstance(given, Sequence) or not all(isinstance(each, str) for each in given):
+        raise TypeError(f"quantities must be names of quantities, such as 'impact_rate', not {shown(quantities)}.")
+    if not given:
+        raise ValueError("quantities must name at least one quantity, such as 'impact_rate'.")
+    return tuple(dict.fromkeys(given))
 
 
 def _by_theory(
-    problem: Oscillator | System,
+    system: System,
     numbers: Numbers,
     names: tuple[str, ...],
     method: str,
     said: list[str],
     progress: Progress | None,
 ) -> Sensitivity:
-    base, statement = theory_values(problem, method)
+    base, statement = theory_values(system, method)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     for name in names:
@@ -151,7 +158,7 @@ def _by_theory(
         if progress is not None:
             progress((done + 1) / len(numbers.values))
     quantities = {name: base[name] for name in names}
-    return Sensitivity(problem, method, numbers.values, quantities, values, errors, {}, None, tuple(said))
+    return Sensitivity(system, method, numbers.values, quantities, values, errors, {}, None, tuple(said))
 
 
 def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None:
@@ -166,7 +173,7 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    problem: Oscillator | System,
+    system: System,
     numbers: Numbers,
     names: tuple[str, ...],
     settings: Settings,
@@ -185,17 +192,17 @@ def _by_monte_carlo(
     runs = 1 + sum(1 for own in stencils.values() for offset in own.offsets if offset)
     done = 0
 
-    def simulated(model: Oscillator | System) -> dict[str, tuple[float, Floats, float]]:
+    def simulated(system: System) -> dict[str, tuple[float, Floats, float]]:
         nonlocal done
-        found = samples_of(as_simulated(model), settings, progress, done, runs)
+        found = samples_of(system, settings, progress, done, runs)
         done += 1
         return found
 
-    base = simulated(problem)
+    base = simulated(system)
     for name in names:
         if name not in base:
             raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
-    if motion_of(as_system(as_simulated(problem))).struck.crowded and any("impact_" in name for name in names):
+    if motion_of(system).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     values, errors, gains = _tables(names), _tables(names), _tables(names)
     for name in numbers.values:
@@ -211,7 +218,7 @@ def _by_monte_carlo(
                 said.append(f"{quantity} changes its sign, or is not known, near {name} = {numbers.values[name]:g}.")
             values[quantity][name], errors[quantity][name], gains[quantity][name] = value, error, gain
     quantities = {name: base[name][0] for name in names}
-    return Sensitivity(problem, MONTE_CARLO, numbers.values, quantities, values, errors, gains, settings, tuple(said))
+    return Sensitivity(system, MONTE_CARLO, numbers.values, quantities, values, errors, gains, settings, tuple(said))
 
 
 def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step: float) -> tuple[float, float, float]:
@@ -234,14 +241,14 @@ def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step
     return value, math.hypot(common, start), gain
 
 
-def _moved(numbers: Numbers, name: str, distance: float) -> Oscillator | System:
-    """The model with one number changed by this distance of its logarithm."""
+def _moved(numbers: Numbers, name: str, distance: float) -> System:
+    """The system with one number changed by this distance of its logarithm."""
     return numbers.at({**numbers.values, name: numbers.values[name] * math.exp(distance)})
 
 
 def _exists(numbers: Numbers, name: str, distance: float) -> bool:
     try:
-        check_stationary(as_simulated(_moved(numbers, name, distance)), "sensitivity")
+        check_stationary(_moved(numbers, name, distance), "sensitivity")
     except (ValueError, TypeError):
         return False
     return True

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.machine.faults import name_results
 from springpot.machine.plain import plain
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.settings import Settings
 
@@ -27,7 +26,7 @@ class Sensitivity:
 
     Attributes
     ----------
-    model : System or Oscillator
+    model : System
     method : str
         The analytical method, or ``"monte_carlo"``.
     numbers : dict
@@ -48,7 +47,7 @@ class Sensitivity:
         One sentence for each reason to doubt a number, or for its absence.
     """
 
-    model: Oscillator | System
+    model: System
     method: str
     numbers: dict[str, float]
     quantities: dict[str, float]

@@ -50,6 +50,16 @@ class Limit:
             return sign * math.log(max(value / self.bound, 1e-12))
         return sign * (value - self.bound) / (abs(self.bound) or 1.0)
 
+    def tightened(self, distance: float) -> Limit:
+        """The limit moved inwards.
+
+        Examples
+        --------
+        >>> str(Limit("impact_rate", 0.2, True).tightened(0.01))
+        'impact_rate < 0.19'
+        """
+        return Limit(self.name, self.bound - distance if self.upper else self.bound + distance, self.upper)
+
     def __str__(self) -> str:
         return f"{self.name} {'<' if self.upper else '>'} {self.bound:g}"
 

@@ -219,14 +219,15 @@ def _multiple(value: float) -> str:
     Examples
     --------
     >>> k = Free(80.0, "k", 10.0, 200.0)
-    >>> _multiple(4 * k), _multiple(-k), _multiple(2 * k + 5), _multiple(k), _multiple(80.0)
-    ('4 × k', '−k', '2 × k + 5', '', '')
+    >>> _multiple(4 * k), _multiple(-k), _multiple(2 * k + 5), _multiple(k**2), _multiple(k), _multiple(80.0)
+    ('4 × k', '−k', '2 × k + 5', 'k^2', '', '')
     """
     if not isinstance(value, Free) or value.itself is value:
         return ""
     times = {1.0: "", -1.0: "−"}.get(value.times, f"{value.times:g} × ")
     plus = f" {'−' if value.plus < 0.0 else '+'} {abs(value.plus):g}" if value.plus else ""
-    return f"{times}{value.name}{plus}"
+    power = f"^{value.power:g}" if value.power != 1.0 else ""
+    return f"{times}{value.name}{power}{plus}"
 
 
 def _ends(

@@ -5,21 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
+from springpot.fitting.impacts import ImpactLikelihood, law_of
 from springpot.fitting.likelihood import LeastSquares, Likelihood
-from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
+from springpot.fitting.moduli import ModuliLikelihood
+from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
+from springpot.fitting.spectra import SpectrumLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
+from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import as_system
 from springpot.problem.parts.registration import kind_of
 from springpot.problem.system import KINDS, System
 
@@ -28,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fit"]
 
-_KINDS = "Moduli, a Spectrum, a FrequencyResponse, a Record, Impacts or Statistics"
+_KINDS = listed([kind.__name__ for kind in get_args(Data)], "or")
 
 
 def fit(
@@ -45,13 +49,13 @@ def fit(
 
     Parameters
     ----------
-    model : System, Oscillator, part or function, or a list of them
+    model : System, part or function, or a list of them
         With numbers marked by `springpot.free`.  Of a list the model with the smallest Bayesian information criterion
         is returned, with a table of all.  For `MeasuredImpacts` it can be a function r(v, ...) of the speeds before
         impact, whose other arguments have free numbers as their defaults.  Of `MeasuredStatistics` there may be several
         sets, of one device in different states: give pairs ``[(model, statistics), ...]`` and no ``data``; free numbers
         of the same name are one number.
-    data : Moduli, Spectrum, FrequencyResponse, Record, Impacts or Statistics
+    data : one of the ``Measured...`` classes
         Moduli need linear springs, dampers, springpots, arms and circuits; walls, noise and the mass have no influence.
         A frequency response needs a linear system without walls; its noise has no influence.
         Spectra and records need a linear system without walls, under stationary noise.  Statistics are simulated, so
@@ -111,28 +115,20 @@ def fit(
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
-    work = _Work(seed, _checked_paths(paths), threads, progress, stop)
+    if paths is not None and (not isinstance(paths, int) or paths < 1024 or paths & (paths - 1)):
+        raise ValueError(f"paths must be a power of two, at least 1024, not {shown(paths)}.")
+    how = _How(seed, paths, threads, progress, stop)
     if data is None:
-        return _fit(*_pairs(model), work)
-    if not isinstance(
-        data,
-        MeasuredModuli
-        | MeasuredSpectrum
-        | MeasuredFrequencyResponse
-        | MeasuredRecord
-        | MeasuredImpacts
-        | MeasuredStatistics,
-    ):
+        return _fit(*_pairs(model), how)
+    if not isinstance(data, Data):
         raise TypeError(f"data must be {_KINDS}, not {shown(data)}.")
     if paths is not None and not isinstance(data, MeasuredStatistics):
-        raise ValueError("paths must not be given: only data of Statistics are simulated.")
-    if isinstance(model, Sequence):
-        return _best_of(model, data, work)
-    return _fit(model, data, work)
+        raise ValueError("paths must not be given: only MeasuredStatistics are simulated.")
+    return _best_of(model, data, how) if isinstance(model, Sequence) else _fit(model, data, how)
 
 
 @dataclass(frozen=True)
-class _Work:
+class _How:
     """How a fit is computed."""
 
     seed: int
@@ -142,69 +138,64 @@ class _Work:
     stop: Callable[[], bool] | None
 
 
-def _checked_paths(paths: object) -> int | None:
-    if paths is None:
-        return None
-    if isinstance(paths, bool) or not isinstance(paths, int) or paths < 1024 or paths & (paths - 1):
-        raise ValueError(f"paths must be a power of two, at least 1024, not {shown(paths)}.")
-    return paths
-
-
 def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[MeasuredStatistics, ...]]:
     """Models and their statistics."""
     if not isinstance(model, Sequence) or not model:
         raise TypeError(f"data must be given: {_KINDS}.")
     for pair in model:
         if not isinstance(pair, tuple | list) or len(pair) != 2 or not isinstance(pair[1], MeasuredStatistics):
-            raise TypeError(f"model must be pairs (model, Statistics) where data is left out, not {shown(pair)}.")
+            raise TypeError(
+                f"model must be pairs (model, MeasuredStatistics) where data is left out, not {shown(pair)}."
+            )
     return tuple(pair[0] for pair in model), tuple(pair[1] for pair in model)
 
 
-def _best_of(models: Sequence[Any], data: Data, work: _Work) -> Fit:
+def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
-    found: list[Fit] = []
+    fits: list[Fit] = []
     for model in models:
         try:
-            found.append(_fit(model, data, work))
+            fits.append(_fit(model, data, how))
         except Stopped:
-            if not found:
+            if not fits:
                 raise
             break
-    found.sort(key=lambda fit: fit.bic)
-    plain = [_label(own.model) for own in found]
-    labels = [
-        f"{label} ({', '.join(own.values)})" if plain.count(label) > 1 else label
-        for label, own in zip(plain, found, strict=True)
-    ]
-    table = tuple(Choice(label, _numbers(own), own.bic, own.aicc) for label, own in zip(labels, found, strict=True))
-    return replace(found[0], choices=table)
+    fits.sort(key=lambda fit: fit.bic)
+    labels = [_label(fit.model) for fit in fits]
+    choices = tuple(
+        Choice(
+            f"{label} ({', '.join(fit.values)})" if labels.count(label) > 1 else label,
+            len(fit.values) + (not fit._solved()[0].known), fit.bic, fit.aicc,
+        )
+        for label, fit in zip(labels, fits, strict=True)
+    )  # fmt: skip
+    return replace(fits[0], choices=choices)
 
 
-def _fit(model: Any, data: Any, work: _Work) -> Fit:
-    likelihood = _likelihood(model, data, work)
+def _fit(model: Any, data: Any, how: _How) -> Fit:
+    model = tuple(map(as_system, model)) if isinstance(model, tuple) else as_system(model)
+    likelihood = _likelihood(model, data, how)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
         _check_size(len(own.free), likelihood.size, 2)
         _check_influence(likelihood)
-        likelihood.stop = work.stop
-    best = search(likelihood, work.seed)
+        likelihood.stop = how.stop
+    best = search(likelihood, how.seed)
     theta = own.outer(best.u)
     named = own.named(theta)
-    every = np.ones(theta.size, bool)
-    whole = likelihood.covariance(theta, every)
+    whole = likelihood.covariance(theta, np.ones(theta.size, bool))
     covariance = np.full(whole.shape, math.nan)
     if best.moves.any():
         slope = own.slope(theta)[best.moves]
         part = whole if best.moves.all() else likelihood.covariance(theta, best.moves)
         covariance[np.ix_(best.moves, best.moves)] = part * np.outer(slope, slope)
-    likelihood.go_on()
-    in_model = {name: value for name, value in named.items() if name in free_numbers_of(model)}
-    moving = int(best.moves.sum())
+    likelihood.stop = None  # the search has ended, and what is asked of it later is answered
+    # a function keeps its free numbers as its arguments, and the noise of a measurement is no number of the model
+    in_model = {} if callable(model) else {name: named[name] for name in free_numbers(model)}
     bic, aicc = _criteria(likelihood, best.deviance, theta)
     return Fit(
-        model=with_values(model, in_model) if isinstance(model, System | Oscillator | tuple)
-        or type(model) in KINDS.values() else model,
+        model=with_values(model, in_model) if in_model else model,
         data=data,
         values=named,
         errors=dict(zip(own.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
@@ -215,7 +206,7 @@ def _fit(model: Any, data: Any, work: _Work) -> Fit:
         extras=likelihood.extras(theta),
         covariance=covariance,
         correlations=correlation_of(whole),
-        deviance=best.deviance / likelihood.scatter(theta, moving),
+        deviance=best.deviance / likelihood.scatter(theta, int(best.moves.sum())),
         bic=bic,
         aicc=aicc,
         table=likelihood.table(theta),
@@ -242,50 +233,32 @@ def _check_influence(likelihood: Likelihood) -> None:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
 
-def free_numbers_of(model: Any) -> dict[str, Any]:
-    """The free numbers of a model; of a function none, because it keeps them as its arguments.
-
-    Examples
-    --------
-    >>> free_numbers_of(lambda v: v)
-    {}
-    """
-    return {} if callable(model) else {**free_numbers(model)}
-
-
-def _likelihood(model: Any, data: Any, work: _Work) -> Likelihood:
+def _likelihood(model: Any, data: Any, how: _How) -> Likelihood:
+    if isinstance(data, MeasuredImpacts):
+        return ImpactLikelihood(law_of(model), data)
     if isinstance(data, MeasuredStatistics | tuple):
-        from springpot.fitting.settling import settled
-
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
-            if not isinstance(each, System | Oscillator):
-                raise TypeError(f"model must be a System or an Oscillator for data of Statistics, not {shown(each)}.")
+            if not isinstance(each, System):
+                raise TypeError(f"model must be a System for MeasuredStatistics, not {shown(each)}.")
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
-        return settled(cases, work.seed, work.paths, work.threads, work.progress, work.stop)
-    if isinstance(data, MeasuredImpacts):
-        from springpot.fitting.impacts import ImpactLikelihood, law_of
+        from springpot.fitting.simulated_search import search_by_simulation  # brings the whole engine
 
-        return ImpactLikelihood(law_of(model), data)
-    if type(model) in KINDS.values():
-        model = System(model)
-    if not isinstance(model, System | Oscillator):
-        raise TypeError(f"model must be a System, an Oscillator or a part, not {shown(model)}.")
-    if isinstance(data, MeasuredModuli):
-        from springpot.fitting.moduli import ModuliLikelihood
+        return search_by_simulation(cases, how.seed, how.paths, how.threads, how.progress, how.stop)
+    system = System(model) if type(model) in KINDS.values() else model
+    if not isinstance(system, System):
+        raise TypeError(f"model must be a System or a part, not {shown(model)}.")
+    match data:
+        case MeasuredModuli():
+            return ModuliLikelihood(system, data)
+        case MeasuredFrequencyResponse():
+            return ResponseLikelihood(system, data)
+        case MeasuredSpectrum():
+            return SpectrumLikelihood(system, data, how.seed, how.stop)
+        case _:
+            from springpot.fitting.records import RecordLikelihood  # brings Numba
 
-        return ModuliLikelihood(model, data)
-    if isinstance(data, MeasuredFrequencyResponse):
-        from springpot.fitting.transfer import ResponseLikelihood
-
-        return ResponseLikelihood(model, data)
-    if isinstance(data, MeasuredSpectrum):
-        from springpot.fitting.spectra import SpectrumLikelihood
-
-        return SpectrumLikelihood(model, data, work.seed, work.stop)
-    from springpot.fitting.records import RecordLikelihood
-
-    return RecordLikelihood(model, data, work.seed, work.stop)
+            return RecordLikelihood(system, data, how.seed, how.stop)
 
 
 def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[float, float]:
@@ -296,10 +269,6 @@ def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[floa
     spare = n - k - 1
     aicc = whole + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
     return whole + k * math.log(n), aicc
-
-
-def _numbers(own: Fit) -> int:
-    return len(own.values) + (not own._solved()[0].known)
 
 
 def _label(model: Any) -> str:

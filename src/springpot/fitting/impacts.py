@@ -21,7 +21,6 @@ from springpot.fitting.part_data import MeasuredImpacts
 from springpot.machine.arguments import Free
 from springpot.machine.faults import listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System
@@ -82,7 +81,7 @@ def law_of(model: object) -> Law:
     >>> [*law_of(Barrier(0.0, free("r", 0.7, (0.1, 1.0)))).free]
     ['r']
     """
-    if isinstance(model, Oscillator | System | Barrier):
+    if isinstance(model, System | Barrier):
         return _law_of_wall(model)
     if not callable(model) or isinstance(model, type):
         raise TypeError(f"model must be a Barrier, a system with one, or a function r(speed, ...), not {shown(model)}.")
@@ -95,13 +94,8 @@ def law_of(model: object) -> Law:
     return Law(model, free)
 
 
-def _law_of_wall(model: Oscillator | System | Barrier) -> Law:
-    if isinstance(model, Barrier):
-        walls: tuple[Barrier, ...] = (model,)
-    elif isinstance(model, Oscillator):
-        walls = () if model.barrier is None else (model.barrier,)
-    else:
-        walls = model.of(Barrier)
+def _law_of_wall(model: System | Barrier) -> Law:
+    walls = (model,) if isinstance(model, Barrier) else model.of(Barrier)
     if len(walls) != 1:
         raise ValueError(f"model must have one wall for data of impacts, not {len(walls)}.")
     wall = walls[0]
@@ -175,10 +169,6 @@ class ImpactLikelihood(LeastSquares):
         if self.known:
             return 0.0
         return float(2.0 * np.log(self.data.after).sum()) + self.size * float(np.log(2.0 * np.pi))
-
-    def extras(self, theta: FloatArray) -> dict[str, float]:
-        """The relative scatter, where it was estimated."""
-        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
 
     def table(self, theta: FloatArray) -> Table:
         """Restitution against the speed before, in its order."""

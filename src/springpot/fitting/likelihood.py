@@ -215,10 +215,6 @@ class Likelihood(ABC):
             "the errors of the others hold for this value of it."
         )
 
-    def go_on(self) -> None:
-        """Nothing stops it from now on: the fit has ended, and what is asked of it later is answered."""
-        self.stop = None
-
 
 class LeastSquares(Likelihood):
     """A sum of squares of residuals that are independent and of equal variance: 1 where it is known."""
@@ -261,6 +257,10 @@ class LeastSquares(Likelihood):
             return 1.0
         found = self.pearson(theta)
         return float(found @ found) / max(self.size - moving, 1)
+
+    def extras(self, theta: FloatArray) -> dict[str, float]:
+        """The relative error, where it was estimated."""
+        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
         """Coordinates between which the minimum is searched."""

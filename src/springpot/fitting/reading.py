@@ -111,7 +111,7 @@ def read_data(path: str | Path) -> Data:
 
     Returns
     -------
-    Moduli, Spectrum, FrequencyResponse, Record, Impacts or Statistics
+    one of the ``Measured...`` classes
         In SI units.
 
     Raises

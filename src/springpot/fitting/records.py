@@ -13,13 +13,12 @@ from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
 from springpot.fitting.motion_data import MeasuredRecord
-from springpot.fitting.response import response
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
+from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.machine.arguments import Free
 from springpot.machine.faults import Stopped
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 
 __all__ = ["RecordLikelihood", "rounding_of"]
@@ -39,7 +38,7 @@ class RecordLikelihood(Likelihood):
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Linear, without walls, under Gaussian noise, with free numbers.
     data : MeasuredRecord
     seed : int
@@ -51,21 +50,21 @@ class RecordLikelihood(Likelihood):
     smooth_start = True
 
     def __init__(
-        self, model: System | Oscillator, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None
+        self, system: System, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None
     ) -> None:
-        self.model, self.data, self.stop = model, data, stop
+        self.system, self.data, self.stop = system, data, stop
         self.size = data.size
         self._duration = float(data.time[-1] - data.time[0])
-        free = (*free_numbers(model).values(),)
+        free = (*free_numbers(system).values(),)
         if data.noise is None:
             check_name(free)
             spread = float(data.values.std())
             free = (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
-        response(model, data.of, sampled=True)  # what a record cannot be of is an error before any work
-        _check_length(model, data)
+        response(system, data.of, sampled=True)  # what a record cannot be of is an error before any work
+        _check_length(system, data)
         self._filtered(np.array([float(number) for number in free]), free)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
-        self._spectrum = SpectrumLikelihood(model, without_leakage, stop=stop)
+        self._spectrum = SpectrumLikelihood(system, without_leakage, stop=stop)
         self.coordinates = Coordinates(self._begin(free, seed))
 
     def _begin(self, free: tuple[Free, ...], seed: int) -> tuple[Free, ...]:
@@ -82,7 +81,7 @@ class RecordLikelihood(Likelihood):
         """-2 ln L, the innovations in standard deviations, and these."""
         named = dict(zip([number.name for number in free], map(float, theta), strict=True))
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        space = state_space(restarted(self.model, named), self.data.of, self.data.step, self._duration)
+        space = state_space(restarted(self.system, named), self.data.of, self.data.step, self._duration)
         return innovations_of(space.sampled(self.data.step), noise, self.data.values)
 
     def deviance(self, theta: FloatArray) -> float:
@@ -253,9 +252,9 @@ def rounding_of(values: FloatArray) -> float:
     return 0.0
 
 
-def _check_length(model: System | Oscillator, data: MeasuredRecord) -> None:
+def _check_length(system: System, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
-    frequency = model.natural_frequency / (2.0 * np.pi)
+    frequency = system.natural_frequency / (2.0 * np.pi)
     rate, duration = 1.0 / data.step, float(data.time[-1] - data.time[0])
     if frequency > 0.5 * rate:
         raise ValueError(f"data must have more than two samples in a period of the model: its natural frequency is "

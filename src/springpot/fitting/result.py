@@ -93,7 +93,7 @@ class Fit:
 
     Attributes
     ----------
-    model : System, Oscillator, part or function, or a tuple of them
+    model : System, part or function, or a tuple of them
         With the found values in place of the free numbers; a function as it was given.
     data
         What it was fitted to; a tuple where there are several data sets.

@@ -19,10 +19,9 @@ from springpot.fitting.likelihood import (
     slopes,
 )
 from springpot.fitting.motion_data import MeasuredSpectrum
-from springpot.fitting.response import Density, correlations_of_bins, folded, response, windowed
+from springpot.fitting.spectral_density import Density, correlations_of_bins, folded, response, windowed
 from springpot.machine.arguments import Free
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 
 __all__ = ["NOISE", "SpectrumLikelihood"]
@@ -50,7 +49,7 @@ class SpectrumLikelihood(LeastSquares):
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Linear, without walls, with free numbers.
     data : MeasuredSpectrum
     seed : int
@@ -64,10 +63,10 @@ class SpectrumLikelihood(LeastSquares):
     """
 
     def __init__(
-        self, model: System | Oscillator, data: MeasuredSpectrum, seed: int = 1, stop: Callable[[], bool] | None = None
+        self, system: System, data: MeasuredSpectrum, seed: int = 1, stop: Callable[[], bool] | None = None
     ) -> None:
-        self.model, self.data, self.stop = model, data, stop
-        free = (*free_numbers(model).values(),)
+        self.system, self.data, self.stop = system, data, stop
+        free = (*free_numbers(system).values(),)
         if data.noise is None:
             check_name(free)
             low, high = float(data.density.min()), float(data.density.max())
@@ -77,7 +76,7 @@ class SpectrumLikelihood(LeastSquares):
         self._root = data.averages**0.5
         self._grid = 0
         if data.window is not None and free:
-            rough = SpectrumLikelihood(model, replace(data, window=None, segment=None), stop=stop)
+            rough = SpectrumLikelihood(system, replace(data, window=None, segment=None), stop=stop)
             theta = rough.coordinates.outer(search(rough, seed).u)
             self.coordinates = Coordinates(moved(free, theta))
             self.smooth_start = True
@@ -87,7 +86,7 @@ class SpectrumLikelihood(LeastSquares):
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
         data = self.data
-        density = response(restarted(self.model, named), data.of, sampled=data.sampling_rate is not None)
+        density = response(restarted(self.system, named), data.of, sampled=data.sampling_rate is not None)
         if data.sampling_rate is None:
             return density(data.frequency_hz) + noise
         density = folded(density, data.sampling_rate)

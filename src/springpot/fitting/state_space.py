@@ -16,7 +16,6 @@ import numpy as np
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     ColoredNoise,
     FractionalMaxwell,
@@ -95,12 +94,12 @@ class StateSpace:
         return Sampled(transition, 0.5 * (stationary + stationary.T), self.row, self.mean)
 
 
-def state_space(model: System | Oscillator, of: Of, step: float, duration: float) -> StateSpace:
+def state_space(system: System, of: Of, step: float, duration: float) -> StateSpace:
     """The state of a linear system whose samples have this step and duration.
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Linear, without walls, under white, colored, filtered or thermal noise.
     of : {"x", "v", "a"}
     step, duration : float
@@ -122,7 +121,6 @@ def state_space(model: System | Oscillator, of: Of, step: float, duration: float
     >>> own.rates.shape
     (32, 32)
     """
-    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
             raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")

@@ -102,9 +102,9 @@ class MeasuredStatistics:
 
     def _fill(self, pairs: Mapping[str, Any], correlation: Any) -> None:
         if not pairs:
-            raise ValueError(f"Statistics must have at least one statistic, such as {_EXAMPLE}.")
+            raise ValueError(f"MeasuredStatistics must have at least one statistic, such as {_EXAMPLE}.")
         if len(pairs) > MOST_STATISTICS:
-            raise ValueError(f"Statistics must have at most {MOST_STATISTICS:,} statistics.")
+            raise ValueError(f"MeasuredStatistics must have at most {MOST_STATISTICS:,} statistics.")
         numbers = [_pair(place, name, pair) for place, (name, pair) in enumerate(pairs.items())]
         values, errors = np.array(numbers).T
         put(self, names=tuple(pairs), values=_fixed(values), errors=_fixed(errors))

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
-from springpot.fitting.moduli import complex_modulus
-from springpot.machine.arguments import Free
+from springpot.fitting.moduli import Slopes, complex_modulus, idle_numbers, slopes_by_name
 from springpot.machine.faults import listed
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import Mass
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -23,14 +18,12 @@ __all__ = ["ResponseLikelihood", "response_of"]
 ComplexArray = NDArray[np.complex128]
 
 
-def response_of(
-    model: System | Oscillator, frequency_hz: FloatArray, of: str, on: str
-) -> tuple[ComplexArray, list[tuple[float, Any]]]:
+def response_of(system: System, frequency_hz: FloatArray, of: str, on: str) -> tuple[ComplexArray, Slopes]:
     """The response, and the derivative of its logarithm by each number that enters.
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Linear, without walls.
     frequency_hz : ndarray, shape (n,)
     of : {"x", "v", "a"}
@@ -43,18 +36,16 @@ def response_of(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Dashpot, Spring
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring
     >>> device = System(Mass(2.0), Spring(8.0), Dashpot(0.4))
     >>> found, _ = response_of(device, np.array([1.0 / np.pi]), "x", "mass")
     >>> bool(abs(found[0] + 1.25j) < 1e-12)
     True
     """
-    companion_of(as_system(model) if isinstance(model, Oscillator) else model)
-    mass: float = 1.0
-    if isinstance(model, System):
-        mass = next((part.value for part in model.of(Mass)), 1.0)
+    companion_of(system)  # refuses what it does not cover
+    mass = system.mass
     p = np.asarray(2j * np.pi * frequency_hz, complex)
-    modulus, slopes = complex_modulus(model, frequency_hz)
+    modulus, slopes = complex_modulus(system, frequency_hz)
     whole = modulus + mass * p**2
     found = [(number, -slope / whole) for number, slope in slopes]
     own = -(p**2) / whole
@@ -74,7 +65,7 @@ class ResponseLikelihood(LeastSquares):
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Linear, without walls, with free numbers.
     data : MeasuredFrequencyResponse
 
@@ -90,21 +81,20 @@ class ResponseLikelihood(LeastSquares):
     analytic (but for values beyond |z| = 1): the estimates are not biased by it.
     """
 
-    def __init__(self, model: System | Oscillator, data: MeasuredFrequencyResponse) -> None:
-        self.model, self.data = model, data
-        self.coordinates = Coordinates(tuple(free_numbers(model).values()))
+    def __init__(self, system: System, data: MeasuredFrequencyResponse) -> None:
+        self.system, self.data = system, data
+        self.coordinates = Coordinates(tuple(free_numbers(system).values()))
         self.size = data.size
         self.known = data.errors is not None
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
-        entering = {n.name for n, _ in self._at(model)[1] if isinstance(n, Free)}
-        if idle := [name for name in self.coordinates.names if name not in entering]:
+        if idle := idle_numbers(self._at(system)[1], self.coordinates.names):
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
-    def _at(self, model: System | Oscillator) -> tuple[ComplexArray, list[tuple[float, Any]]]:
-        return response_of(model, self.data.frequency_hz, self.data.of, self.data.on)
+    def _at(self, system: System) -> tuple[ComplexArray, Slopes]:
+        return response_of(system, self.data.frequency_hz, self.data.of, self.data.on)
 
     def _expected(self, theta: FloatArray) -> ComplexArray:
-        return self._at(restarted(self.model, self.coordinates.named(theta)))[0]
+        return self._at(restarted(self.system, self.coordinates.named(theta)))[0]
 
     def residuals(self, theta: FloatArray) -> FloatArray:
         """Logarithms of the ratios of the magnitudes, then differences of the phases."""
@@ -113,21 +103,13 @@ class ResponseLikelihood(LeastSquares):
 
     def sensitivity(self, theta: FloatArray) -> FloatArray:
         """Change of the logarithm of the response, in its standard deviations."""
-        _, slopes = self._at(restarted(self.model, self.coordinates.named(theta)))
-        by_name = {name: np.zeros(self.data.response.size, complex) for name in self.coordinates.names}
-        for number, slope in slopes:
-            if isinstance(number, Free):
-                by_name[number.name] = by_name[number.name] + number.times * slope
-        matrix = np.stack([*by_name.values()], axis=-1)
+        _, slopes = self._at(restarted(self.system, self.coordinates.named(theta)))
+        matrix = slopes_by_name(slopes, self.coordinates.names, self.data.response.size)
         return np.asarray(np.concatenate([matrix.real, matrix.imag]) / self._unit[:, None])
 
     def constant(self) -> float:
         """Of the errors, where they are known."""
         return float(2.0 * np.log(self._unit).sum() + self.size * np.log(2.0 * np.pi))
-
-    def extras(self, theta: FloatArray) -> dict[str, float]:
-        """The relative error, where it was estimated."""
-        return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
 
     def table(self, theta: FloatArray) -> Table:
         """Magnitude and phase against frequency."""

@@ -23,14 +23,14 @@ class Free(float):
     name : str
     low, high : float
         Its bounds.
-
-    times, plus : float
-        It is ``times`` the number of that name, plus ``plus``; ``low`` and ``high`` are those of the result.
+    times, plus, power : float
+        It is ``times * number ** power + plus`` of the number of that name; ``low`` and ``high`` are those of the
+        result.
 
     Notes
     -----
-    A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places.
-    Other arithmetic, also with two free numbers, gives plain numbers.
+    A free number plus, minus, times or over a plain one is free too, so that one number may stand at several places; so
+    is a power of one with positive bounds.  Other arithmetic, also with two free numbers, gives plain numbers.
 
     Examples
     --------
@@ -39,44 +39,66 @@ class Free(float):
     (free('gap', 0.004, (0.001, 0.006)), True, 0.006)
     >>> -gap
     -free('gap', 0.004, (0.001, 0.006))
+    >>> stiffness = 2.0 * Free(3.0, "frequency", 1.0, 4.0) ** 2
+    >>> stiffness == 18.0, stiffness.high, stiffness.itself.high
+    (True, 32.0, 4.0)
     """
 
-    __slots__ = ("high", "low", "name", "plus", "times")
+    __slots__ = ("high", "low", "name", "plus", "power", "times")
     name: str
     low: float
     high: float
     times: float
     plus: float
+    power: float
 
-    def __new__(cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0) -> Free:
+    def __new__(
+        cls,
+        start: float,
+        name: str,
+        low: float,
+        high: float,
+        times: float = 1.0,
+        plus: float = 0.0,
+        power: float = 1.0,
+    ) -> Free:
         number = super().__new__(cls, start)
-        number.name, number.low, number.high, number.times, number.plus = name, low, high, times, plus
+        number.name, number.low, number.high = name, low, high
+        number.times, number.plus, number.power = times, plus, power
         return number
 
     def __getnewargs__(self) -> tuple[Any, ...]:
-        return float(self), self.name, self.low, self.high, self.times, self.plus
+        return float(self), self.name, self.low, self.high, self.times, self.plus, self.power
 
     def __repr__(self) -> str:
-        if (self.times, self.plus) != (1.0, 0.0):
+        if self.itself is not self:
             times = {1.0: "", -1.0: "-"}.get(self.times, f"{self.times!r} * ")
-            return f"{times}{self.itself!r}" + (f" + {self.plus!r}" if self.plus else "")
+            power = f" ** {self.power!r}" if self.power != 1.0 else ""
+            return f"{times}{self.itself!r}{power}" + (f" + {self.plus!r}" if self.plus else "")
         return f"free({self.name!r}, {float(self)!r}, ({self.low!r}, {self.high!r}))"
 
     @property
     def itself(self) -> Free:
-        """The number of that name, of which this may be a multiple."""
-        if (self.times, self.plus) == (1.0, 0.0):
+        """The number of that name, from which this one follows."""
+        if (self.times, self.plus, self.power) == (1.0, 0.0, 1.0):
             return self
-        low, start, high = ((number - self.plus) / self.times for number in (self.low, float(self), self.high))
+        low, start, high = (
+            ((number - self.plus) / self.times) ** (1.0 / self.power) for number in (self.low, float(self), self.high)
+        )
         return Free(start, self.name, min(low, high), max(low, high))
 
     def at(self, value: float) -> float:
         """What stands here where the number of that name has a value."""
-        return self.times * float(value) + self.plus
+        return float(self.times * float(value) ** self.power + self.plus)
+
+    @property
+    def slope(self) -> float:
+        """The derivative of what stands here by the number of that name."""
+        return float(self.times * self.power * float(self.itself) ** (self.power - 1.0))
 
     def moved_to(self, value: float) -> Free:
         """The same with another start, as it stands here."""
-        return Free(value, self.name, self.low, self.high, self.times, self.plus)
+        return Free(value, self.name, self.low, self.high, self.times, self.plus, self.power)
 
     def _linear(self, times: object, plus: object) -> Any:
         plain = all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in (times, plus))
@@ -84,7 +106,7 @@ class Free(float):
             return NotImplemented
         low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))  # type: ignore[operator]
         more = float(times * self.times), float(times * self.plus + plus)  # type: ignore[operator]
-        return Free(start, self.name, min(low, high), max(low, high), *more)
+        return Free(start, self.name, min(low, high), max(low, high), *more, self.power)
 
     def __neg__(self) -> Any:
         return self._linear(-1.0, 0.0)
@@ -103,6 +125,14 @@ class Free(float):
 
     def __truediv__(self, other: object) -> Any:
         return _or_plain(self._linear(_inverse(other), 0.0), float.__truediv__, self, other)
+
+    def __pow__(self, other: object, modulus: None = None) -> Any:
+        plain = isinstance(other, int | float) and not isinstance(other, bool | Free) and other and math.isfinite(other)
+        if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
+            return float.__pow__(self, other)  # type: ignore[operator]
+        low, start, high = (float(each**other) for each in (self.low, float(self), self.high))  # type: ignore[operator]
+        more = float(self.times**other), 0.0, float(self.power * other)  # type: ignore[operator]
+        return Free(start, self.name, min(low, high), max(low, high), *more)
 
     __rmul__, __radd__ = __mul__, __add__
 

@@ -38,14 +38,14 @@ _NUMBER = {
             "the value of start.",
             "properties": {
                 "free": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
-                **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus")},
+                **{name: {"type": "number"} for name in ("start", "low", "high", "times", "plus", "power")},
             },
             "required": ["free", "start", "low", "high"],
             "additionalProperties": False,
         },
     ]
 }
-_FREE = {"free": str, "start": float, "low": float, "high": float, "times": float, "plus": float}
+_FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
 _PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
 
 
@@ -231,14 +231,19 @@ def _is_a(hint: Any, kind: type) -> bool:
 
 def _free(table: Mapping[str, Any], where: str) -> Free:
     """A free number from its table."""
-    _check_keys(table, _FREE, {*_FREE} - {"times", "plus"}, where)
+    _check_keys(table, _FREE, {*_FREE} - {"times", "plus", "power"}, where)
     try:
         number = free(table["free"], table["start"], (table["low"], table["high"]))
         times = finite_number(table.get("times", 1.0), "times", low=-LARGEST, high=LARGEST)
         plus = finite_number(table.get("plus", 0.0), "plus", low=-LARGEST, high=LARGEST)
-        if times == 0.0:
-            raise ValueError("times must not be 0: then the number is not free.")
-        return number if (times, plus) == (1.0, 0.0) else times * number + plus
+        power = finite_number(table.get("power", 1.0), "power", low=-10.0, high=10.0)
+        if times == 0.0 or power == 0.0:
+            raise ValueError(f"{'times' if times == 0.0 else 'power'} must not be 0: then the number is not free.")
+        if power != 1.0 and not number.low > 0.0:
+            raise ValueError("low must be greater than 0 of a number with a power.")
+        raised: Any = number if power == 1.0 else number**power
+        found: Free = raised if (times, plus) == (1.0, 0.0) else times * raised + plus
+        return found
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
 

@@ -1,4 +1,4 @@
-"""The numbers of a result, by name: what a store keeps of each task, of an oscillator or of a system."""
+"""The numbers of a result, by name: what a store keeps of each task."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from springpot.problem.catalogue import possible_results, unit_of_result
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
-from springpot.theory.result import MOMENTS, names_of_results
+from springpot.theory.result import names_of_results
 
 __all__ = [
     "ENDINGS",
@@ -24,37 +23,34 @@ __all__ = [
     "walls_of",
 ]
 
-_PAPER = as_system(Oscillator())
-
 ENDINGS = ("", "_se", "_error")
 """Of a value, its standard error, and the half-width of its total 95 % interval."""
 OF_WALLS = ("impact_rate", "impact_speed_mean", "power", "force_mean")
 """Quantities of each wall: in a data set they have the dimension ``barrier``."""
 
 
-def columns_of(method: str, system: System | None = None) -> tuple[str, ...]:
-    """Names of the numbers in a method's result; of a system they depend on its parts and their names alone.
+def columns_of(method: str, system: System) -> tuple[str, ...]:
+    """Names of the numbers in a method's result: they depend on the parts of the system and their names alone.
 
     Examples
     --------
-    >>> columns_of("envelope")[:2]
+    >>> from springpot.problem.parts import Spring
+    >>> columns_of("envelope", System(Spring(1.0)))[:2]
     ('amplitude_mean_square', 'x_mean')
     """
     if method != "monte_carlo":
-        return MOMENTS if system is None else names_of_results(system)
-    return tuple(name + ending for name in _of_a_run(system) for ending in ENDINGS)
+        return names_of_results(system)
+    return tuple(name + ending for name in possible_results(system) for ending in ENDINGS)
 
 
 def scalars_of(system: System) -> tuple[str, ...]:
     """The quantities of a system that some method gives, by name."""
-    return tuple(dict.fromkeys((*columns_of("", system), *_of_a_run(system))))
+    return tuple(dict.fromkeys((*columns_of("", system), *possible_results(system))))
 
 
-def names_in_results(system: System | None) -> set[str]:
+def names_in_results(system: System) -> set[str]:
     """Names in data sets and tables that no axis may have."""
     taken = {*columns_of("", system), *columns_of("monte_carlo", system), "theory", "method", "done", "said"}
-    if system is None:
-        return taken
     return taken | {"barrier", *(f"barrier_{name}{ending}" for name in OF_WALLS for ending in ENDINGS)}
 
 
@@ -69,9 +65,9 @@ def bare(column: str) -> str:
     return column.removesuffix("_se").removesuffix("_error")
 
 
-def unit_of_column(column: str, system: System | None) -> str:
+def unit_of_column(column: str, system: System) -> str:
     """The unit of a number in a result."""
-    return unit_of_result(_PAPER if system is None else system, bare(column))
+    return unit_of_result(system, bare(column))
 
 
 def walls_of(system: System) -> tuple[str, ...]:
@@ -79,15 +75,11 @@ def walls_of(system: System) -> tuple[str, ...]:
     return tuple(system.stops)
 
 
-def numbers_of_answer(result: Any, system: System | None) -> tuple[float, ...]:
+def numbers_of_answer(result: Any, system: System) -> tuple[float, ...]:
     """The numbers of a theory's result; NaN where there is none."""
     return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
-def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System | None) -> tuple[float, ...]:
+def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System) -> tuple[float, ...]:
     """The numbers of a run from its values, standard errors and totals; NaN where there is none."""
-    return tuple(float(part.get(name, math.nan)) for name in _of_a_run(system) for part in parts)
-
-
-def _of_a_run(system: System | None) -> tuple[str, ...]:
-    return possible_results(_PAPER if system is None else system)
+    return tuple(float(part.get(name, math.nan)) for name in possible_results(system) for part in parts)

@@ -13,22 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.catalogue import is_controlled
-from springpot.problem.numbers import unit_of
+from springpot.problem.numbers import label_of, unit_of
 from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
+from springpot.studies.tables import PARAMETERS
 from springpot.studies.tasks import Answer, tasks
-from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["Results", "open_tree", "result_columns"]
-
-_PARAMETER_UNITS = {
-    "order": "1", "coefficient": "s^(alpha-2)", "natural_frequency": "rad s-1", "intensity": "m2 s-3", "position": "m",
-    "restitution": "1",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,7 +40,7 @@ class Results:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        return columns_of(self.method, self.store.study.system)
+        return columns_of(self.method, self.store.study.base)
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = self.columns.index(column)
@@ -94,12 +89,9 @@ def open_tree(store: Store) -> xarray.DataTree:
 def _coordinates(study: Study) -> dict[str, Any]:
     coordinates: dict[str, Any] = {}
     for name, (axis, values) in study.columns.items():
-        if study.system is None:
-            words = {"units": _PARAMETER_UNITS[name]}
-        else:
-            words = {"units": unit_of(study.system, name), "long_name": name}  # its name in the study file
-        coordinates[study.label(name)] = axis, list(values), words
-    if study.system is not None and (walls := walls_of(study.system)):
+        unit = "rad s-1" if name == "natural_frequency" else unit_of(study.base, PARAMETERS.get(name, name))
+        coordinates[label_of(name)] = axis, list(values), {"units": unit, "long_name": name}  # as in the study file
+    if walls := walls_of(study.base):
         coordinates["barrier"] = ("barrier", list(walls))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
@@ -111,10 +103,9 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     def known(column: str) -> bool:
         if not column.endswith("_error"):
             return True
-        name = bare(column)
-        return "rtol" in given and (name in MOMENTS if study.system is None else is_controlled(name))
+        return "rtol" in given and is_controlled(bare(column))
 
-    return tuple(column for column in columns_of(method, study.system) if known(column))
+    return tuple(column for column in columns_of(method, study.base) if known(column))
 
 
 def _variables(
@@ -130,7 +121,7 @@ def _variables(
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
         words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
         long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_column(sources[0], study.system), "long_name": long_name}
+        attributes = {"units": unit_of_column(sources[0], study.base), "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
 
@@ -152,7 +143,7 @@ def _variables(
 
 def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
     """Each variable of a data set with its columns, and whether these are of all walls."""
-    walls = () if study.system is None else walls_of(study.system)
+    walls = walls_of(study.base)
     found: dict[str, tuple[tuple[str, ...], bool]] = {}
     for column in columns:
         name = bare(column)

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 from springpot.machine.files import netcdf_of, partial_name, write
+from springpot.problem.numbers import label_of
 from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
 from springpot.studies.store import Store, is_store, metadata_of
@@ -92,5 +93,5 @@ def _table(store: Store) -> str:
             cells = (numbers.get(name, math.nan) for name in columns)
             end = (1, answer.said) if answer else (0, "")
             rows.append([method, *(point[name] for name in study.columns), *cells, *end])
-    names = ["method", *map(study.label, study.columns), *columns, "done", "said"]
+    names = ["method", *map(label_of, study.columns), *columns, "done", "said"]
     return str(pandas.DataFrame(rows, columns=names).to_csv(index=False))

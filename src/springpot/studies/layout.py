@@ -59,7 +59,7 @@ def place_of(method: str) -> str:
     return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
 
 
-def metadata(methods: Iterable[str], system: System | None = None) -> dict[str, bytes]:
+def metadata(methods: Iterable[str], system: System) -> dict[str, bytes]:
     """Content of each ``zarr.json`` below the root's, by its place; groups before what is in them."""
     made: dict[str, Any] = {}
     group = zarr.create_group(MemoryStore(made), zarr_format=3)

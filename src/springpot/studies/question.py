@@ -1,4 +1,4 @@
-"""The study file: a grid of oscillators or systems, the methods, and the settings of Monte Carlo.
+"""The study file: a grid of systems, the methods, and the settings of Monte Carlo.
 
 A file is TOML; its content is the model `Study` below, whose JSON schema `springpot study schema` prints.
 """
@@ -25,13 +25,12 @@ from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.file import read_system
 from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
-from springpot.theory.result import MOMENTS
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 
@@ -42,7 +41,7 @@ Point = dict[str, float | str | bool]
 
 
 class Study(Strict):
-    """A grid of oscillators or systems, and the methods by which they are solved.
+    """A grid of systems, and the methods by which they are solved.
 
     Attributes
     ----------
@@ -53,11 +52,11 @@ class Study(Strict):
     methods : tuple of str
         Methods of the theory, and ``monte_carlo``.
     system : System or None
-        Whose numbers vary, in a study of systems; None in one of oscillators.
+        Whose numbers vary; None for the oscillator of ``fixed``.
     quantities : tuple of str
         Quantities that ``rtol`` controls, and that tables and charts show.  The store keeps all quantities.
     fixed : Fixed
-        Of an oscillator.
+        The numbers of the oscillator, where no system is named.
     axes : dict
         Name of a parameter to its values: the grid is their product.  Of a system the names are those of its numbers,
         ``parts.<name>.<number>``.
@@ -91,6 +90,9 @@ class Study(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Study:
+        if self.system is None:
+            fixed = self.fixed.model_dump()
+            _check_oscillator(fixed, {name: f"fixed.{name}" for name in fixed})
         self._check_names()
         if ("monte_carlo" in self.methods) != (self.monte_carlo is not None):
             raise ValueError('methods must name "monte_carlo" if, and only if, there is a table [monte_carlo]')
@@ -103,9 +105,9 @@ class Study(Strict):
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken, labels = names_in_results(self.system), [self.label(name) for name in parameters]
+        taken, labels = names_in_results(self.base), [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
-            if self.system is not None and (label in taken or labels.count(label) > 1):
+            if label in taken or labels.count(label) > 1:
                 raise ValueError(f"{name} would be {label} in the results, as another number is: rename the part")
         for title, columns in self.zipped.items():
             if title in {*taken, *labels, *PARAMETERS} or not title.isidentifier():
@@ -125,11 +127,11 @@ class Study(Strict):
         return self
 
     def _check_names(self) -> None:
-        """Raise an error if a name of a method or quantity is there twice, or is not for this kind of problem."""
+        """Raise an error if a name of a method or quantity is there twice, or is not for this system."""
         for what, names in (("methods", self.methods), ("quantities", self.quantities)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names {_twice(names)} twice")
-        known = MOMENTS if self.system is None else scalars_of(self.system)
+        known = scalars_of(self.base)
         for number, name in enumerate(self.quantities, start=1):
             if name not in known:
                 near = meant(name, known)
@@ -145,7 +147,7 @@ class Study(Strict):
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:
         """The columns of each axis of the grid, by parameter."""
-        return {self.label(name): {name: axis} for name, axis in self.axes.items()} | self.zipped
+        return {label_of(name): {name: axis} for name, axis in self.axes.items()} | self.zipped
 
     @property
     def shape(self) -> dict[str, int]:
@@ -173,13 +175,17 @@ class Study(Strict):
             table[int(last) if last.isdigit() else last] = None
         return parts
 
-    def label(self, parameter: str) -> str:
-        """The name of a parameter in data sets and tables."""
-        return parameter if self.system is None else label_of(parameter)
+    @cached_property
+    def base(self) -> System:
+        """The system whose numbers vary: its parts and their names are those of every point."""
+        if self.system is not None:
+            return self.system
+        found: System = as_system(Oscillator.from_numbers(**self.fixed.model_dump()))
+        return found
 
-    def problem(self, point: Mapping[str, Any]) -> Oscillator | System:
-        """The problem at a point of the grid."""
-        return problem_at(point, self.system)
+    def system_at(self, point: Mapping[str, Any]) -> System:
+        """The system at a point of the grid."""
+        return system_at(point, self.base)
 
     def points(self) -> Iterator[Point]:
         """All points of the grid, the last axis fastest, each with all numbers of its oscillator.
@@ -214,7 +220,7 @@ class Study(Strict):
         for place in some_points(tuple(self.shape.values()), SYSTEMS_CHECKED):
             point = self.point(place)
             try:
-                self.problem(point)
+                self.system_at(point)
             except ValueError as fault:
                 raise ValueError(f"at {self.where(point)}: {fault}") from None
 
@@ -224,7 +230,6 @@ class Study(Strict):
         Ranges are intervals, so the smallest and the largest value of each column are checked.
         """
         base = self.fixed.model_dump()
-        _check_oscillator(base, {name: f"fixed.{name}" for name in base})
         for name in self.axes:
             place = {name: f"axes.{name}"}
             for value in (min(self.axes[name]), max(self.axes[name])):
@@ -238,7 +243,7 @@ class Study(Strict):
 def _check_oscillator(point: Point, places: Mapping[str, str]) -> None:
     """Check an oscillator; in errors the name of the parameter is replaced by its place in the file."""
     try:
-        problem_at(point)
+        Oscillator.from_numbers(**point)  # type: ignore[arg-type]
     except ValueError as error:
         name, space, rest = str(error).partition(" ")
         raise ValueError(places.get(name, name) + space + rest) from None
@@ -250,9 +255,20 @@ def _twice(names: Iterable[Any]) -> Any:
     return next(name for name in names if name in before or before.add(name))  # type: ignore[func-returns-value]
 
 
-def problem_at(point: Mapping[str, Any], system: System | None = None) -> Oscillator | System:
-    """The oscillator at a point of a grid, or the system with the numbers of the point."""
-    return Oscillator.from_numbers(**point) if system is None else with_numbers(system, point)
+def system_at(point: Mapping[str, Any], base: System) -> System:
+    """A system with the numbers of a point.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> system_at({"natural_frequency": 3.0}, System(Spring(1.0))).stiffness
+    9.0
+    """
+    known = numbers_of(base)
+    numbers = {PARAMETERS.get(name, name): value for name, value in point.items()}
+    if "natural_frequency" in point:
+        numbers[PARAMETERS["natural_frequency"]] = point["natural_frequency"] ** 2
+    return with_numbers(base, {name: value for name, value in numbers.items() if name in known})
 
 
 def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     BaseModel,
@@ -18,7 +19,6 @@ from pydantic import (
 from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
 from springpot.theory.registry import METHODS
-from springpot.theory.result import MOMENTS
 
 __all__ = ["ALL_METHODS", "PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
 
@@ -27,9 +27,15 @@ if TYPE_CHECKING:
     Method = str
 else:
     Method = Literal[(*ALL_METHODS, "monte_carlo")]
-Parameter = Literal["order", "coefficient", "natural_frequency", "intensity", "position", "restitution"]
-PARAMETERS: tuple[str, ...] = get_args(Parameter)
-"""Numbers of an oscillator that an axis can run over."""
+PARAMETERS: Mapping[str, str] = {
+    "order": "parts.springpot.order", "coefficient": "parts.springpot.coefficient",
+    "natural_frequency": "parts.spring.stiffness", "intensity": "parts.white_noise.intensity",
+    "position": "parts.barrier.position", "restitution": "parts.barrier.restitution",
+}  # fmt: skip
+"""What an axis can run over where no system is named, and the number of the oscillator's parts that it is.
+
+A natural frequency is the root of the stiffness.
+"""
 
 
 class Strict(BaseModel):
@@ -78,7 +84,7 @@ Device = Annotated[
 
 
 def of_either(schema: dict[str, Any]) -> None:
-    """What a study of oscillators may say, and one of systems."""
+    """What a study may say that names a system, and one that does not."""
     axes, zipped = schema["properties"]["axes"], schema["properties"]["zipped"]
     axes["properties"] = {"parts": {"type": "object"}}  # parts.stop.position = [...] is tables in tables
     zipped["additionalProperties"]["properties"] = {"parts": {"type": "object"}}
@@ -89,7 +95,6 @@ def of_either(schema: dict[str, Any]) -> None:
     schema["else"] = {
         "properties": {
             "methods": {"items": {"enum": [*METHODS, "monte_carlo"]}},
-            "quantities": {"items": {"enum": [*MOMENTS]}},
             "axes": own,
             "zipped": {"additionalProperties": own},
         }

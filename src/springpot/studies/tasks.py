@@ -9,21 +9,17 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from springpot.machine.faults import FileError
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
 from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
-from springpot.studies.question import MonteCarlo, Point, Study, problem_at
-
-if TYPE_CHECKING:
-    from springpot.simulation.plan.motion import Motion
+from springpot.studies.question import MonteCarlo, Point, Study, system_at
 
 __all__ = [
     "SENTENCES",
@@ -52,7 +48,7 @@ class Task:
     ----------
     method : str
     point : dict
-        Numbers of the oscillator; of a system those that vary.
+        The numbers that vary; where no system is named, all of the oscillator.
     settings : dict
         Of Monte Carlo, without the seed; empty for a theory.
     quantities : tuple of str
@@ -63,8 +59,8 @@ class Task:
         Place in the store's arrays.
     check : int
         52 more bits of the digest, saved with the result, so that a misplaced chunk is detected.
-    system : System or None
-        Whose numbers are those of the point; None for an oscillator.
+    base : System
+        Whose numbers vary.
     """
 
     method: str
@@ -74,12 +70,12 @@ class Task:
     seed: int
     slot: int
     check: int
-    system: System | None = None
+    base: System
 
     @property
-    def problem(self) -> Oscillator | System:
+    def system(self) -> System:
         """What is to be solved."""
-        return problem_at(self.point, self.system)
+        return system_at(self.point, self.base)
 
 
 @dataclass(frozen=True)
@@ -133,27 +129,27 @@ class _How:
     settings: dict[str, Any]
     quantities: tuple[str, ...]
     seed: int
-    system: System | None
-    unvaried: str  # digest of the system without the numbers that vary
+    base: System
+    unvaried: str  # digest of the system without the numbers that vary; empty if the points have all numbers
 
 
 def _how(study: Study, method: str) -> _How:
     settings: dict[str, Any] = {}
     if method == "monte_carlo" and study.monte_carlo is not None:
-        settings = _settings(study.monte_carlo, study.system)
+        settings = _settings(study.monte_carlo, study.base)
     quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
-    unvaried = json.dumps(study.unvaried, sort_keys=True).encode()
-    return _How(settings, quantities, study.seed, study.system, hashlib.sha256(unvaried).hexdigest())
+    unvaried = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest() if study.unvaried else ""
+    return _How(settings, quantities, study.seed, study.base, unvaried)
 
 
-def _settings(monte_carlo: MonteCarlo, system: System | None) -> dict[str, Any]:
+def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
     """The settings of Monte Carlo in the study file, with the default start made explicit.
 
     So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record is run
     from its beginning.
     """
     given = monte_carlo.given()
-    if system is not None and system.of(RecordedExcitation):
+    if base.of(RecordedExcitation):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
@@ -167,13 +163,13 @@ def _task(method: str, point: Point, how: _How) -> Task:
         "format": ANSWERS_FORMAT,
         "method": method,
         "point": {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()},
-        **({} if how.system is None else {"system": how.unvaried}),
+        **({"system": how.unvaried} if how.unvaried else {}),
         **(random if method == "monte_carlo" else {}),
     }
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
     slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
     seed = own_seed(how.seed, content) if method == "monte_carlo" else 0
-    return Task(method, point, how.settings, how.quantities, seed, slot, check, how.system)
+    return Task(method, point, how.settings, how.quantities, seed, slot, check, how.base)
 
 
 def check_some(study: Study, most: int) -> int:
@@ -186,7 +182,6 @@ def check_some(study: Study, most: int) -> int:
     TypeError, ValueError
         One sentence.  A point without a stationary state is no error.
     """
-    from springpot.problem.oscillator import as_system
     from springpot.simulation.error.reach import checked_quantities
     from springpot.simulation.plan.motion import motion_of
     from springpot.simulation.plan.plan import plan_of
@@ -196,28 +191,24 @@ def check_some(study: Study, most: int) -> int:
     chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None:
         return len(chosen)
-    given = _settings(study.monte_carlo, study.system)
+    given = _settings(study.monte_carlo, study.base)
     explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in map(study.point, chosen):
         try:
-            problem = study.problem(point)
+            system = study.system_at(point)
             if "rtol" in given:
-                motion = motion_of(as_system(problem))
-                _check_countable(motion, study.quantities)
+                motion = motion_of(system)
+                impacts = [name for name in study.quantities if "impact_" in name]
+                if impacts and motion.uncountable:
+                    reason = motion.uncountable
+                    raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
-            plan_of(problem, **(explicit or {"start": "stationary"}))
+            plan_of(system, **(explicit or {"start": "stationary"}))
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
             raise FileError(f"at {study.where(point)}: {error}") from None
     return len(chosen)
-
-
-def _check_countable(motion: Motion, quantities: Iterable[str]) -> None:
-    """Raise an error if impacts are asked for that cannot be counted."""
-    impacts = [name for name in quantities if "impact_" in name]
-    if impacts and motion.uncountable:
-        raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {motion.uncountable}.")
 
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
@@ -227,10 +218,10 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    result, statement = solve_one(task.problem, task.method)
+    result, statement = solve_one(task.system, task.method)
     if result is None:
-        return Answer((math.nan,) * len(columns_of(task.method, task.system)), statement, ())
-    return Answer(numbers_of_answer(result, task.system), "", warnings_of(result))
+        return Answer((math.nan,) * len(columns_of(task.method, task.base)), statement, ())
+    return Answer(numbers_of_answer(result, task.base), "", warnings_of(result))
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
@@ -239,8 +230,8 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        found = run(task.problem, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+        found = run(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryStateError as nothing:
-        return Answer((math.nan,) * len(columns_of(task.method, task.system)), str(nothing), ())
+        return Answer((math.nan,) * len(columns_of(task.method, task.base)), str(nothing), ())
     totals = {name: budget.total for name, budget in found.budgets.items()}
-    return Answer(numbers_of_run((found.values, found.errors, totals), task.system), "", found.warnings)
+    return Answer(numbers_of_run((found.values, found.errors, totals), task.base), "", found.warnings)

@@ -54,7 +54,9 @@ def plain(value: Any, *, free: bool = False) -> Any:
     if free and isinstance(value, Free):
         own = value.itself
         table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
-        return table if own is value else {**table, "times": value.times, "plus": value.plus}
+        follows = {"times": value.times, "plus": value.plus}
+        power = {} if value.power == 1.0 else {"power": value.power}
+        return table if own is value else {**table, **follows, **power}
     return getattr(value, "__qualname__", repr(value)) if callable(value) else value
 
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import (
     Barrier,
     FractionalMaxwell,
@@ -116,7 +117,7 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     if simulation.motion.uncountable:
         undefined = math.nan, np.full(len(rows), np.nan)
         samples |= {name: undefined for name in samples if "impact_" in name}
-    return samples
+    return {name: samples[name] for name in possible_results(system) if name in samples}
 
 
 def _balance(

@@ -160,7 +160,7 @@ def _edge(potential: Potential, start: float, sign: float, energy: float) -> flo
 def _root(function: Callable[[float], Any], low: float, high: float) -> float:
     from scipy import optimize  # slow to import
 
-    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14))
+    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14, maxiter=2000))
 
 
 def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
@@ -237,6 +237,8 @@ def motion_of(system: System) -> Motion:
 
     Raises
     ------
+    TypeError
+        If it is not a system.
     ValueError
         If nothing holds the mass, or it moves less than numbers can tell.
 
@@ -247,6 +249,8 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
+    if not isinstance(system, System):
+        raise TypeError(f"system must be a System or an Oscillator, not {shown(system)}.")
     try:
         paper = Dimensionless.of(system)
     except NotCoveredError:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.file import read_system
+from springpot.problem.messages import MESSAGES, Message
 from springpot.problem.system import System
 from springpot.simulation.result.results import Run
 from springpot.simulation.result.save import FORMAT, GROUP, RECORD, SUFFIXES, WORDS, Arrays, checksum_of
@@ -157,6 +158,8 @@ def _put_together(words: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
             return tuple(_put_together(part, arrays) for part in parts)
         case {"list": list() as parts}:
             return [_put_together(part, arrays) for part in parts]
+        case {"message": str() as name, "sentence": str() as sentence} if name in MESSAGES:
+            return Message(sentence, name)
         case {"system": dict() as parts}:
             try:
                 return read_system(parts)

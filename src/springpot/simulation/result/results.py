@@ -17,7 +17,7 @@ from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
-from springpot.simulation.watch.observables import COUNTED, EXTREMES
+from springpot.simulation.watch.observables import COUNTED, EXTREMES, OF_A_WALL, PARTS_OF_ERROR
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum
 
@@ -40,7 +40,7 @@ class Run:
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
     values, errors : dict
-        Estimates and standard errors by name (`springpot.simulation.UNITS` has names and units).
+        Estimates and standard errors by name; `units` has their units.
     budgets : dict
         Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
     diagnostics : dict
@@ -252,12 +252,13 @@ class Run:
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
         walls = [*self.system.stops]
-        for quantity in ("impact_rate", "impact_speed_mean", "power", "force_mean"):
-            for ending in ("", "_se"):
+        for quantity in OF_A_WALL:
+            for ending in ("", *PARTS_OF_ERROR):
                 names = [f"{wall}_{quantity}{ending}" for wall in walls]
                 if names and all(name in data for name in names):
                     parts = [data.pop(name) for name in names]
-                    text = f"{'standard error of ' if ending else ''}{quantity.replace('_', ' ')} of each wall"
+                    one, words = f"{walls[0]}_{quantity}", f"{quantity.replace('_', ' ')} of each wall"
+                    text = parts[0][2]["long_name"].replace(one, words).replace(one.replace("_", " "), words)
                     attributes = {"units": parts[0][2]["units"], "long_name": text}
                     data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
         return walls

@@ -34,12 +34,13 @@ import numpy.typing as npt
 
 from springpot.machine.files import netcdf_of, write
 from springpot.machine.places import place_for
+from springpot.problem.file import check_writable
+from springpot.problem.messages import Message
+from springpot.problem.system import System
+from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 if TYPE_CHECKING:
     from springpot.simulation.result.results import Run
-from springpot.problem.file import check_writable
-from springpot.problem.system import System
-from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
@@ -157,6 +158,8 @@ def _taken_apart(value: object, name: str, arrays: Arrays) -> Any:
         return value.item()
     if isinstance(value, float) and not math.isfinite(value):
         return {"number": repr(value)}
+    if isinstance(value, Message):
+        return {"message": value.name, "sentence": str(value)}
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise TypeError(f"a run cannot hold {value!r}.")

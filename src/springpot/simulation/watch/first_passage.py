@@ -36,7 +36,7 @@ from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.watch.observables import taken_names
+from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassageTimes
 
 __all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
@@ -110,7 +110,7 @@ def _passage(plan: Plan, name: str, given: Any) -> Passage:
     motion, settings = plan.motion, plan.settings
     title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
     if name not in QUANTITIES:
-        function, given = _observable(name, given)
+        function, given = _observable(plan, name, given)
         level, parts = finite_number(given, title, low=-LARGEST, high=LARGEST), _observable_parts(name, function)
     else:
         given, reference = _level_and_reference(name, given)
@@ -193,7 +193,7 @@ def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> Pas
 # --- compiled ------------------------------------------------------------------------------------------------------
 
 
-def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
+def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., float], Any]:
     """The function and the level of an observable."""
     known = ", ".join(QUANTITIES)
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
@@ -203,8 +203,10 @@ def _observable(name: object, given: Any) -> tuple[Callable[..., float], Any]:
             f"first_passage must name {known}; for an observable such as {name!r} give a pair: a function of (t, x, "
             "v) and a level."
         )
-    if name in taken_names():
-        raise ValueError(f"first_passage cannot call an observable {name!r}: a run already has a result of that name.")
+    if is_taken(plan.system, name):
+        raise ValueError(
+            f"first_passage cannot call an observable {name!r}: the run already has a result of that name."
+        )
     function, level = given
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         raise TypeError(f"first_passage of {name!r} must be of a function of (t, x, v), not {shown(function)}.")

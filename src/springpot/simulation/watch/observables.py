@@ -19,17 +19,22 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, shown
+from springpot.problem.catalogue import possible_results
+from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.watch.distributions import SKETCHED
 
-__all__ = ["COUNTED", "EXTREMES", "extremes", "faster_than", "mean_of", "taken_names"]
+__all__ = ["COUNTED", "EXTREMES", "OF_A_WALL", "PARTS_OF_ERROR", "extremes", "faster_than", "is_taken", "mean_of"]
 
 Floats = npt.NDArray[np.float64]
 
 PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
 """Endings of names of errors."""
+
+OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean")
+"""Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)
@@ -62,8 +67,6 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     wanted = "(t, x, v)" if kind == "state" else "(speed)"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {shown(name)}.")
-    if name in taken_names() or name.endswith(PARTS_OF_ERROR):
-        raise ValueError(f"an observable cannot be called {name!r}: a run already has a result of that name.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         given = shown(function)
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
@@ -78,14 +81,17 @@ def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "i
     return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True)
 
 
-def taken_names() -> set[str]:
-    """Names that every run uses already, beside those of its results."""
+def is_taken(system: System, name: str) -> bool:
+    """Whether a run of a system uses a name already, for a result or in the dataset of its results."""
+    if name in possible_results(system) or name.endswith(PARTS_OF_ERROR):
+        return True
     sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
     biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
     extreme = (f"{name}_quantile" for name in EXTREMES)
-    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability")
+    walls = (f"barrier_{quantity}" for quantity in OF_A_WALL)
+    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability", "barrier")
     attributes = ("system", "settings", "diagnostics", "warnings")
-    return {*COUNTED, *sketched, *EXTREMES, *extreme, *biased, *others, *attributes}
+    return name in {*COUNTED, *sketched, *EXTREMES, *extreme, *biased, *walls, *others, *attributes}
 
 
 def _on_steps_of(function: Callable[..., float]) -> Any:

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.catalogue import possible_results
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -20,7 +19,7 @@ from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import COUNTED, EXTREMES, extremes, faster_than, mean_of
+from springpot.simulation.watch.observables import COUNTED, EXTREMES, extremes, faster_than, is_taken, mean_of
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -137,7 +136,7 @@ def requested(
         if not isinstance(given, Mapping):
             raise TypeError(f"{name} must be a dict of names and functions, not {shown(given)}.")
     for name in (*state, *impact):
-        if name in possible_results(plan.system):
+        if isinstance(name, str) and is_taken(plan.system, name):
             raise ValueError(f"an observable cannot be called {name!r}: the run already has a result of that name.")
     if both := [name for name in state if name in impact]:
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")

@@ -7,25 +7,23 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated
+from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
-from springpot.designing.watch import Watch
 from springpot.evidence.reliability import MAPPED, SYSTEM_MAPPED, trust
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory.registry import METHODS
 
-__all__ = ["leading", "places_of", "quick_quantities", "smooth"]
+__all__ = ["approximated", "leading", "places_of", "smooth"]
 
 Floats = NDArray[np.float64]
 
-Quick = Callable[[Mapping[str, float]], dict[str, float]]
+Quantities = Callable[[Mapping[str, float]], dict[str, float]]
 """From numbers by name to quantities by name; empty where there is no answer."""
 
 PILOT_PATHS = 500  # where Monte Carlo takes the place of theory
@@ -33,34 +31,34 @@ LARGEST_GAP = 30.0  # per cent on the validity map, up to which a method leads a
 SECONDS_OF_A_RUN, SECONDS_OF_A_STEP = 0.05, 2e-8  # of a path; nominal, for a choice must not depend on the machine
 
 
-def quick_quantities(
-    problem: Oscillator | System, space: Space, places: Floats, method: str | None, needed: Sequence[str], seed: int,
-    threads: int | None, watch: Watch,
-) -> tuple[str, Quick]:  # fmt: skip
+def approximated(
+    system: System, space: Space, places: Floats, method: str | None, needed: Sequence[str], seed: int,
+    threads: int | None, work: DesignProgress,
+) -> tuple[str, Quantities]:  # fmt: skip
     """The method of the search, and quantities by it.
 
     If ``method`` is None, one that is trusted and has the ``needed`` quantities: see `leading`.
     """
-    watch.step()
+    work.step()
     if method is None:
-        models = [model for place in places if (model := _at(problem, space.values(place))) is not None]
-        name = leading(models, needed, watch)
+        models = [model for place in places if (model := _at(system, space.values(place))) is not None]
+        name = leading(models, needed, work)
     else:
-        name = chosen_method(with_values(problem, space.values(places[0])), method)[0]
+        name = chosen_method(with_values(system, space.values(places[0])), method)[0]
     if name == MONTE_CARLO:
-        return name, _by_chance(problem, space, places, seed, threads, watch)
+        return name, _by_chance(system, space, places, seed, threads, work)
 
     def by_theory(values: Mapping[str, float]) -> dict[str, float]:
-        watch.step()
+        work.step()
         try:
-            return theory_values(with_values(problem, values), name)[0]
+            return theory_values(with_values(system, values), name)[0]
         except (ValueError, TypeError, NotCoveredError):
             return {}
 
     return name, by_theory
 
 
-def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch: Watch) -> str:
+def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgress) -> str:
     """The method that may lead a search through all of these; Monte Carlo if there is none.
 
     It has the ``needed`` quantities, and is exact, or the validity map has cells near all of them, with gaps up to
@@ -68,56 +66,56 @@ def leading(models: Sequence[Oscillator | System], needed: Sequence[str], watch:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier, Springpot
-    >>> watch = Watch(None, None, 1)
-    >>> [leading([Oscillator(2.0, Springpot(0.5, 0.2), Barrier(-gap, 0.9))], (), watch) for gap in (0.1, 5.0)]
+    >>> from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
+    >>> work, held = DesignProgress(None, None, 1), (Spring(4.0), Springpot(0.5, 0.2), WhiteNoise(1.0))
+    >>> [leading([System(*held, Barrier(-gap, 0.9))], (), work) for gap in (0.1, 5.0)]
     ['envelope', 'monte_carlo']
     """
-    simulated = [as_simulated(model) for model in models]
-    if not models:
+    if not systems:
         return MONTE_CARLO
 
     def answers(name: str) -> bool:
-        watch.step()
-        known = [theory_values(model, name)[0] for model in models[:4]]
+        work.step()
+        known = [theory_values(system, name)[0] for system in systems[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
     for name in [name for name, method in METHODS.items() if method.exact][::-1]:  # the most exact first
         if answers(name):
             return name
-    run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * plan_of(simulated[0], paths=PILOT_PATHS).settings.steps
+    steps = plan_of(systems[0], paths=PILOT_PATHS).settings.steps
+    run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * steps
     worst = {}
     for name in dict.fromkeys((*MAPPED, *SYSTEM_MAPPED)):
-        trusted = [trust(model, name) for model in simulated] if METHODS[name].seconds <= run else []
+        trusted = [trust(system, name) for system in systems] if METHODS[name].seconds <= run else []
         if trusted and all(each.judges and each.largest <= LARGEST_GAP for each in trusted):
             worst[name] = max(each.worst for each in trusted)
     return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)
 
 
-def _at(problem: Oscillator | System, values: Mapping[str, float]) -> Oscillator | System | None:
-    """The problem with these numbers; None where a part refuses one, or there is no stationary state."""
+def _at(system: System, values: Mapping[str, float]) -> System | None:
+    """The system with these numbers; None where a part refuses one, or there is no stationary state."""
     try:
-        model = with_values(problem, values)
-        check_stationary(as_simulated(model), "design")
+        other = with_values(system, values)
+        check_stationary(other, "design")
     except (ValueError, TypeError):
         return None
-    return model
+    return other
 
 
 def _by_chance(
-    problem: Oscillator | System, space: Space, places: Floats, seed: int, threads: int | None, watch: Watch
-) -> Quick:
+    system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress
+) -> Quantities:
     """Smooth surfaces through short runs at all places, on common random numbers."""
-    settings = plan_of(as_simulated(problem), paths=PILOT_PATHS, seed=seed, threads=threads).settings
+    settings = plan_of(system, paths=PILOT_PATHS, seed=seed, threads=threads).settings
     whole = float(len(places) * settings.paths * settings.steps)
     at, found = [], []
     for n, place in enumerate(places):
 
         def part(fraction: float, n: int = n) -> None:
-            watch.short_run(fraction, n, len(places), whole)
+            work.short_run(fraction, n, len(places), whole)
 
         try:
-            own = samples_of(as_simulated(with_values(problem, space.values(place))), settings, part)
+            own = samples_of(with_values(system, space.values(place)), settings, part)
         except (ValueError, TypeError):
             continue
         at.append(place)
@@ -125,9 +123,9 @@ def _by_chance(
     surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
-        watch.step()
+        work.step()
         try:
-            with_values(problem, values)
+            with_values(system, values)
         except (ValueError, TypeError):
             return {}
         return surfaces(space.place(values))

@@ -11,7 +11,6 @@ import numpy as np
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of, window_samples
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts import (
     Constant,
     Harmonic,
@@ -31,12 +30,12 @@ _FOLDS = 4
 _DECADES = 20.0  # of the integral beyond the folds, in powers of e
 
 
-def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> Density:
+def response(system: System, of: Of, *, sampled: bool = False) -> Density:
     """The one-sided spectral density per Hz of a linear system's stationary response.
 
     Parameters
     ----------
-    model : System or Oscillator
+    system : System
         Without walls; linear.
     of : {"x", "v", "a"}
         ``"a"``: what an accelerometer on the mass shows, the acceleration of x plus that of the ground.
@@ -60,7 +59,6 @@ def response(model: System | Oscillator, of: Of, *, sampled: bool = False) -> De
     >>> found(np.array([1.0 / np.pi])).round(6).tolist()  # 2 q / (c w)^2 at resonance
     [2.0]
     """
-    system = as_system(model) if isinstance(model, Oscillator) else model
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")

@@ -8,24 +8,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from springpot.designing.numbers import as_simulated
 from springpot.designing.quantities import chosen_method, theory_values
-from springpot.fitting.exploring import Explorer, misfit_of
 from springpot.fitting.likelihood import FloatArray
-from springpot.fitting.moments import Case
+from springpot.fitting.simulated_moments import Case
+from springpot.fitting.simulated_runs import SimulatedRuns, misfit_of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 
-__all__ = ["screened"]
+__all__ = ["other_starts"]
 
 _DRAWN = 24
 _TRIED = 6  # by a run
 _LONGEST = 8.0  # steps of its runs, over those where the search has been
 
 
-def screened(explorer: Explorer, best: FloatArray) -> list[FloatArray]:
+def other_starts(runs: SimulatedRuns, best: FloatArray) -> list[FloatArray]:
     """Places drawn between the bounds, the best first.
 
     Theory says which are worth a run, where it has an answer; so do short runs then.  Places whose runs would take much
@@ -33,7 +31,7 @@ def screened(explorer: Explorer, best: FloatArray) -> list[FloatArray]:
 
     Parameters
     ----------
-    explorer : Explorer
+    runs : SimulatedRuns
     best : ndarray
         Where the search has ended.
 
@@ -43,45 +41,45 @@ def screened(explorer: Explorer, best: FloatArray) -> list[FloatArray]:
     """
     from scipy.stats import qmc
 
-    own = explorer.own
-    most = _LONGEST * explorer.steps(best)
-    drawn = qmc.LatinHypercube(own.start.size, rng=np.random.default_rng(explorer.seed)).random(_DRAWN)
+    own = runs.own
+    most = _LONGEST * runs.steps(best)
+    drawn = qmc.LatinHypercube(own.start.size, rng=np.random.default_rng(runs.seed)).random(_DRAWN)
     places = [own.low + place * (own.high - own.low) for place in drawn]
-    places = [u for u in places if explorer.steps(u) <= most]
-    methods = [_method(case, own.named(own.outer(best))) for case in explorer.cases]
+    places = [u for u in places if runs.steps(u) <= most]
+    methods = [_method(case, own.named(own.outer(best))) for case in runs.cases]
     by_theory = []
     for u in places:
-        explorer.telling.alive()
-        by_theory.append(_misfit_by_theory(explorer.cases, methods, own.named(own.outer(u))))
+        runs.reporter.check()
+        by_theory.append(_misfit_by_theory(runs.cases, methods, own.named(own.outer(u))))
     likely = [places[n] for n in np.argsort(by_theory, kind="stable")[:_TRIED]]
-    fits = [explorer.misfit(u) for u in likely]
+    fits = [runs.misfit(u) for u in likely]
     return [likely[n] for n in np.argsort(fits) if math.isfinite(fits[n])]
 
 
 def _method(case: Case, named: Mapping[str, float]) -> str:
     """The quickest method of theory that has an answer for a model; none is the empty string."""
-    problem = as_simulated(with_values(case.model, named))
-    if _asked(case, theory_values(problem, "envelope")[0])[0].size:
+    system = with_values(case.system, named)
+    if _asked(case, theory_values(system, "envelope")[0])[0].size:
         return "envelope"
     try:
-        return chosen_method(problem, "theory")[0]
+        return chosen_method(system, "theory")[0]
     except ValueError:
         return ""
 
 
 def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapping[str, float]) -> float:
-    """As `springpot.fitting.exploring.misfit_of`, of what theory knows; infinite where it knows nothing."""
+    """As `springpot.fitting.simulated_runs.misfit_of`, of what theory knows; infinite where it knows nothing."""
     total, known = 0.0, 0
     for case, method in zip(cases, methods, strict=True):
-        values, kept = _asked(case, _by_theory(as_simulated(with_values(case.model, named)), method))
+        values, kept = _asked(case, _by_theory(with_values(case.system, named), method))
         total += misfit_of(values, case.data.values[kept], case.data.errors[kept])
         known += values.size
     return total / known if known else math.inf
 
 
-def _by_theory(problem: System | Oscillator, method: str) -> dict[str, float]:
+def _by_theory(system: System, method: str) -> dict[str, float]:
     try:
-        return theory_values(problem, method)[0] if method else {}
+        return theory_values(system, method)[0] if method else {}
     except (ValueError, TypeError, NotCoveredError):
         return {}
 

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.exploring import MOST_SHARE
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, inverse
-from springpot.fitting.moments import Case, step_biases_at
+from springpot.fitting.simulated_moments import Case, step_biases_at
+from springpot.fitting.simulated_runs import MOST_SHARE
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import listed
 
-__all__ = ["Measured", "MomentsLikelihood"]
+__all__ = ["MomentsLikelihood", "StackedStatistics"]
 
 _MOST_BLUR = 0.8  # of the information that is seen in a direction: where the errors are no longer corrected for it
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class StackedStatistics:
     """The statistics of all models in one row.
 
     Attributes
@@ -38,7 +38,7 @@ class Measured:
     covariance: FloatArray
 
     @classmethod
-    def of(cls, data: Sequence[MeasuredStatistics]) -> Measured:
+    def of(cls, data: Sequence[MeasuredStatistics]) -> StackedStatistics:
         """Several sets, one after the other."""
         from scipy.linalg import block_diag
 
@@ -55,7 +55,7 @@ class MomentsLikelihood(LeastSquares):
     Parameters
     ----------
     coordinates : Coordinates
-    measured : Measured
+    measured : StackedStatistics
     surface : Surface
     far : float
         As far as the surface is used, in units of its region.
@@ -84,7 +84,7 @@ class MomentsLikelihood(LeastSquares):
     def __init__(
         self,
         coordinates: Coordinates,
-        measured: Measured,
+        measured: StackedStatistics,
         surface: Surface,
         far: float,
         at: FloatArray | None = None,
@@ -94,7 +94,7 @@ class MomentsLikelihood(LeastSquares):
     ) -> None:
         self.coordinates, self.measured, self.surface, self._far = coordinates, measured, surface, far
         self.size = n = measured.values.size
-        self._cases, self._said = cases, said
+        self._cases, self._warnings = cases, said
         at = surface.centre if at is None else at
         self._runs = surface.covariance(at)[:n, :n]
         self._simulated = self._runs + (np.diag(self._misfit(at) ** 2) if last else 0.0)
@@ -188,7 +188,7 @@ class MomentsLikelihood(LeastSquares):
 
     def doubts(self, theta: FloatArray) -> tuple[str, ...]:
         """About the simulation: its errors, its step, and whether the search came to an end."""
-        said = [*self._said]
+        said = [*self._warnings]
         added = self.added(self.coordinates.inner(theta))
         if (most := float(added.max())) > MOST_SHARE:
             name = self.coordinates.names[int(added.argmax())]

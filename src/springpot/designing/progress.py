@@ -7,13 +7,13 @@ import math
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["Watch"]
+__all__ = ["DesignProgress"]
 
 SEARCH = 0.2  # of the whole: what comes before the first round of Monte Carlo
 LITTLE = 0.01  # of what is left of the search: one step of it, whose number is not known beforehand
 
 
-class Watch:
+class DesignProgress:
     """Says that the work goes on, and ends it when the time is over.
 
     Parameters
@@ -27,9 +27,9 @@ class Watch:
     Examples
     --------
     >>> told = []
-    >>> watch = Watch(None, told.append, 6)
-    >>> watch.step()
-    >>> watch.round(5, 1.0)
+    >>> work = DesignProgress(None, told.append, 6)
+    >>> work.step()
+    >>> work.round(5, 1.0)
     >>> told
     [0.002, 1.0]
     """

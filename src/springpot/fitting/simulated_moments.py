@@ -9,13 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.designing.numbers import as_simulated
 from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
-from springpot.problem.oscillator import Oscillator, as_system
-from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
@@ -44,7 +41,7 @@ class Case:
 
     Attributes
     ----------
-    model : System or Oscillator
+    system : System
         With free numbers.
     data : MeasuredStatistics
     settings, rough : Settings
@@ -54,7 +51,7 @@ class Case:
         Its stationary start; x(0) of other numbers is moved from there.
     """
 
-    model: System | Oscillator
+    system: System
     data: MeasuredStatistics
     settings: Settings
     rough: Settings
@@ -65,18 +62,21 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
+    def system_at(self, named: Mapping[str, float]) -> System:
+        """With these values of its numbers; a ValueError where there is no stationary state."""
+        system = with_values(self.system, named)
+        check_stationary(system, "a fit to MeasuredStatistics")
+        return system
+
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
-        problem = as_simulated(with_values(self.model, named))
-        check_stationary(problem, "data of Statistics")
-        return _settings(problem, self.settings.seed, self.settings.threads)[1].steps
+        return _settings(self.system_at(named), self.settings.seed, self.settings.threads)[1].steps
 
-    def begun_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
+    def started_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
         """The same with step, duration and start for these numbers; ``alive`` is called again and again."""
-        problem = as_simulated(with_values(self.model, named))
-        check_stationary(problem, "data of Statistics")
-        settings, rough = _settings(problem, self.settings.seed, self.settings.threads)
-        start = adapt(Plan(motion_of(as_system(problem)), settings), paths=_PILOT_PATHS, progress=alive).adapted
+        system = self.system_at(named)
+        settings, rough = _settings(system, self.settings.seed, self.settings.threads)
+        start = adapt(Plan(motion_of(system), settings), paths=_PILOT_PATHS, progress=alive).adapted
         return replace(self, settings=settings, rough=rough, start=start)
 
 
@@ -98,7 +98,7 @@ class Moments:
 
 
 def case_of(
-    model: System | Oscillator,
+    system: System,
     data: MeasuredStatistics,
     named: Mapping[str, float],
     seed: int,
@@ -112,15 +112,15 @@ def case_of(
     ValueError
         If there is no stationary state.
     """
-    settings, rough = _settings(as_simulated(with_values(model, named)), seed, threads)
-    return Case(model, data, settings, rough).begun_at(named, alive)
+    settings, rough = _settings(with_values(system, named), seed, threads)
+    return Case(system, data, settings, rough).started_at(named, alive)
 
 
-def _settings(problem: Oscillator | System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
+def _settings(system: System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
     """With the default step, and with a coarser one."""
-    fine = plan_of(problem, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
+    fine = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
     step = fine.duration / max(round(fine.steps / _COARSER), 1)
-    rough = plan_of(problem, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
+    rough = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
     return fine, rough.settings
 
 
@@ -156,16 +156,14 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    problem = as_simulated(with_values(case.model, named))
-    check_stationary(problem, "data of Statistics")
-    start = case.start
+    motion, start = motion_of(case.system_at(named)), case.start
     if start is not None and start.pilots == 0:
-        plan = Plan(motion_of(as_system(problem)), case.settings)
-        start = adapt(plan, paths=_PILOT_PATHS, progress=progress).adapted
+        start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:
-        start = replace(start, position=_between_walls(problem, mean))
-    settings = replace(case.rough if rough else case.settings, paths=paths)
-    run = sampled_run(problem, settings, adapted=start, distributions=case.has_quantiles, progress=progress)
+        start = replace(start, position=min(max(mean, motion.low), motion.high))
+    plan = Plan(motion, replace(case.rough if rough else case.settings, paths=paths))
+    plan = plan if start is None else plan.started_at(start)
+    run = sampled_run(plan, distributions=case.has_quantiles, progress=progress)
     found = [_statistic(name, run, groups) for name in case.data.names]
     return Moments(
         np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), run.samples["x_mean"][0]
@@ -185,19 +183,9 @@ def groups_of(paths: int, *, quantiles: bool) -> int:
 
 def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
     """Bounds on the biases that the step leaves, by name."""
-    problem, step = as_simulated(with_values(case.model, named)), case.settings.step
-    known = {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"}
-    if not known <= values.keys():
+    if not {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"} <= values.keys():
         return {}
-    return impact_biases(motion_of(as_system(problem)), step, dict(values))
-
-
-def _between_walls(problem: Oscillator | System, x: float) -> float:
-    walls = (problem.barrier,) if isinstance(problem, Oscillator) else problem.of(Barrier)
-    for wall in walls:
-        if wall is not None:
-            x = max(x, wall.position) if wall.side == "above" else min(x, wall.position)
-    return x
+    return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
 def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArray]:

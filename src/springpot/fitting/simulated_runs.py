@@ -11,12 +11,12 @@ import numpy as np
 
 from springpot.designing.surfaces import Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
-from springpot.fitting.moments import Case, Moments, groups_of, moments_of
+from springpot.fitting.simulated_moments import Case, Moments, groups_of, moments_of
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["MOST_PATHS", "MOST_SHARE", "Explorer", "Region", "Telling", "misfit_of"]
+__all__ = ["MOST_PATHS", "MOST_SHARE", "Region", "Reporter", "SimulatedRuns", "misfit_of"]
 
 MOST_PATHS = 65536
 MOST_SHARE = 0.1  # by which the simulation may enlarge the errors of the numbers
@@ -33,7 +33,7 @@ class Region:
     reach: FloatArray
 
 
-class Telling:
+class Reporter:
     """How far the work is, for whoever waits; and whether it is to stop.
 
     Parameters
@@ -47,7 +47,7 @@ class Telling:
         self._progress, self._stop = progress, stop
         self._done: float = 0.0  # with an estimate of the time, as soon as there is one
 
-    def alive(self, _: float = 0.0) -> None:
+    def check(self, _: float = 0.0) -> None:
         """Called again and again by what works.
 
         Raises
@@ -60,25 +60,25 @@ class Telling:
         if self._progress is not None:  # Ctrl-C comes through it
             self._progress(self._done)
 
-    def rough(self) -> None:
+    def rough_run(self) -> None:
         """One more run that leads to the last ones; all of them are a quarter of the whole."""
         self._done = max(self._done, min(0.25, self._done + 0.002))
-        self.alive()
+        self.check()
 
-    def last(self, fraction: float, steps: float, seconds_per_step: float) -> None:
+    def last_run(self, fraction: float, steps: float, seconds_per_step: float) -> None:
         """The share of the last runs that is done; their time is known before."""
         left = (1.0 - fraction) * steps * seconds_per_step
         done = max(float(self._done), 0.25 + 0.75 * fraction)
         self._done = FractionDone(done, Estimate(steps, left, "the runs of the last surface", math.nan))
-        self.alive()
+        self.check()
 
-    def ended(self) -> None:
+    def end(self) -> None:
         """All is done."""
         if self._progress is not None:
             self._progress(1.0)
 
 
-class Explorer:
+class SimulatedRuns:
     """Runs of all models at places between the bounds, and what they have taken so far.
 
     Parameters
@@ -89,11 +89,13 @@ class Explorer:
     seed : int
     paths : int or None
         Of each of the last runs; None: as many as the measured errors need.
-    telling : Telling
+    reporter : Reporter
     """
 
-    def __init__(self, cases: Sequence[Case], own: Coordinates, seed: int, paths: int | None, telling: Telling) -> None:
-        self.cases, self.own, self.seed, self.wanted, self.telling = [*cases], own, seed, paths, telling
+    def __init__(
+        self, cases: Sequence[Case], own: Coordinates, seed: int, paths: int | None, reporter: Reporter
+    ) -> None:
+        self.cases, self.own, self.seed, self.wanted, self.reporter = [*cases], own, seed, paths, reporter
         self.quantiles = any(case.has_quantiles for case in cases)
         self.rough = 2 * _ROUGH_PATHS if self.quantiles else _ROUGH_PATHS
         self.data = np.concatenate([case.data.values for case in cases])
@@ -115,9 +117,9 @@ class Explorer:
         fault: Exception | None = None
         for n, place in enumerate(u):
             if rough:
-                self.telling.rough()
+                self.reporter.rough_run()
             else:
-                self.telling.last(n / len(u), steps, self.seconds_per_step)
+                self.reporter.last_run(n / len(u), steps, self.seconds_per_step)
             try:
                 moments = self.at(place, known, paths, rough=rough)
             except (ValueError, NotCoveredError) as error:  # a part refuses its number
@@ -153,19 +155,19 @@ class Explorer:
             near = np.clip(u, known.centre - known.reach, known.centre + known.reach)
             means = known(near)[self.data.size :].tolist()
         groups = groups_of(paths, quantiles=self.quantiles)
-        return [moments_of(case, named, paths, groups, mean, rough=rough, progress=self.telling.alive)
+        return [moments_of(case, named, paths, groups, mean, rough=rough, progress=self.reporter.check)
                 for case, mean in zip(self.cases, means, strict=True)]  # fmt: skip
 
-    def changes(self, u: FloatArray, base: Sequence[Moments]) -> bool:
+    def differs(self, u: FloatArray, base: Sequence[Moments]) -> bool:
         """Whether runs at a place differ from others; if the model cannot be there, they do."""
         try:
-            there = self.few(u)
+            there = self.shortest_runs(u)
         except (ValueError, NotCoveredError):
             return True
         pairs = zip(base, there, strict=True)
         return not all(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
 
-    def few(self, u: FloatArray) -> list[Moments]:
+    def shortest_runs(self, u: FloatArray) -> list[Moments]:
         """Runs of as few paths as there can be."""
         return self.at(u, None, self.rough if self.quantiles else _FEW_PATHS)
 
@@ -182,7 +184,7 @@ class Explorer:
     def restart(self, u: FloatArray) -> None:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
-        self.cases = [case.begun_at(named, self.telling.alive) for case in self.cases]
+        self.cases = [case.started_at(named, self.reporter.check) for case in self.cases]
 
     def steps(self, u: FloatArray) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""

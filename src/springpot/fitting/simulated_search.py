@@ -13,20 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.exploring import MOST_PATHS, MOST_SHARE, Explorer, Region, Telling
 from springpot.fitting.likelihood import Coordinates, FloatArray, moved
-from springpot.fitting.moments import case_of
-from springpot.fitting.screening import screened
-from springpot.fitting.simulated import Measured, MomentsLikelihood
+from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
+from springpot.fitting.simulated_moments import case_of
+from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Region, Reporter, SimulatedRuns
+from springpot.fitting.simulated_starts import other_starts
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
 
-__all__ = ["settled"]
+__all__ = ["search_by_simulation"]
 
 _ROUNDS = 15  # that follow the slope
 _LAST_ROUNDS = 8  # with surfaces of the second degree
@@ -41,8 +40,8 @@ _POOR = 1e-4  # probability of the misfit at which other starts are tried
 _STARTS = 2
 
 
-def settled(
-    cases: Sequence[tuple[System | Oscillator, MeasuredStatistics]],
+def search_by_simulation(
+    cases: Sequence[tuple[System, MeasuredStatistics]],
     seed: int = 1,
     paths: int | None = None,
     threads: int | None = None,
@@ -53,7 +52,7 @@ def settled(
 
     Parameters
     ----------
-    cases : sequence of (model, MeasuredStatistics)
+    cases : sequence of (System, MeasuredStatistics)
         With free numbers; those of one name are one number.
     seed : int
         Of all runs.
@@ -71,12 +70,13 @@ def settled(
     Stopped
         If it was stopped before there was a surface.
     """
-    free = tuple(free_numbers(tuple(model for model, _ in cases)).values())
-    own, telling = Coordinates(free), Telling(progress, stop)
+    free = tuple(free_numbers(tuple(system for system, _ in cases)).values())
+    own, reporter = Coordinates(free), Reporter(progress, stop)
     start = own.named(np.array([float(number) for number in free]))
-    seeds = [own_seed(seed, {"case": n, **with_values(model, start).to_dict()}) for n, (model, _) in enumerate(cases)]
-    begun = [case_of(*case, start, each, threads, telling.alive) for case, each in zip(cases, seeds, strict=True)]
-    search = _Search(Explorer(begun, own, seed, paths, telling), Measured.of([data for _, data in cases]))
+    seeds = [own_seed(seed, {"case": n, **with_values(system, start).to_dict()}) for n, (system, _) in enumerate(cases)]
+    begun = [case_of(*case, start, each, threads, reporter.check) for case, each in zip(cases, seeds, strict=True)]
+    measured = StackedStatistics.of([data for _, data in cases])
+    search = _Search(SimulatedRuns(begun, own, seed, paths, reporter), measured)
     try:
         search.check_influence()
         search.lead()
@@ -84,14 +84,14 @@ def settled(
     except Stopped:
         if search.best is None:
             raise
-        search.said = ("The fit was stopped: these are the best numbers so far.",)
+        search.warnings = ("The fit was stopped: these are the best numbers so far.",)
     best = search.best
     assert best is not None
-    if not search.said:
-        telling.ended()
+    if not search.warnings:
+        reporter.end()
     return MomentsLikelihood(
         Coordinates(moved(free, own.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
-        search.explorer.cases, search.said, last=True,
+        search.runs.cases, search.warnings, last=True,
     )  # fmt: skip
 
 
@@ -115,10 +115,10 @@ class _Place:
 class _Search:
     """Rounds of runs and of least squares; ``best`` is where it stands, and what a search that is stopped gives."""
 
-    def __init__(self, explorer: Explorer, measured: Measured) -> None:
-        self.explorer, self.measured, self.own = explorer, measured, explorer.own
+    def __init__(self, runs: SimulatedRuns, measured: StackedStatistics) -> None:
+        self.runs, self.measured, self.own = runs, measured, runs.own
         self.best: _Place | None = None
-        self.said: tuple[str, ...] = ()
+        self.warnings: tuple[str, ...] = ()
 
     def check_influence(self) -> None:
         """A number that changes nothing leaves every run as it is.
@@ -129,11 +129,11 @@ class _Search:
             If there is one.
         """
         own, idle = self.own, []
-        base = self.explorer.few(own.start)
+        base = self.runs.shortest_runs(own.start)
         for n, name in enumerate(own.names):
             u = own.start
             u[n] += 0.1 * (own.high[n] - u[n]) if own.high[n] - u[n] > u[n] - own.low[n] else 0.1 * (own.low[n] - u[n])
-            if not self.explorer.changes(u, base):
+            if not self.runs.differs(u, base):
                 idle.append(name)
         if idle:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
@@ -142,16 +142,16 @@ class _Search:
         """Rounds from the start; from other places too if the misfit stays large."""
         from scipy import stats
 
-        explorer, own = self.explorer, self.own
+        runs, own = self.runs, self.own
         first = self._rounds(own.start)
         spare = max(self.measured.values.size - len(own.free), 1)
         if stats.chi2.sf(first.chi_square, spare) > _POOR:
             return
         found = [first]
         try:
-            for u in screened(explorer, first.u)[:_STARTS]:
+            for u in other_starts(runs, first.u)[:_STARTS]:
                 try:
-                    explorer.restart(u)
+                    runs.restart(u)
                     found.append(self._rounds(u))
                 except (ValueError, NotCoveredError):
                     continue
@@ -160,11 +160,11 @@ class _Search:
 
     def _rounds(self, begin: FloatArray) -> _Place:
         """Along the slope, until the minimum is inside a region as wide as the errors."""
-        explorer, own, u = self.explorer, self.own, begin
+        runs, own, u = self.runs, self.own, begin
         reach = self._reach(np.full(u.size, math.inf), _LEAST_ROUGH, _FIRST_REACH)
         surface: Surface | None = None
         for number in range(_ROUNDS):
-            surface = explorer.surface(Region(u, reach), surface, explorer.rough, rough=True)
+            surface = runs.surface(Region(u, reach), surface, runs.rough, rough=True)
             before, place = u, self._stand(surface, 1.0, u)
             u = place.u
             ended = (np.abs(u - before) < 0.9 * reach) | (u == own.low) | (u == own.high)
@@ -174,21 +174,21 @@ class _Search:
                     break
                 reach = np.minimum(reach, wanted)
             if number % 4 == 3:  # the scales of the problem have changed
-                explorer.restart(u)
+                runs.restart(u)
                 surface = None
         return place
 
     def finish(self) -> None:
         """Surfaces of the second degree, as wide as the errors are."""
-        explorer, own, place = self.explorer, self.own, self.best
+        runs, own, place = self.runs, self.own, self.best
         assert place is not None
         u = place.u
-        paths = explorer.paths(place.surface, u, self.measured.covariance)
-        explorer.restart(u)
+        paths = runs.paths(place.surface, u, self.measured.covariance)
+        runs.restart(u)
         width = 1.0
         for _ in range(_LAST_ROUNDS):
             reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
-            surface = explorer.surface(Region(u, reach), place.surface, paths, rough=False)
+            surface = runs.surface(Region(u, reach), place.surface, paths, rough=False)
             before, place = u, self._stand(surface, _BEYOND, u, last=True)
             u, likelihood = place.u, place.likelihood
             free = (u > own.low) & (u < own.high)
@@ -196,15 +196,15 @@ class _Search:
             stays = inside or self._gain(place, before) < _LITTLE
             right = likelihood.wrong(u) <= _MOST_MISFIT
             added = float(likelihood.added(u).max())
-            more = added > MOST_SHARE and explorer.wanted is None and paths < MOST_PATHS
+            more = added > MOST_SHARE and runs.wanted is None and paths < MOST_PATHS
             if stays and right and not more:
                 break
             width = width if right else _NARROWER * width
             paths = min(paths * _times(added / MOST_SHARE), MOST_PATHS) if more else paths
         if not stays:
-            self.said = ("The search did not settle: start it nearer, or narrow the bounds.",)
+            self.warnings = ("The search did not settle: start it nearer, or narrow the bounds.",)
         elif not right:
-            self.said = ("The surface through the runs is not right near the result: narrow the bounds.",)
+            self.warnings = ("The surface through the runs is not right near the result: narrow the bounds.",)
 
     def _stand(self, surface: Surface, far: float, u: FloatArray, *, last: bool = False) -> _Place:
         """The best numbers on a surface, with the weights there; the search stands there then."""
