@@ -110,9 +110,10 @@ def checked_system(system: System) -> System:
     TypeError
         If it is something else.
     """
-    if not isinstance(system, System | Dimensionless):
+    asked = as_system(system)
+    if not isinstance(asked, System):
         raise TypeError(f"system must be a System, not {shown(system)}.")
-    return as_system(system)
+    return asked
 
 
 def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
