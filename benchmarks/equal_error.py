@@ -23,7 +23,7 @@ from benchmarks.measure import Row, load
 from benchmarks.peers import compiled_diffrax, mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.plain import plain_of
 from springpot import Oscillator, Springpot
-from springpot.simulation import run
+from springpot.simulation import simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.random import key_words
 from springpot.theory import exact
@@ -173,7 +173,7 @@ def _count(step: float) -> tuple[int, int]:
 
 
 def _ours(oscillator: Oscillator, scheme: str, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
-    found = run(
+    found = simulate(
         oscillator, paths=paths, duration=_LENGTH, window=(_BURN, _LENGTH), step=step, start="rest", threads=1,
         seed=seed, scheme=scheme,  # type: ignore[arg-type]
     )  # fmt: skip
@@ -235,10 +235,10 @@ def _asked(oscillator: Oscillator, name: str, target: float, truth: float, seeds
     taken, errors = [], []
     for seed in range(1, seeds + 1):
         # half a 95 % interval is 1.96 standard errors: asked for so much, a run has this root mean square error
-        work = partial(run, oscillator, rtol=1.96 * target, quantities=(name,), threads=1, seed=seed)
+        work = partial(simulate, oscillator, rtol=1.96 * target, quantities=(name,), threads=1, seed=seed)
         found, seconds = _cpu(work)
         taken.append(seconds)
-        errors.append(found.values[name] / truth - 1.0)  # type: ignore[attr-defined]
+        errors.append(found[name].value / truth - 1.0)  # type: ignore[attr-defined]
     return float(np.mean(taken)), float(np.sqrt(np.mean(np.square(errors))))
 
 

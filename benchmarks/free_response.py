@@ -14,7 +14,7 @@ from scipy import special
 from benchmarks.measure import Row, best_cpu
 from springpot import Oscillator, Springpot, WhiteNoise
 from springpot.memory import direct
-from springpot.simulation import run
+from springpot.simulation import simulate
 
 __all__ = ["exact", "free_response"]
 
@@ -55,7 +55,7 @@ def _ours(steps: int, times: int) -> Solved:
     oscillator = Oscillator(1.0, Springpot(0.5, COEFFICIENT), None, WhiteNoise(0.0))
 
     def solve() -> tuple[Floats, Floats]:
-        found = run(
+        found = simulate(
             oscillator, paths=1, record=1, threads=1, duration=DURATION, step=DURATION / steps, initial_position=1.0,
             memory_tolerance=1e-8,
         )  # fmt: skip

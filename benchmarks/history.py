@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.measure import Row, best_cpu, exponent
 from springpot import Oscillator, Springpot
 from springpot.memory import direct
-from springpot.simulation import run
+from springpot.simulation import simulate
 
 __all__ = ["numpy_history", "one_thread", "paper_by_history"]
 
@@ -74,7 +74,7 @@ def paper_by_history(quick: bool) -> list[Row]:
     orders = (0.1, 0.5, 0.9)
 
     def point(order: float) -> object:
-        return run(
+        return simulate(
             Oscillator(springpot=Springpot(order, 1.0)), scheme="grunwald", paths=ours_paths, threads=1,
             duration=STEP * ours_steps, step=STEP, start="rest",
         )  # fmt: skip

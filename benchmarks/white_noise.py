@@ -9,7 +9,7 @@ from benchmarks.measure import Row, best_wall
 from benchmarks.peers import compiled_diffrax, numpy_and_numba, numpy_only
 from springpot import Oscillator, Springpot
 from springpot.machine.processors import threads_available
-from springpot.simulation import run
+from springpot.simulation import simulate
 
 __all__ = ["white_noise_wall"]
 
@@ -32,8 +32,8 @@ def white_noise_wall(quick: bool) -> list[Row]:
     times = 1 if quick else 3
 
     def ours() -> dict[str, float]:
-        found = run(oscillator, paths=paths, duration=STEP * steps, step=STEP, start="rest")
-        return {"mean": found.values["amplitude_mean_square"], "error": found.errors["amplitude_mean_square"]}
+        found = simulate(oscillator, paths=paths, duration=STEP * steps, step=STEP, start="rest")
+        return {"mean": found["amplitude_mean_square"].value, "error": found["amplitude_mean_square"].error}
 
     found = ours()
     least = best_wall(ours, times)

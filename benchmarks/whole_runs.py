@@ -14,7 +14,7 @@ from benchmarks.kernels import MODES, block_cpu, parts_of
 from benchmarks.measure import Row, best_wall, exponent
 from springpot import Barrier, Oscillator, Springpot
 from springpot.machine.processors import threads_available
-from springpot.simulation import Run, run
+from springpot.simulation import Run, simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.theory import Result, averaging, envelope, exact, fokker_planck, memory_closure
 
@@ -27,7 +27,7 @@ def asked_error(quick: bool) -> list[Row]:
     """Rows of section 6."""
     rtol = 0.1 if quick else 0.01
     section = f"<A^2> to {rtol:.0%}, Omega = C = q = 1"
-    run(Oscillator(), rtol=0.3)  # compiles
+    simulate(Oscillator(), rtol=0.3)  # compiles
     rows = []
     for order in (0.5,) if quick else (0.5, 0.1):
         oscillator = Oscillator(springpot=Springpot(order, 1.0))
@@ -47,14 +47,14 @@ def asked_error(quick: bool) -> list[Row]:
 
 
 def _keep(found: list[Run], oscillator: Oscillator, rtol: float) -> None:
-    found.append(run(oscillator, rtol=rtol))
+    found.append(simulate(oscillator, rtol=rtol))
 
 
 def _peak_bytes(paths: int, steps: int) -> int:
     """The most memory that NumPy and Python held during a run."""
     tracemalloc.start()
     try:
-        run(Oscillator(), paths=paths, duration=0.01 * steps, step=0.01, start="rest", threads=1)
+        simulate(Oscillator(), paths=paths, duration=0.01 * steps, step=0.01, start="rest", threads=1)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

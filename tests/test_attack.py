@@ -34,7 +34,7 @@ LONGEST = 2000  # characters in a sentence
 @pytest.fixture(scope="module")
 def words(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A saved run as JSON."""
-    run = sp.run(
+    run = sp.simulate(
         sp.Oscillator(springpot=sp.Springpot(0.5, 0.4)), paths=64, duration=40.0, record=2, distributions=True,
         spectrum=[1.0, 2.0], first_passage={"speed": 1.0},
     )  # fmt: skip
@@ -96,7 +96,7 @@ def test_an_array_that_says_it_is_huge(words: dict[str, Any], tmp_path: Path) ->
     """The size that a file states is compared with that of the file before memory is taken."""
     import h5py
 
-    run = sp.run(sp.Oscillator(), paths=64, duration=2.0, record=1)
+    run = sp.simulate(sp.Oscillator(), paths=64, duration=2.0, record=1)
     place = run.save(tmp_path / "run.nc")
     with h5py.File(place, "a") as file:
         del file["run"]["time"]
@@ -128,7 +128,7 @@ for suffix in (".nc", ".csv"):
 fails(run.save, folder / "kept.nc", overwrite=True)
 assert (folder / "kept.nc").read_bytes() == kept
 fails(lambda place: sp.figures.save(sp.figures.path(run).figure, place), folder / "picture.png")
-print("alive", run.values["x_mean"] > 0.0)
+print("alive", run["x_mean"].value > 0.0)
 """
 
 

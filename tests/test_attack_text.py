@@ -222,7 +222,7 @@ def test_systems_that_were_found_so(parts: tuple[object, ...], sentence: str) ->
     assert bool(said) == bool(sentence)
     if sentence:
         with pytest.raises(ValueError, match=re.escape(sentence)):
-            sp.run(system, paths=64)
+            sp.simulate(system, paths=64)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli
-from springpot.simulation import run
+from springpot.simulation import simulate
 from tests.sizes import thinned, validation
 
 PARTS: dict[str, Any] = {
@@ -191,7 +191,7 @@ def test_parts_of_the_wrong_kind(name: str, value: Any) -> None:
 @pytest.mark.parametrize(("settings", "name", "_words"), RUNS, ids=words_of)
 def test_runs_refuse(settings: dict[str, Any], name: str, _words: str | None) -> None:
     with pytest.raises((TypeError, ValueError)) as caught:
-        run(Oscillator(), **settings)
+        simulate(Oscillator(), **settings)
     assert str(caught.value).startswith(name)
     clear(str(caught.value), name)
 
@@ -199,7 +199,7 @@ def test_runs_refuse(settings: dict[str, Any], name: str, _words: str | None) ->
 @pytest.mark.parametrize("oscillator", [None, 1.0, Springpot(0.5, 1.0), {"order": 0.5}], ids=words_of)
 def test_runs_refuse_what_is_not_an_oscillator(oscillator: Any) -> None:
     with pytest.raises(TypeError, match=r"^system must be"):
-        run(oscillator)
+        simulate(oscillator)
 
 
 @pytest.mark.parametrize(
@@ -213,14 +213,14 @@ def test_runs_refuse_what_is_not_an_oscillator(oscillator: Any) -> None:
 )
 def test_no_stationary_start_where_nothing_is_lost(oscillator: Oscillator) -> None:
     with pytest.raises(ValueError, match="stationary state") as caught:
-        run(oscillator, start="stationary")
+        simulate(oscillator, start="stationary")
     clear(str(caught.value), "start")
 
 
 def test_the_wrong_side_of_the_mirrored_wall() -> None:
     below = Oscillator(barrier=Barrier(position=-1.0, side="below"))
     with pytest.raises(ValueError, match=r"^initial_position"):
-        run(below, initial_position=-0.5)
+        simulate(below, initial_position=-0.5)
 
 
 REFUSED = [

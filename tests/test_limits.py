@@ -14,7 +14,6 @@ import springpot as sp
 from springpot.evidence.explanation import equation
 from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import few, listed
-from springpot.problem.oscillator import as_system
 from springpot.simulation.error.reach import reach
 from springpot.simulation.lowering.filters import Filter, _stationary
 from springpot.simulation.plan.plan import plan_of
@@ -27,6 +26,7 @@ HUGE = sp.System(
     sp.Spring(1e50), sp.PolynomialSpring((0.0, 0.0, 1e50)), sp.Springpot(0.5, 1e-50), sp.Barrier(-1e-50, 0.9),
     sp.WhiteNoise(1e50),
 )  # fmt: skip
+PINNED = sp.System(sp.Spring(1e12), sp.Springpot(0.5, 3.0), sp.Barrier(1.0, side="above"), sp.ThermalNoise(1e-18))
 FAR = sp.Oscillator(1.0, sp.Springpot(0.5, 0.2), sp.Barrier(-1e30, 0.9), sp.WhiteNoise(1.0))
 UNDAMPED = sp.Oscillator(1.0, sp.Springpot(0.5, 1e-20), None, sp.WhiteNoise(1.0))
 
@@ -48,12 +48,25 @@ def test_scales_of_a_wall_far_outside_the_law() -> None:
     assert plan_of(PRESSED, paths=1).settings.steps > 0
 
 
+def test_huge_numbers_that_belong_together_are_simulated() -> None:
+    """Frequency and noise fit each other, and the wall is at the equilibrium: a bouncing mass in small units."""
+    step = plan_of(HUGE).settings.step
+    found = sp.simulate(HUGE, paths=256, duration=2500 * step, window=(1500 * step, 2500 * step), start="rest")
+    usual = sp.System(
+        sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-25)), sp.Springpot(0.5, 1e-50), sp.Barrier(0.0, 0.9),
+        sp.WhiteNoise(1.0),
+    )  # fmt: skip
+    own = sp.simulate(usual, paths=256, duration=25.0, window=(15.0, 25.0), step=0.01, start="rest")
+    assert found["impact_rate"].value / 1e25 == pytest.approx(own["impact_rate"].value, rel=0.01)
+    assert found["x_mean_square"].value * 1e25 == pytest.approx(own["x_mean_square"].value, rel=0.01)
+
+
 MANY = [sp.Contact(-0.1 - 0.01 * n, 100.0) for n in range(200)]
 REFUSED: list[Any] = [
-    (lambda: plan_of(HUGE), "must be closer together|system must move by more than rounding"),
-    validation(lambda: sp.run(FAR, paths=4), "the problem's numbers must be closer together"),
+    (lambda: plan_of(PINNED), "must be closer together|system must move by more than rounding"),
+    validation(lambda: sp.simulate(FAR, paths=4), "the problem's numbers must be closer together"),
     (
-        lambda: reach(as_system(UNDAMPED), 0.1),
+        lambda: reach(UNDAMPED, 0.1),
         "rtol cannot be reached: the motion forgets its start only after 1.4e.20 s",
     ),
     (lambda: plan_of(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
@@ -61,7 +74,7 @@ REFUSED: list[Any] = [
     (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),
     (lambda: sp.explain([MANY]), "problem must be a System or an Oscillator, not "),
     (lambda: sp.Oscillator([*range(10_000)]), "natural_frequency must be a real number, not "),  # type: ignore[arg-type]
-    (lambda: sp.run(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
+    (lambda: sp.simulate(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
     (lambda: sp.theory.envelope(MANY), "must be an Oscillator"),  # type: ignore[call-overload]
     (lambda: plan_of(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
     (lambda: sp.design(_walled(7), "c", {"impact_rat": (None, 1.0)}), "did you mean impact_rate"),

@@ -18,8 +18,8 @@ from springpot.machine.faults import per_cent
         (lambda: sp.Mass(m=1.0), "Mass has no argument 'm'; did you mean value?"),
         (lambda: sp.Spring(color="red"), "Spring has no argument 'color': its argument is stiffness."),
         (lambda: sp.Oscillator(omega=2.0), "Oscillator has no argument 'omega'; did you mean natural_frequency?"),
-        (lambda: sp.run(sp.Oscillator(), e=0.5), "no argument 'e'; did you mean Barrier(restitution=...)?"),
-        (lambda: sp.run(sp.Oscillator(), path=5), "no argument 'path'; did you mean paths?"),
+        (lambda: sp.simulate(sp.Oscillator(), e=0.5), "no argument 'e'; did you mean Barrier(restitution=...)?"),
+        (lambda: sp.simulate(sp.Oscillator(), path=5), "no argument 'path'; did you mean paths?"),
         (
             lambda: sp.System(sp.Spring(80.0), stiffness=80.0),
             "stiffness must be a part of that name, as stiffness=Spring(80.0), not 80.0; did you mean "
@@ -45,7 +45,7 @@ def test_what_was_meant_is_named(make: Any, sentence: str) -> None:
     ],
 )
 def test_an_unknown_result_names_a_near_one(word: str, hint: str) -> None:
-    result = sp.run(sp.Oscillator(), paths=64, duration=2.0, start="rest")
+    result = sp.simulate(sp.Oscillator(), paths=64, duration=2.0, start="rest")
     for numbers in (result.values, result.errors):
         with pytest.raises(KeyError, match=re.escape(f"{word} is not among the results{hint}")):
             numbers[word]

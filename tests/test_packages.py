@@ -12,9 +12,20 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
-TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The packages")[1].split("The rooms of")[0]
-ROWS = [re.findall(r"`([^`]+)`", row.split("|")[1]) for row in TABLE.splitlines() if row.startswith("| `")]
-HEIGHT = {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(ROWS) for name in names}
+PACKAGES, ROOMS, *_ = (
+    (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## The packages")[1].split("The rooms of")
+)
+ROOMS = ROOMS.split("I want to change")[0]
+
+
+def heights(table: str) -> dict[str, int]:
+    """The names in the first column of a table, each with its row."""
+    rows = [re.findall(r"`([^`]+)`", row.split("|")[1]) for row in table.splitlines() if row.startswith("| `")]
+    return {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(rows) for name in names}
+
+
+IN_TURN = "springpot.problem.dimensionless", "springpot.problem.system"  # until `System.canonical` is gone
+HEIGHT, HEIGHT_OF_ROOM = heights(PACKAGES), heights(ROOMS)
 
 
 def modules() -> dict[str, Path]:
@@ -23,20 +34,20 @@ def modules() -> dict[str, Path]:
     return {name.removesuffix(".__init__"): file for file, name in files.items()}
 
 
-def statements(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Every statement, at the top or within others, but for those for types only; expressions import nothing."""
+def statements(body: Iterable[ast.AST], types: bool) -> Iterator[ast.AST]:
+    """Every statement, at the top or within others, those for types only if asked for; expressions import nothing."""
     for node in body:
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if not types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         yield node
         for field in ("body", "orelse", "handlers", "finalbody", "cases"):
-            yield from statements(getattr(node, field, ()))
+            yield from statements(getattr(node, field, ()), types)
 
 
-def imports(file: Path, known: dict[str, Path]) -> set[str]:
-    """Modules of the library that a file imports, at its top or inside a function; not those for types only."""
+def imports(file: Path, known: dict[str, Path], types: bool) -> set[str]:
+    """Modules of the library that a file imports, at its top or inside a function; if asked for, for types too."""
     found: set[str] = set()
-    for node in statements(ast.parse(file.read_text(encoding="utf-8")).body):
+    for node in statements(ast.parse(file.read_text(encoding="utf-8")).body, types):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -46,10 +57,10 @@ def imports(file: Path, known: dict[str, Path]) -> set[str]:
 
 
 @cache
-def graph() -> dict[str, set[str]]:
+def graph(types: bool = False) -> dict[str, set[str]]:
     """What each module imports: read when the first test asks, not whenever the tests are collected."""
     known = modules()
-    return {name: imports(file, known) for name, file in known.items()}
+    return {name: imports(file, known, types) for name, file in known.items()}
 
 
 def package(module: str) -> str:
@@ -74,15 +85,42 @@ def test_a_package_imports_only_those_above_it_in_the_table(name: str) -> None:
     assert wrong == set()
 
 
+def room(module: str) -> str:
+    """The room of a module of the simulation; empty for the door and for other packages."""
+    parts = module.split(".")
+    return parts[2] if parts[1:2] == ["simulation"] and len(parts) > 2 and parts[2] in HEIGHT_OF_ROOM else ""
+
+
+def test_every_room_is_in_the_table() -> None:
+    inside = SOURCE / "springpot" / "simulation"
+    assert {folder.parent.name for folder in inside.glob("*/__init__.py")} == HEIGHT_OF_ROOM.keys()
+
+
+@pytest.mark.parametrize("name", sorted(HEIGHT_OF_ROOM))
+def test_a_room_of_the_simulation_imports_only_those_above_it(name: str) -> None:
+    """For types too, and nothing from the door."""
+    door = {"springpot.simulation"} | {f"springpot.simulation.{each}" for each in ("monte_carlo", "extended")}
+    wrong = {
+        (module, imported)
+        for module, names in graph(types=True).items()
+        if room(module) == name
+        for imported in names
+        if imported in door or (room(imported) and HEIGHT_OF_ROOM[room(imported)] > HEIGHT_OF_ROOM[name])
+    }
+    assert wrong == set()
+
+
 def test_no_circle_of_imports() -> None:
-    left = {module: names - {module} for module, names in graph().items()}
+    """Nor of those for types only."""
+    left = {module: names - {module} for module, names in graph(types=True).items()}
     while left:  # without what imports nothing of the rest, and what nothing of the rest imports
         used = set().union(*left.values())
         ends = {module for module, names in left.items() if not names & left.keys() or module not in used}
         if not ends:
             break
         left = {module: names for module, names in left.items() if module not in ends}
-    assert {module: names & left.keys() for module, names in left.items()} == {}
+    circles = {module: names & left.keys() for module, names in left.items()}
+    assert circles == {IN_TURN[0]: {IN_TURN[1]}, IN_TURN[1]: {IN_TURN[0]}}
 
 
 def test_the_files_that_the_contributing_page_names_exist() -> None:

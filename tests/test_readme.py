@@ -16,7 +16,6 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.problem.catalogue import possible_results
-from springpot.problem.oscillator import as_system
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -116,7 +115,7 @@ def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
 def test_every_number_has_its_line() -> None:
     table = re.findall(r"^\| (`.*?) \|", TEXT, flags=re.MULTILINE)
     named = {name for cell in table for name in re.findall(r"`([\w<>]+)`", cell)}
-    results = {name.replace("barrier_", "<wall>_") for name in possible_results(as_system(sp.Oscillator()))}
+    results = {name.replace("barrier_", "<wall>_") for name in possible_results(sp.Oscillator())}
     assert {*results, "decay_rate", "_se", "_step_bias", "_memory_bias", "_transient", "_error"} <= named
 
 

@@ -21,13 +21,13 @@ ratios = {}
 for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=True):
     oscillator = sp.Oscillator(OMEGA, sp.Springpot(0.5, C), excitation=sp.WhiteNoise(q))
     runs = [
-        sp.run(
+        sp.simulate(
             sp.Oscillator(OMEGA, sp.Springpot(order, C), excitation=sp.WhiteNoise(q)),
             scheme="grunwald", start="rest", paths=1500, step=2e-3, seed=int(100 * order + q),
         )
         for order in orders
     ]  # fmt: skip
-    sp.figures.against(
+    sp.figures.plot_against(
         "order", above, oscillator=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLORS[color],
         theory={f"Eq. 20, q = {q:g} m²/s³": lambda o: sp.theory.averaging(o, form="printed")},
         runs=runs, label="Monte Carlo, 95 %" if q == 10.0 else "",

@@ -21,13 +21,13 @@ def tuned(frequency):
 
 
 figure, axes = plt.subplots(figsize=(6.4, 4.4))
-sp.figures.against(
+sp.figures.plot_against(
     "natural_frequency", axes, oscillator=tuned(1.0), values=np.geomspace(0.3, 3.0, 61),
     theory={
         "Eq. 20 as printed": lambda oscillator: sp.theory.averaging(oscillator, form="printed"),
         "Eq. 20 corrected": sp.theory.averaging,
     },
-    runs=[sp.run(tuned(frequency), rtol=0.01) for frequency in np.geomspace(0.3, 3.0, 8)],
+    runs=[sp.simulate(tuned(frequency), rtol=0.01) for frequency in np.geomspace(0.3, 3.0, 8)],
     label="Monte Carlo (bars are smaller than marks)",
 )  # fmt: skip
 axes.set(xscale="log", yscale="log")

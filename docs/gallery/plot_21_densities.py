@@ -11,12 +11,12 @@ import matplotlib.pyplot as plt
 import springpot as sp
 
 oscillator = sp.Oscillator(springpot=sp.Springpot(order=0.5, coefficient=1.0), barrier=sp.Barrier(-0.5, 0.8))
-run = sp.run(oscillator, paths=4000, duration=100.0, step=0.02, start="stationary", distributions=True)
+run = sp.simulate(oscillator, paths=4000, duration=100.0, step=0.02, start="stationary", distributions=True)
 answers, statements = sp.theory.solve_all(oscillator)
 
 figure, panels = plt.subplots(2, 2, figsize=(8.4, 6.6))
 for quantity, axes in zip(("x", "v", "amplitude", "impact_speed"), panels.flat, strict=True):
-    sp.figures.density(run, quantity, axes, theory=answers.values())
+    sp.figures.plot_density(run, quantity, axes, theory=answers.values())
 panels[0, 0].legend(frameon=False, fontsize="small")
 plt.show()
 

@@ -15,11 +15,11 @@ import springpot as sp
 figure, panels = plt.subplots(1, 2, figsize=(9.0, 3.9))
 for axes, order in zip(panels, (1.0, 0.5), strict=True):
     oscillator = sp.Oscillator(springpot=sp.Springpot(order, coefficient=0.2))
-    run = sp.run(oscillator, paths=8000, record=8000, duration=30.0, step=0.05, start="rest", seed=5)
+    run = sp.simulate(oscillator, paths=8000, record=8000, duration=30.0, step=0.05, start="rest", seed=5)
     theory = [sp.theory.averaging(oscillator), sp.theory.envelope(oscillator)]
     if order == 1.0:
         theory.append(sp.theory.exact(oscillator))
-    sp.figures.transient(run, axes=axes, theory=theory, at=np.linspace(0.0, 30.0, 301))
+    sp.figures.plot_transient(run, ax=axes, theory=theory, at=np.linspace(0.0, 30.0, 301))
     axes.set_title(rf"$\alpha$ = {order:g}, $C$ = 0.2 s$^{{\alpha-2}}$", fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 panels[1].set_ylabel("")

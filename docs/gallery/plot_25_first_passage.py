@@ -16,14 +16,14 @@ oscillator = sp.Oscillator(
     springpot=sp.Springpot(order=0.5, coefficient=0.1), barrier=sp.Barrier(position=-1.0, restitution=0.9)
 )
 envelope = sp.theory.envelope(oscillator)
-run = sp.run(oscillator, paths=2000, record=2000, duration=120.0, step=0.05, start="rest")
+run = sp.simulate(oscillator, paths=2000, record=2000, duration=120.0, step=0.05, start="rest")
 spread = np.sqrt(envelope.amplitude_mean_square)
 
 figure, axes = plt.subplots(figsize=(6.6, 4.2))
 for times, color in zip((1.0, 1.5, 2.0), ("blue", "vermilion", "green"), strict=True):
     level = round(times * spread, 2)
     before = len(axes.lines)
-    sp.figures.survival(run, level, axes, theory=envelope)
+    sp.figures.plot_survival(run, level, axes, theory=envelope)
     for line in axes.lines[before:]:
         line.set_color(sp.figures.COLORS[color])
     axes.lines[-1].set_label(f"A < {level:g} m, mean time {envelope.first_passage(amplitude=level).mean_time:.0f} s")
@@ -39,7 +39,7 @@ plt.show()
 # Mean times of both, from one run. A run states how many paths have not passed when it ends, and what its mean assumes
 # about them.
 levels = {"x": round(2.0 * spread, 2), "amplitude": round(2.0 * spread, 2)}
-watched = sp.run(oscillator, paths=4000, duration=400.0, step=0.05, start="rest", first_passage=levels)
+watched = sp.simulate(oscillator, paths=4000, duration=400.0, step=0.05, start="rest", first_passage=levels)
 for name, passage in watched.first_passages.items():
     mean, error, assumed = passage.mean
     print(f"{name} > {passage.level:g} m after {mean:.0f} +- {error:.0f} s on average. {assumed}")

@@ -19,13 +19,13 @@ figure, (above, below) = plt.subplots(2, figsize=(6.8, 6.2), sharex=True)
 for start, color in (("rest", "vermilion"), ("stationary", "blue")):
     edges = np.geomspace(10.0, 640.0, 9)
     found = [
-        sp.run(oscillator, paths=4000, duration=end, window=(begin, end), step=0.05, start=start)
+        sp.simulate(oscillator, paths=4000, duration=end, window=(begin, end), step=0.05, start=start)
         for begin, end in pairwise(edges)
     ]
     middle = np.sqrt(edges[:-1] * edges[1:])
     for axes, quantity in ((above, "x_mean"), (below, "impact_rate")):
-        value = [run.values[quantity] for run in found]
-        error = [run.errors[quantity] for run in found]
+        value = [run[quantity].value for run in found]
+        error = [run[quantity].error for run in found]
         sp.figures.bars(axes, middle, value, error, color=sp.figures.COLORS[color], size=4.0, label=f"start={start!r}")
 above.axhline(sp.theory.envelope(oscillator).x_mean, color="0.4", lw=1.0, ls="--", label="envelope (stationary)")
 below.axhline(sp.theory.envelope(oscillator).impact_rate, color="0.4", lw=1.0, ls="--")

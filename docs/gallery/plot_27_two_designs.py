@@ -18,11 +18,11 @@ designs = {
 
 figure, panels = plt.subplots(2, 1, figsize=(7.2, 7.6), layout="constrained")
 for name, oscillator in designs.items():
-    run = sp.run(oscillator, paths=4000, duration=100.0, step=0.02, distributions=True)
+    run = sp.simulate(oscillator, paths=4000, duration=100.0, step=0.02, distributions=True)
     envelope = sp.theory.envelope(oscillator)
     for quantity, axes in zip(("x", "impact_speed"), panels, strict=True):
-        sp.figures.density(run, quantity, axes, theory=envelope, label=name)
-    rate, error = run.values["impact_rate"], run.errors["impact_rate"]
+        sp.figures.plot_density(run, quantity, axes, theory=envelope, label=name)
+    rate, error = run["impact_rate"].value, run["impact_rate"].error
     fast = run.distributions["impact_speed"].quantile(0.99)[0]
     print(f"{name}: {rate:.4f} +- {error:.4f} impacts per second, one in a hundred faster than {fast:.2f} m/s")
 for axes in panels:

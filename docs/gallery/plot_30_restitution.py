@@ -20,12 +20,12 @@ def wall(restitution):
 
 
 runs = [
-    sp.run(wall(r), paths=3000, step=0.01, start="stationary", duration=120.0, window=(60.0, 120.0))
+    sp.simulate(wall(r), paths=3000, step=0.01, start="stationary", duration=120.0, window=(60.0, 120.0))
     for r in (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 ]
 figure, (above, below) = plt.subplots(2, figsize=(6.8, 6.8), sharex=True)
 for axes, quantity in ((above, "amplitude_mean_square"), (below, "impact_rate")):
-    sp.figures.against(
+    sp.figures.plot_against(
         "restitution", axes, quantity=quantity, oscillator=wall(1.0), values=np.linspace(0.4, 1.0, 19),
         theory=[sp.theory.averaging, sp.theory.envelope, sp.theory.memory_closure], runs=runs,
     )  # fmt: skip

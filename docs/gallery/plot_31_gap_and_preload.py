@@ -17,12 +17,12 @@ def wall(position):
 
 
 runs = [
-    sp.run(wall(b), paths=3000, step=0.02, start="stationary", duration=120.0, window=(60.0, 120.0))
+    sp.simulate(wall(b), paths=3000, step=0.02, start="stationary", duration=120.0, window=(60.0, 120.0))
     for b in (-3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
 ]
 figure, panels = plt.subplots(3, figsize=(6.8, 8.4), sharex=True)
 for axes, quantity in zip(panels, ("amplitude_mean_square", "x_mean", "impact_rate"), strict=True):
-    sp.figures.against(
+    sp.figures.plot_against(
         "position", axes, quantity=quantity, oscillator=wall(0.0), values=np.linspace(-3.0, 1.5, 19),
         theory=[sp.theory.envelope, sp.theory.memory_closure], runs=runs,
     )  # fmt: skip

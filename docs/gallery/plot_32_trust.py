@@ -13,7 +13,7 @@ import springpot as sp
 
 figure, panels = plt.subplots(2, 2, figsize=(8.6, 7.0), sharex=True, sharey=True)
 for method, axes in zip(("averaging", "averaging_shifted", "envelope", "memory_closure"), panels.flat, strict=True):
-    sp.figures.gaps(method, axes=axes)
+    sp.figures.plot_gaps(method, ax=axes)
 for axes in panels[0]:
     axes.set_xlabel("")
 for axes in panels[:, 1]:
@@ -36,8 +36,8 @@ for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
 
 figure, panels = plt.subplots(2, 2, figsize=(8.6, 6.4), sharex=True, sharey=True)
 for method, axes in zip(("averaging_amplitude", "linearization", "envelope"), panels.flat, strict=False):
-    sp.figures.system_gaps(method, axes=axes)
-sp.figures.system_gaps("envelope", "impact_rate", panels[1, 1], walls=1, restitution=0.8)
+    sp.figures.plot_system_gaps(method, ax=axes)
+sp.figures.plot_system_gaps("envelope", "impact_rate", panels[1, 1], walls=1, restitution=0.8)
 for axes in panels[0]:
     axes.set_xlabel("")
 for axes in panels[:, 1]:

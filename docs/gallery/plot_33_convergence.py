@@ -20,7 +20,7 @@ errors = {}
 for scheme, name in (("default", "the library's scheme"), ("grunwald", "the paper's scheme")):
     sizes = []
     for step in steps:
-        run = sp.run(free, scheme=scheme, paths=1, record=1, duration=10.0, step=step, initial_velocity=1.0,
+        run = sp.simulate(free, scheme=scheme, paths=1, record=1, duration=10.0, step=step, initial_velocity=1.0,
                      memory_tolerance=1e-9)  # fmt: skip
         exact = relaxation(order, 0.5).impulse_response(run.time)
         sizes.append(np.max(np.abs(run.record[0, :, 0] - exact)))
@@ -30,14 +30,15 @@ lossy = sp.Oscillator(springpot=sp.Springpot(1.0, 0.5), barrier=sp.Barrier(resti
 truth = sp.theory.fokker_planck(lossy).impact_rate
 coarse = np.array([0.16, 0.08, 0.04, 0.02, 0.01])
 runs = [
-    sp.run(lossy, paths=20_000, step=step, duration=80.0, window=(16.0, 80.0), start="stationary") for step in coarse
+    sp.simulate(lossy, paths=20_000, step=step, duration=80.0, window=(16.0, 80.0), start="stationary")
+    for step in coarse
 ]
-missed = np.array([1.0 - run.values["impact_rate"] / truth for run in runs])
-uncertain = np.array([run.errors["impact_rate"] / truth for run in runs])
+missed = np.array([1.0 - run["impact_rate"].value / truth for run in runs])
+uncertain = np.array([run["impact_rate"].error / truth for run in runs])
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.2))
-sp.figures.convergence(errors, left, ylabel="largest error of x in 10 s (m)")
-sp.figures.convergence(
+sp.figures.plot_convergence(errors, left, ylabel="largest error of x in 10 s (m)")
+sp.figures.plot_convergence(
     {"impacts missed, r = 0.5": (coarse, missed, uncertain)}, right, orders=(0.5,), ylabel="share of the impacts (1)"
 )
 for axes in (left, right):

@@ -32,7 +32,7 @@ figure, (power, wear) = plt.subplots(2, figsize=(6.8, 6.6), sharex=True)
 gaps = np.linspace(0.0, 3.0, 5) * SPREAD
 for restitution, color in ((0.9, "blue"), (0.6, "vermilion"), (0.3, "green")):
     runs = [
-        sp.run(
+        sp.simulate(
             harvester(gap, restitution), paths=2000, duration=2.0, window=(1.0, 2.0), step=2e-4,
             observables={"electrical_power": lambda t, x, v: 3.0 * v * v},
             impact_observables={"wear": lambda speed: speed**3},
@@ -41,7 +41,7 @@ for restitution, color in ((0.9, "blue"), (0.6, "vermilion"), (0.3, "green")):
     ]  # fmt: skip
     look = {"color": sp.figures.COLORS[color], "size": 4.0}
     for axes, name in ((power, "electrical_power"), (wear, "wear")):
-        value, error = np.array([(run.values[name], run.errors[name]) for run in runs]).T
+        value, error = np.array([(run[name].value, run[name].error) for run in runs]).T
         sp.figures.bars(axes, 1e3 * gaps, value, error, label=f"r = {restitution:g}", **look)
     fine = np.linspace(0.0, 3.0, 13) * SPREAD
     curve = [ELECTRICAL * sp.theory.fokker_planck(harvester(gap, restitution)).v_mean_square for gap in fine]

@@ -33,10 +33,11 @@ def pair(gap):
 
 gaps = np.array([0.0, 0.02, 0.04, 0.06, 0.08, 0.10])
 runs = [
-    sp.run(pair(gap), paths=3000, step=0.005, duration=60.0, window=(30.0, 60.0), distributions=True) for gap in gaps
+    sp.simulate(pair(gap), paths=3000, step=0.005, duration=60.0, window=(30.0, 60.0), distributions=True)
+    for gap in gaps
 ]
 figure, (often, hard) = plt.subplots(2, figsize=(6.8, 6.6), sharex=True)
-sp.figures.against(
+sp.figures.plot_against(
     "position", often, quantity="impact_rate", oscillator=pair(0.0), values=-np.linspace(0.0, 0.11, 23),
     theory=[sp.theory.envelope], runs=runs,
 )  # fmt: skip

@@ -22,16 +22,18 @@ import springpot as sp
 device = sp.Oscillator.from_device(
     mass=0.8, stiffness=3200.0, springpot=(0.3, 150.0), gap=0.006, restitution=0.7, psd=0.01, psd_unit="g2/Hz"
 )
-run = sp.run(device, paths=8000, record=1, distributions=True, seed=1)
+run = sp.simulate(device, paths=8000, record=1, distributions=True, seed=1)
 
-rms = run.values["x_mean_square"] ** 0.5
-rms_error = run.errors["x_mean_square"] / (2.0 * rms)  # the derivative of the square root
+rms = run["x_mean_square"].value ** 0.5
+rms_error = run["x_mean_square"].error / (2.0 * rms)  # the derivative of the square root
 fast, fast_error = run.distributions["impact_speed"].quantile(0.99)
 print(f"1. rms displacement: {1e3 * rms:.3f} +- {1e3 * rms_error:.3f} mm")
 print(f"2. impacts per second: {run.values['impact_rate']:.2f} +- {run.errors['impact_rate']:.2f}")
 print(f"3. 99 % of the impacts are slower than {fast:.3f} +- {fast_error:.3f} m/s")
 
-watched = sp.run(device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010})
+watched = sp.simulate(
+    device, paths=2000, duration=20.0, window=(2.0, 20.0), first_passage={"x": 0.010, "amplitude": 0.010}
+)
 wait, wait_error, assumption = watched.first_passages["x"].mean
 print(f"4. mean time until x > 10 mm: {wait:.1f} +- {wait_error:.1f} s")
 print(f"   {assumption}")
@@ -40,8 +42,8 @@ envelope = sp.theory.envelope(device)
 print(f"theory (envelope): {1e3 * envelope.x_mean_square**0.5:.3f} mm, {envelope.impact_rate:.2f} impacts per second")
 
 figure, (above, middle, below) = plt.subplots(3, figsize=(7.2, 9.0))
-sp.figures.path(run, above)
-sp.figures.density(run, "impact_speed", middle, theory=[envelope])
+sp.figures.plot_path(run, above)
+sp.figures.plot_density(run, "impact_speed", middle, theory=[envelope])
 middle.axvline(fast, color="0.4", ls="--", lw=1.0, label="99 % are slower")
 middle.legend(frameon=False)
 time = np.linspace(0.0, 17.0, 18)

@@ -33,12 +33,14 @@ for exponent, name, color, line in ((1.5, "Hertz", "#D55E00", "-"), (1.0, "linea
     share = [integrate.quad(each.x_density, -d, 0.0)[0] for each, d in zip(soft, deepest, strict=True)]
     middle.loglog(stiffness, np.multiply(100.0, share), color=color, ls=line, label=name)
     runs = [
-        sp.run(sp.System(*oscillator, sp.Contact(0.0, k, exponent)), paths=6000, duration=60.0, window=(20.0, 60.0))
+        sp.simulate(
+            sp.System(*oscillator, sp.Contact(0.0, k, exponent)), paths=6000, duration=60.0, window=(20.0, 60.0)
+        )
         for k in MEASURED
     ]
-    mean, error = np.array([(run.values["x_mean"], run.errors["x_mean"]) for run in runs]).T / rigid.x_mean
+    mean, error = np.array([(run["x_mean"].value, run["x_mean"].error) for run in runs]).T / rigid.x_mean
     sp.figures.bars(left, MEASURED, 100.0 * (1.0 - mean), 100.0 * error, color=color, size=4.0)
-    part, error = 100.0 * np.array([(run.values["contact_share"], run.errors["contact_share"]) for run in runs]).T
+    part, error = 100.0 * np.array([(run["contact_share"].value, run["contact_share"].error) for run in runs]).T
     sp.figures.bars(middle, MEASURED, part, error, color=color, size=4.0)
 left.axhline(1.0, color="0.6", lw=0.8)
 left.set_xlabel("stiffness $k$ of the stop (the spring has 1)")

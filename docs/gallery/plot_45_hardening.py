@@ -26,8 +26,8 @@ def duffing(order, hardening):
 measured, fine = np.array([0.1, 0.3, 1.0, 3.0, 10.0]), np.geomspace(0.08, 12.0, 13)
 figure, (size, gap) = plt.subplots(2, figsize=(6.8, 6.6), sharex=True, layout="constrained")
 for order, color, marker in ((1.0, "blue", "o"), (0.5, "vermilion", "s")):
-    runs = [sp.run(duffing(order, k), paths=8000, duration=80.0, step=0.02, window=(20.0, 80.0)) for k in measured]
-    value, error = np.array([(run.values["x_mean_square"], run.errors["x_mean_square"]) for run in runs]).T
+    runs = [sp.simulate(duffing(order, k), paths=8000, duration=80.0, step=0.02, window=(20.0, 80.0)) for k in measured]
+    value, error = np.array([(run["x_mean_square"].value, run["x_mean_square"].error) for run in runs]).T
     look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 4.5}
     sp.figures.bars(size, measured, value, error, label=f"Monte Carlo, order {order:g}", **look)
     near = np.array([sp.theory.linearization(duffing(order, k)).x_mean_square for k in fine])

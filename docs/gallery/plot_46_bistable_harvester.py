@@ -44,13 +44,13 @@ def linear(resistance):
 measured, fine = np.geomspace(3e4, 3e6, 5), np.geomspace(2e4, 4e6, 40)
 figure, axes = plt.subplots(figsize=(6.8, 4.6), layout="constrained")
 for gap, color, marker in ((0.008, "blue", "o"), (0.004, "green", "^"), (0.0035, "vermilion", "s")):
-    runs = [sp.run(bistable(R, gap), paths=1000, duration=6.0, step=5e-4, window=(2.0, 6.0)) for R in measured]
-    power, error = 1e6 * np.array([(run.values["harvested_power"], run.errors["harvested_power"]) for run in runs]).T
+    runs = [sp.simulate(bistable(R, gap), paths=1000, duration=6.0, step=5e-4, window=(2.0, 6.0)) for R in measured]
+    power, error = 1e6 * np.array([(run["harvested_power"].value, run["harvested_power"].error) for run in runs]).T
     look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 5.0}
     sp.figures.bars(axes, measured / 1e3, power, error, label=f"two wells, stops at {1e3 * gap:g} mm", **look)
     axes.plot(measured / 1e3, power, ":", color=look["color"], lw=0.8)
     best = runs[2]
-    stops = best.values["left_power"] + best.values["right_power"]
+    stops = best["left_power"].value + best["right_power"].value
     print(f"stops at {1e3 * gap:g} mm: {best.values['impact_rate']:.2f} impacts per second take {1e6 * stops:.1f} uW "
           f"of {1e6 * best.values['input_power']:.1f} uW")  # fmt: skip
 axes.plot(fine / 1e3, [1e6 * sp.theory.linear(linear(R)).harvested_power for R in fine], "-", color="black", lw=1.4,

@@ -27,14 +27,14 @@ coefficients = (0.2, 0.35, 0.5, 0.8)
 figure, panels = plt.subplots(1, len(coefficients), figsize=(10.4, 3.8), sharey=True, layout="constrained")
 edges = np.linspace(-2.4, 1.2, 73), np.linspace(-2.4, 2.4, 97)
 for axes, coefficient in zip(panels, coefficients, strict=True):
-    run = sp.run(excited(coefficient), paths=1000, duration=200.0, step=0.04, record=1000, record_every=10)
+    run = sp.simulate(excited(coefficient), paths=1000, duration=200.0, step=0.04, record=1000, record_every=10)
     late = run.record[:, run.time > 100.0]
     density, *_ = np.histogram2d(late[..., 0].ravel(), late[..., 1].ravel(), bins=edges, density=True)
     picture = axes.pcolormesh(*edges, density.T, cmap="cividis", rasterized=True)
     axes.axvline(1.2, color=sp.figures.COLORS["vermilion"], lw=2.0)
     axes.set(title=f"$C$ = {coefficient:g}", xlabel="displacement $x$ (m)", aspect="equal", xlim=(-2.4, 1.4))
     axes.grid(visible=False)
-    taken = {name: round(run.values[f"{name}_power"], 4) for name in ("van_der_pol", "damping", "barrier", "input")}
+    taken = {name: round(run[f"{name}_power"].value, 4) for name in ("van_der_pol", "damping", "barrier", "input")}
     print(f"C = {coefficient:g}: {run.values['impact_rate']:.3f} impacts per second; powers in m2/s3: {taken}")
 panels[0].set_ylabel("velocity $v$ (m/s)")
 plt.show()

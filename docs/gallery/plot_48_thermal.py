@@ -34,13 +34,13 @@ names = {
     "x_mean_square": r"$\langle x^2\rangle$", "v_mean_square": r"$\langle v^2\rangle$", "impact_rate": "impact rate"
 }  # fmt: skip
 for place, (order, color, marker) in enumerate(LOOK):
-    run = sp.run(tested(order), paths=8000, duration=40.0, step=0.03, window=(0.0, 40.0), seed=place + 1,
+    run = sp.simulate(tested(order), paths=8000, duration=40.0, step=0.03, window=(0.0, 40.0), seed=place + 1,
                  distributions=True)  # fmt: skip
     look = {"color": sp.figures.COLORS[color], "marker": marker}
     edges, density, error = run.distributions["x"].density(bins=40)
     sp.figures.bars(above, 0.5 * (edges[1:] + edges[:-1]), density, error, size=3.5, label=f"order {order:g}", **look)
     known = [getattr(exact, name) for name in names]
-    ratio, error = np.array([(run.values[name], run.errors[name]) for name in names]).T / known
+    ratio, error = np.array([(run[name].value, run[name].error) for name in names]).T / known
     sp.figures.bars(below, np.arange(3) + 0.15 * (place - 1), ratio, error, size=5.0, **look)
 above.set(xlabel="displacement $x$ (m)", ylabel="density of $x$ (1/m)", ylim=(0.0, None))
 above.legend(frameon=False)

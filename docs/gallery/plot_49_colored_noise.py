@@ -23,12 +23,12 @@ def pressed(restitution):
     )  # fmt: skip
 
 
-print(sp.run(pressed(0.8), paths=200, duration=20.0, step=0.04).warnings[0])
+print(sp.simulate(pressed(0.8), paths=200, duration=20.0, step=0.04).warnings[0])
 steps = np.array([0.04, 0.02, 0.01, 0.005])
 figure, (often, power) = plt.subplots(2, figsize=(6.8, 6.4), sharex=True, layout="constrained")
 for restitution, color, marker in ((0.8, "vermilion", "s"), (1.0, "blue", "o")):
     runs = [
-        sp.run(
+        sp.simulate(
             pressed(restitution), paths=1500, duration=60.0, step=step, window=(20.0, 60.0),
             impact_observables={"impacts": lambda speed: 1.0},
         )
@@ -36,7 +36,7 @@ for restitution, color, marker in ((0.8, "vermilion", "s"), (1.0, "blue", "o")):
     ]  # fmt: skip
     look = {"color": sp.figures.COLORS[color], "marker": marker, "size": 5.0, "label": f"r = {restitution:g}"}
     for axes, name in ((often, "impacts"), (power, "barrier_power")):
-        value, error = np.array([(run.values[name], run.errors[name]) for run in runs]).T
+        value, error = np.array([(run[name].value, run[name].error) for run in runs]).T
         sp.figures.bars(axes, steps, value, error, **look)
 often.set(ylabel="impacts counted per second (1/s)", ylim=(0.0, None))
 often.legend(frameon=False)

@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import springpot as sp
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.2))
-sp.figures.memory_terms(0.5, left, tolerance=1e-2)
-sp.figures.memory_error(0.5, right)
+sp.figures.plot_memory_terms(0.5, left, tolerance=1e-2)
+sp.figures.plot_memory_error(0.5, right)
 plt.show()
 
 # %%
@@ -21,5 +21,5 @@ plt.show()
 # next figure shows how many terms are needed for six decades of time, against the error:
 
 figure, axes = plt.subplots(figsize=(6.6, 4.4))
-sp.figures.terms_against_tolerance(axes)
+sp.figures.plot_terms_against_tolerance(axes)
 plt.show()

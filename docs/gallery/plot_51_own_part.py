@@ -41,8 +41,8 @@ def exact(strength):
 
 
 strengths = np.array([0.0, 4e-6, 1e-5])
-runs = [sp.run(device(strength), paths=4000) for strength in strengths]
-means, errors = np.array([(run.values["x_mean"], run.errors["x_mean"]) for run in runs]).T
+runs = [sp.simulate(device(strength), paths=4000) for strength in strengths]
+means, errors = np.array([(run["x_mean"].value, run["x_mean"].error) for run in runs]).T
 fine = np.linspace(0.0, 1.1e-5, 60)
 
 figure, axes = plt.subplots(figsize=(6.2, 3.9))

@@ -28,7 +28,7 @@ roads = np.array([1e-4, 1e-3, 3e-3, 1e-2, 3e-2])  # one-sided, in g^2/Hz
 shares = {name: [] for name in LOOK}
 for place, road in enumerate(roads):
     noise = sp.WhiteNoise.from_psd(road, "g2/Hz")
-    run = sp.run(sp.System(MASS, road=noise, **PARTS), paths=1000, duration=3.0, window=(1.0, 3.0), seed=place)
+    run = sp.simulate(sp.System(MASS, road=noise, **PARTS), paths=1000, duration=3.0, window=(1.0, 3.0), seed=place)
     power = run.values
     taken = {
         "circuit": power["harvested_power"], "rubber": power["damping_power"] - power["harvested_power"],

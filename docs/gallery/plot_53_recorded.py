@@ -36,10 +36,10 @@ figure, panels = plt.subplots(3, 1, figsize=(7.2, 6.4), sharex=True, layout="con
 panels[0].plot(time, ground, color="0.3", linewidth=0.8)
 panels[0].set_ylabel("ground (m/s²)")
 for axes, (name, friction) in zip(panels[1:], frictions.items(), strict=True):
-    run = sp.run(cabinet(friction), paths=1, record=1)
-    sp.figures.path(run, axes)
+    run = sp.simulate(cabinet(friction), paths=1, record=1)
+    sp.figures.plot_path(run, axes)
     axes.set(ylabel="$x$ (m)", xlabel="", title=name)
-    taken = {part: run.values[f"{part}_power"] * run.settings.duration for part in ("shake", "damping", "bumper")}
+    taken = {part: run[f"{part}_power"].value * run.settings.duration for part in ("shake", "damping", "bumper")}
     print(f"{name}: fed in {taken['shake']:.2f} J, rubber {taken['damping']:.2f} J, bumper {taken['bumper']:.2f} J")
 panels[2].set_xlabel("time $t$ (s)")
 panels[1].legend(frameon=False, loc="upper right")

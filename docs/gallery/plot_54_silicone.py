@@ -29,7 +29,7 @@ print(best.report())
 # %%
 # The best model, and the residuals of a single springpot beside its spring.
 
-best_fit = sp.figures.draw_fit(best)
+best_fit = sp.figures.plot_fit(best)
 plt.show()
 
 simple = sp.fit(models[0], data)

@@ -30,5 +30,5 @@ for row, coefficient in zip(panels, (2.0, 0.1), strict=True):
     row[0].semilogy(frequency, density, ".", markersize=3)
     row[0].semilogy(frequency, found.table.fitted, color="black", linewidth=1.0)
     row[0].set(xlabel="frequency (Hz)", ylabel="density of $x$ (m²/Hz)", title=f"C = {coefficient:g}")
-    sp.figures.profile(found.profile("order", points=15), row[1])
+    sp.figures.plot_profile(found.profile("order", points=15), row[1])
 plt.show()

@@ -23,6 +23,6 @@ print(found.report())
 # %%
 # The least gap against the limit of the rate. The square is the design, with the 95 % interval of Monte Carlo.
 
-axes = sp.figures.design_curve(found.curve(limits=[0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 6.0]), found)
+axes = sp.figures.plot_design_curve(found.curve(limits=[0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 6.0]), found)
 figure = axes.figure
 plt.show()

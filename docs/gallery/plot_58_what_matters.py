@@ -20,5 +20,5 @@ by_theory = sp.sensitivity(oscillator, results, method="envelope")
 by_chance = sp.sensitivity(oscillator, results, method="monte_carlo", paths=1000)
 print(by_chance.report())
 
-figure = sp.figures.draw_sensitivities(by_theory, by_chance)
+figure = sp.figures.plot_sensitivities(by_theory, by_chance)
 plt.show()

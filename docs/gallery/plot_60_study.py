@@ -21,7 +21,7 @@ tree = sp.study(
         "monte_carlo": {"rtol": 0.02},  # the total error of the quantities, at every point
     }
 )
-figure = sp.figures.draw_study(tree)
+figure = sp.figures.plot_study(tree)
 plt.show()
 
 # %%

@@ -18,8 +18,8 @@ moments = (
     "impact_speed_mean_square",
 )  # fmt: skip
 for axes, moment in zip(panels.flat, moments, strict=False):
-    sp.figures.design_chart(moment, axes, restitution=0.7)
-sp.figures.design_chart("impact_rate", panels[3, 1], position=-1.0)
+    sp.figures.plot_design_chart(moment, axes, restitution=0.7)
+sp.figures.plot_design_chart("impact_rate", panels[3, 1], position=-1.0)
 plt.show()
 
 # %%

@@ -30,25 +30,40 @@ if TYPE_CHECKING:
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
     from springpot.problem.free_numbers import free
+    from springpot.problem.messages import (
+        AccuracyWarning,
+        NoEffectWarning,
+        ProblemWarning,
+        RareEventWarning,
+        SpringpotWarning,
+        StationarityWarning,
+    )
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
-    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.result.load import load_run
     from springpot.studies import open_study, study
 
     __version__: str
 
     __all__ = [
-        "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli", "MeasuredRecord",
-        "MeasuredSpectrum", "MeasuredStatistics", "Oscillator", "System", "atlas", "design", "explain",
+        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
+        "MeasuredRecord",
+        "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
+        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "design", "explain",
         "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
-        "recommended", "run", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
 _ROOMS = ("figures", "theory")
+_MESSAGES = (
+    "AccuracyWarning", "NoEffectWarning", "ProblemWarning", "RareEventWarning", "SpringpotWarning",
+    "StationarityWarning",
+)  # fmt: skip
 _LATER = {
+    **dict.fromkeys(_MESSAGES, "springpot.problem.messages"),
     "MeasuredFrequencyResponse": "springpot.fitting",
     "MeasuredImpacts": "springpot.fitting",
     "MeasuredModuli": "springpot.fitting",
@@ -73,7 +88,6 @@ _LATER = {
     "read_data": "springpot.fitting",
     "read_system": "springpot.problem.file",
     "to_toml": "springpot.problem.file",
-    "run": "springpot.simulation",
     "sensitivity": "springpot.designing",
     "simulate": "springpot.simulation",
     "study": "springpot.studies",

@@ -24,13 +24,12 @@ from springpot.cli import doctor, terminal
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
-from springpot.problem.oscillator import as_system
 from springpot.simulation.plan.options import DEFAULTS
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
 COMMAND = [sys.executable, "-m", "springpot"]
-PLAIN = as_system(springpot.Oscillator())
+PLAIN = springpot.Oscillator()
 UNITS = {name: unit_of_result(PLAIN, name) for name in possible_results(PLAIN)}
 
 
@@ -64,7 +63,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
         note.update(settings, oscillator=oscillator)
-        return Answer(settings, as_system(oscillator))
+        return Answer(settings, oscillator)
 
     monkeypatch.setattr(simulation, "run", run)
     return note
@@ -249,7 +248,7 @@ def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: py
 def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--no-barrier"]) == 0
     capsys.readouterr()
-    assert not as_system(asked["oscillator"]).of(springpot.Barrier)
+    assert not asked["oscillator"].of(springpot.Barrier)
 
 
 def test_json_is_one_object_without_nan(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:

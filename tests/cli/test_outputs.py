@@ -26,9 +26,9 @@ def test_a_run_is_saved_with_thinned_paths(suffix: str, tmp_path: Path, capsys: 
     assert cli.main([*SHORT, "--out", str(place), "--record", "2", "--every", "10", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     again = sp.load_run(place)
-    assert again.values["x_mean"] == printed["x_mean"]
+    assert again["x_mean"].value == printed["x_mean"]
     asked: dict[str, Any] = {"paths": 64, "duration": 2.0, "step": 0.02, "start": "rest", "record": 2}
-    own = sp.run(sp.Oscillator(), **asked)
+    own = sp.simulate(sp.Oscillator(), **asked)
     assert np.array_equal(again.record, own.record[:, ::10])
     before = place.read_bytes()
     assert cli.main([*SHORT, "--out", str(place)]) == 2
@@ -101,11 +101,11 @@ def test_flags_that_do_not_go_together_are_refused(
 
 def test_names_that_are_nearly_right() -> None:
     with pytest.raises(ValueError, match=r"not impactrate; did you mean impact_rate\?$"):
-        sp.run(sp.Oscillator(), rtol=0.1, quantities=("impactrate",))
+        sp.simulate(sp.Oscillator(), rtol=0.1, quantities=("impactrate",))
     with pytest.raises(TypeError, match=r"^there is no argument 'durration'; did you mean duration\?$"):
-        sp.run(sp.Oscillator(), durration=1.0)  # type: ignore[call-arg]
+        sp.simulate(sp.Oscillator(), durration=1.0)  # type: ignore[call-arg]
     with pytest.raises(ValueError, match=r"^quantities has no effect without rtol"):
-        sp.run(sp.Oscillator(), quantities=("impact_rate",))
+        sp.simulate(sp.Oscillator(), quantities=("impact_rate",))
 
 
 SPRING = sp.Oscillator(springpot=sp.Springpot(0.0, 0.5), barrier=sp.Barrier(0.0, 0.8))
@@ -129,9 +129,11 @@ WITHOUT_EFFECT: list[tuple[sp.Oscillator, dict[str, Any], str]] = [
 @pytest.mark.parametrize(("oscillator", "given", "sentence"), WITHOUT_EFFECT)
 def test_an_argument_without_effect_is_warned_of(oscillator: sp.Oscillator, given: Any, sentence: str) -> None:
     settings: dict[str, Any] = {"paths": 64, "duration": 1.0, "step": 0.01, "initial_velocity": 0.5}
-    found = sp.run(oscillator, **settings, **given)
+    found = sp.simulate(oscillator, **settings, **given)
     assert sentence in found.warnings
-    plain = sp.run(oscillator, **settings, **{name: given[name] for name in given if not sentence.startswith(name)})
+    plain = sp.simulate(
+        oscillator, **settings, **{name: given[name] for name in given if not sentence.startswith(name)}
+    )
     assert found.values == plain.values or all(
         np.isnan(found.values[n]) for n in found.values if found.values[n] != plain.values[n]
     )

@@ -11,7 +11,6 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.problem.file import schema
-from springpot.problem.oscillator import as_system
 from tests.struck import rates_of
 
 DUFFING = sp.System(
@@ -90,7 +89,7 @@ def test_simulate_and_compare_a_file(place: str, capsys: pytest.CaptureFixture[s
 def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
     place = tmp_path / "oscillator.toml"
-    place.write_text(sp.to_toml(as_system(asked)))
+    place.write_text(sp.to_toml(asked))
     flags = ["--paths", "64", "--duration", "2", "--start", "rest", "--json"]
     numbers = asked.numbers
     words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("side", "barrier")]
@@ -100,7 +99,7 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     from_flags = json.loads(capsys.readouterr().out)
     assert from_file["system"] == from_flags["system"]
     assert from_file["x_mean_square"] == from_flags["x_mean_square"] > 0.0
-    assert sp.run(as_system(asked), paths=64, duration=2.0, start="rest").system == as_system(asked)
+    assert sp.simulate(asked, paths=64, duration=2.0, start="rest").system == asked
 
 
 @pytest.mark.parametrize(

@@ -186,7 +186,7 @@ def test_a_system_that_no_method_covers_is_designed() -> None:
         sp.ColoredNoise(1.0, 0.5),
     )  # fmt: skip
     found = sp.design(device, "c", {"v_mean_square": (None, 0.4)})
-    fresh = sp.run(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
+    fresh = sp.simulate(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
     assert found.method == "monte_carlo"
     assert found.margin < 0.02  # of the damper; of the velocity it is a sixth more
     assert 0.4 * 0.97 < fresh.values["v_mean_square"] < 0.4
@@ -265,7 +265,7 @@ def judged(number: int) -> tuple[bool, float]:
     (promise,), first = found.promises, found.history[0]
     coarse = first.measured_errors["impact_rate"] / first.measured["impact_rate"]  # at rtol = 0.01
     rtol = max(0.01 / math.sqrt(10.0) * min(promise.error / promise.value / coarse, 1.0), 1e-4)
-    fresh = sp.run(found.model, rtol=rtol, quantities=("impact_rate",), seed=1000 + number)
+    fresh = sp.simulate(found.model, rtol=rtol, quantities=("impact_rate",), seed=1000 + number)
     low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
     ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
     grid = np.geomspace(low, high, 106)  # half a per cent apart

@@ -17,8 +17,8 @@ from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import JUDGED, MAPPED, read_map, trust
 from springpot.evidence.validity import CELLS, gaps_of, make_map, simulate_cell
-from springpot.figures.comparison import draw_comparison
-from springpot.simulation import run
+from springpot.figures.comparison import plot_comparison
+from springpot.simulation import simulate
 from springpot.theory import (
     NoStationaryStateError,
     NotCoveredError,
@@ -62,8 +62,8 @@ def test_what_is_exact_is_recommended_and_agrees(problem: sp.Oscillator, best: s
     found = compare(problem, rtol=0.02)
     assert found.recommended == best
     for name, gap in found.gaps(best).items():
-        bias = found.simulation.budgets[name].total - 1.96 * found.simulation.errors[name]
-        allowed = 4.0 + bias / found.simulation.errors[name]
+        bias = found.simulation[name].budget.total - 1.96 * found.simulation[name].error
+        allowed = 4.0 + bias / found.simulation[name].error
         assert abs(gap.standard_errors) < allowed, name
 
 
@@ -79,7 +79,7 @@ def test_the_command_compares_and_draws(
     drawn: list[Figure] = []
 
     def kept(*given: Any) -> Figure:
-        drawn.append(draw_comparison(*given))
+        drawn.append(plot_comparison(*given))
         return drawn[-1]
 
     monkeypatch.setattr("springpot.figures.comparison.draw_comparison", kept)
@@ -321,8 +321,8 @@ def test_the_envelope_on_its_way_from_rest(order: float, position: float, restit
     theory = envelope(problem)
     for share in (0.3, 0.7, 1.2, 2.0, 4.0):
         end = round(share * theory.amplitude_mean_square, 1)
-        found = run(problem, paths=20_000, duration=end, step=0.05, start="rest")
-        value, error = found.values["amplitude_mean_square_end"], found.errors["amplitude_mean_square_end"]
+        found = simulate(problem, paths=20_000, duration=end, step=0.05, start="rest")
+        value, error = found["amplitude_mean_square_end"].value, found["amplitude_mean_square_end"].error
         gap = abs(float(theory.amplitude_mean_square_at(end)) - value)
         assert error < 0.01 * value
         assert gap < max(3.0 * error, 0.04 * value)

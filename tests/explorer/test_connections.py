@@ -241,7 +241,7 @@ def test_what_is_asked_before_the_kernel_is_there_is_answered_with_it() -> None:
         return said
 
     said = asyncio.run(asked())
-    run = sp.run(sp.Oscillator(barrier=None), paths=64)
+    run = sp.simulate(sp.Oscillator(barrier=None), paths=64)
     assert said["status"]["kernel"]
     assert said["estimates"]["values"]["x_mean_square"] == run.values["x_mean_square"]
 

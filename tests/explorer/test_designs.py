@@ -112,7 +112,7 @@ def test_what_is_typed_in_these_units_is_asked_in_metres_and_seconds(context: Br
         q = float(words["q"])
         assert float(page.locator("#field-intensity").input_value()) == pytest.approx(2.0 * q, rel=1e-5)
     wall, noise = sp.Barrier(-0.0002, 0.7), sp.WhiteNoise(q)
-    run = sp.run(sp.Oscillator(120.0, sp.Springpot(0.4, 300.0), wall, noise), paths=640, seed=1)
+    run = sp.simulate(sp.Oscillator(120.0, sp.Springpot(0.4, 300.0), wall, noise), paths=640, seed=1)
     with opened(context, server, link) as again:
         assert again.page.locator("#field-position").input_value() == "-0.2"
         assert again.number("impact_rate") == run.values["impact_rate"]

@@ -50,7 +50,7 @@ def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) ->
     """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
     given = {"paths": 300, "seed": 11, "start": start}
     ours = gathered(oscillator, **given)
-    run = sp.run(oscillator, distributions=True, **given)  # type: ignore[arg-type]
+    run = sp.simulate(oscillator, distributions=True, **given)  # type: ignore[arg-type]
     values, errors = ours.estimates()
     np.testing.assert_equal(values, run.values)
     np.testing.assert_equal(errors, run.errors)
@@ -63,7 +63,7 @@ def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) ->
 def test_a_shown_path_is_a_path_of_the_run() -> None:
     settings = resolve(LOSSY, paths=129, seed=5, start="rest")
     simulation = simulation_of(LOSSY, settings)
-    run = sp.run(LOSSY, paths=129, seed=5, record=129, start="rest")
+    run = sp.simulate(LOSSY, paths=129, seed=5, record=129, start="rest")
     assert blocks(settings) == 3
     for number in range(3):
         shown = record(simulation, number)
@@ -89,7 +89,7 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
     times = growth_times(LOSSY, gathering.simulation.settings)
-    run = sp.run(LOSSY, paths=256, seed=3, record=256, start="rest")
+    run = sp.simulate(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / LOSSY.natural_frequency) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
     width = times[1] - times[0]

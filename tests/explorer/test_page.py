@@ -120,7 +120,7 @@ def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
         assert early.page.locator("#status").inner_text() != "live"
         early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
-        run = sp.run(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
+        run = sp.simulate(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
         assert early.number() == run.values["amplitude_mean_square"]
 
 
@@ -393,7 +393,7 @@ def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
 def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
     tab.ask("a=0.7&C=0.3&W=2&q=1.5&b=-0.2&r=0.8&seed=9&paths=1000")
     oscillator = sp.Oscillator(2.0, sp.Springpot(0.7, 0.3), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.5))
-    run = sp.run(oscillator, paths=1000, seed=9)
+    run = sp.simulate(oscillator, paths=1000, seed=9)
     for name in ("amplitude_mean_square", "x_mean", "v_mean_square", "impact_rate"):
         assert tab.number(name) == run.values[name]
         assert tab.number(name, name="error") == run.errors[name]

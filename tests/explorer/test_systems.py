@@ -117,7 +117,7 @@ def test_messages_of_a_system() -> None:
 def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
     """Numbers, errors, warnings and counts, to the last bit."""
     system = sp.read_system(USUAL)
-    ours, run = gathered(system, paths=192, seed=4), sp.run(system, paths=192, seed=4, distributions=True)
+    ours, run = gathered(system, paths=192, seed=4), sp.simulate(system, paths=192, seed=4, distributions=True)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, run.values)
     np.testing.assert_equal(errors, run.errors)
@@ -132,7 +132,7 @@ def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
     simulation = simulation_of(
         system, resolve(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0))
     )
-    run = sp.run(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
+    run = sp.simulate(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
     shown = record(simulation, 0)
     np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
     marked = [impacts(system, run.settings.step, *path.T) for path in run.record]
@@ -210,7 +210,7 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
     system = sp.read_system(file)
     serving = nullcontext(usual) if file == USUAL else running(str(file))
     with serving as server, opened(context, server, QUICK) as tab:
-        page, run = tab.page, sp.run(system, paths=128, seed=1)
+        page, run = tab.page, sp.simulate(system, paths=128, seed=1)
         assert page.locator("#sliders [type=range]").count() == len(numbers(system))
         found = shown(tab)
         assert found.keys() - {"x_rms"} <= run.values.keys()
@@ -220,7 +220,7 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
         slider = next(iter(numbers(system)))
         tab.changed(lambda: page.locator(f"#slider-{slider}").press("ArrowRight"))
         value = float(page.locator(f"#field-{slider}").input_value())
-        other = sp.run(changed(system, {slider: value}), paths=128, seed=1)
+        other = sp.simulate(changed(system, {slider: value}), paths=128, seed=1)
         assert shown(tab)["v_mean_square"] == other.values["v_mean_square"] != run.values["v_mean_square"]
         with page.expect_download() as loading:
             page.locator("#save-file").click()
@@ -391,5 +391,5 @@ def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
         tab.wait(f"springpotExplorer.generation > {asked_before}", seconds=5.0)
         tab.complete(asked_before)
         assert page.locator("#status").inner_text() == "live"
-        run = sp.run(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
+        run = sp.simulate(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
         assert shown(tab)["x_mean"] == run.values["x_mean"]

@@ -25,19 +25,19 @@ def runs() -> tuple[sp.simulation.Run, sp.simulation.Run]:
         "paths": 640, "duration": 30.0, "step": 0.02, "distributions": True, "record": 20, "record_every": 5,
         "spectrum": np.linspace(1.0, 3.0, 5), "start": "rest",
     }  # fmt: skip
-    return sp.run(WIDE, **asked), sp.run(NARROW, **asked)
+    return sp.simulate(WIDE, **asked), sp.simulate(NARROW, **asked)
 
 
 LAGS = np.linspace(0.0, 5.0, 11)
 KINDS: dict[str, Callable[..., Axes]] = {
-    "density of x": lambda run, axes, **look: sp.figures.density(run, "x", axes, **look),
-    "density of impact speed": lambda run, axes, **look: sp.figures.density(run, "impact_speed", axes, **look),
-    "spectrum": sp.figures.spectrum,
-    "correlation": lambda run, axes, **look: sp.figures.correlation(run, axes, at=LAGS, since=10.0, **look),
-    "transient": lambda run, axes, **look: sp.figures.transient(run, "x_mean", axes, **look),
-    "survival": lambda run, axes, **look: sp.figures.survival(run, 1.0, axes, **look),
-    "path": sp.figures.path,
-    "phase portrait": sp.figures.phase_portrait,
+    "density of x": lambda run, axes, **look: sp.figures.plot_density(run, "x", axes, **look),
+    "density of impact speed": lambda run, axes, **look: sp.figures.plot_density(run, "impact_speed", axes, **look),
+    "spectrum": sp.figures.plot_spectrum,
+    "correlation": lambda run, axes, **look: sp.figures.plot_correlation(run, axes, at=LAGS, since=10.0, **look),
+    "transient": lambda run, axes, **look: sp.figures.plot_transient(run, "x_mean", axes, **look),
+    "survival": lambda run, axes, **look: sp.figures.plot_survival(run, 1.0, axes, **look),
+    "path": sp.figures.plot_path,
+    "phase portrait": sp.figures.plot_phase_portrait,
 }
 
 
@@ -82,7 +82,7 @@ def test_each_design_has_its_color_and_its_name(kind: str, runs: Any) -> None:
 def test_theory_has_the_color_of_its_design(runs: Any) -> None:
     axes = panel(None)
     for run, oscillator, name in zip(runs, (WIDE, NARROW), ("soft", "stiff"), strict=True):
-        sp.figures.density(run, "x", axes, theory=sp.theory.exact(oscillator), label=name)
+        sp.figures.plot_density(run, "x", axes, theory=sp.theory.exact(oscillator), label=name)
     by_name = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     assert list(by_name) == ["soft, exact", "stiff, exact", "soft, Monte Carlo, 95 %", "stiff, Monte Carlo, 95 %"]
     assert by_name["soft, exact"].get_color() == by_name["soft, Monte Carlo, 95 %"][0].get_color() == CYCLE[0]
@@ -92,23 +92,23 @@ def test_theory_has_the_color_of_its_design(runs: Any) -> None:
 def test_the_second_of_two_without_a_name_is_told_apart(runs: Any) -> None:
     axes = panel(None)
     for run in runs:
-        sp.figures.density(run, "x", axes)
+        sp.figures.plot_density(run, "x", axes)
     assert axes.get_legend_handles_labels()[1] == ["Monte Carlo, 95 %", "2, Monte Carlo, 95 %"]
     assert [container[0].get_color() for container in axes.containers] == ["0.35", CYCLE[1]]
     assert axes.containers[0][0].get_marker() != axes.containers[1][0].get_marker()
 
 
 def test_a_color_that_is_given_is_taken(runs: Any) -> None:
-    axes = sp.figures.density(runs[0], "x", color="tab:red", theory=sp.theory.exact(WIDE))
+    axes = sp.figures.plot_density(runs[0], "x", color="tab:red", theory=sp.theory.exact(WIDE))
     assert {axes.lines[-1].get_color(), axes.containers[0][0].get_color()} == {"tab:red"}
     with pytest.raises(TypeError, match=r"^label must be a text, not 3\.$"):
-        sp.figures.density(runs[0], "x", label=3)  # type: ignore[arg-type]
+        sp.figures.plot_density(runs[0], "x", label=3)  # type: ignore[arg-type]
 
 
 def test_designs_of_theory_alone_are_told_apart() -> None:
     axes = panel(None)
     for oscillator in (WIDE, NARROW):
-        sp.figures.density(None, "x", axes, theory=sp.theory.exact(oscillator), at=np.linspace(-0.2, 3.0, 50))
+        sp.figures.plot_density(None, "x", axes, theory=sp.theory.exact(oscillator), at=np.linspace(-0.2, 3.0, 50))
     assert axes.get_legend_handles_labels()[1] == ["exact", "2, exact"]
     assert [line.get_color() for line in axes.lines] == [COLORS["black"], CYCLE[1]]
 
@@ -123,5 +123,5 @@ def test_sweeps_on_the_same_axes_are_told_apart() -> None:
     axes = panel(None)
     for damping in (0.3, 3.0):
         asked = sp.Oscillator(springpot=sp.Springpot(1.0, damping))
-        sp.figures.against("intensity", axes, oscillator=asked, values=[0.5, 1.0], theory=[sp.theory.exact])
+        sp.figures.plot_against("intensity", axes, oscillator=asked, values=[0.5, 1.0], theory=[sp.theory.exact])
     assert [line.get_color() for line in axes.lines] == [COLORS["black"], CYCLE[1]]

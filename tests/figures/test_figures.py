@@ -27,7 +27,7 @@ FREQUENCIES = np.linspace(0.5, 2.4, 12)
 @cache
 def recorded() -> Run:
     """Every path recorded from rest, so that averages of the run can be told from its record."""
-    return sp.run(
+    return sp.simulate(
         oscillator(1.0, 0.3, restitution=0.9),
         paths=64,
         record=64,
@@ -40,12 +40,12 @@ def recorded() -> Run:
 
 @cache
 def adapted() -> Run:
-    return sp.run(oscillator(1.0, 0.3), paths=64, record=8, duration=1.0, step=0.02)
+    return sp.simulate(oscillator(1.0, 0.3), paths=64, record=8, duration=1.0, step=0.02)
 
 
 @cache
 def counted() -> Run:
-    return sp.run(
+    return sp.simulate(
         oscillator(1.0, 0.5),
         paths=640,
         duration=60.0,
@@ -62,23 +62,27 @@ def exact() -> Any:
 
 
 DRAWN: dict[str, Callable[[Axes | None], Axes]] = {
-    "path": lambda axes: figures.path(recorded(), axes),
-    "velocity": lambda axes: figures.path(recorded(), axes, quantity="v", member=3, window=(5.0, 15.0)),
-    "phase_portrait": lambda axes: figures.phase_portrait(recorded(), axes),
-    "density": lambda axes: figures.density(counted(), "x", axes, theory=exact()),
-    "spectrum": lambda axes: figures.spectrum(counted(), axes, theory=sp.theory.memory_closure(oscillator(1.0, 0.5))),
-    "correlation": lambda axes: figures.correlation(recorded(), axes, at=[0.0, 1.0], theory=exact()),
-    "transient": lambda axes: figures.transient(recorded(), axes=axes, theory=exact(), at=[0.0, 1.0]),
-    "survival": lambda axes: figures.survival(recorded(), 1.5, axes, theory=sp.theory.envelope(oscillator(1.0, 0.3))),
-    "against": lambda axes: figures.against(
+    "path": lambda axes: figures.plot_path(recorded(), axes),
+    "velocity": lambda axes: figures.plot_path(recorded(), axes, quantity="v", member=3, window=(5.0, 15.0)),
+    "phase_portrait": lambda axes: figures.plot_phase_portrait(recorded(), axes),
+    "density": lambda axes: figures.plot_density(counted(), "x", axes, theory=exact()),
+    "spectrum": lambda axes: figures.plot_spectrum(
+        counted(), axes, theory=sp.theory.memory_closure(oscillator(1.0, 0.5))
+    ),
+    "correlation": lambda axes: figures.plot_correlation(recorded(), axes, at=[0.0, 1.0], theory=exact()),
+    "transient": lambda axes: figures.plot_transient(recorded(), ax=axes, theory=exact(), at=[0.0, 1.0]),
+    "survival": lambda axes: figures.plot_survival(
+        recorded(), 1.5, axes, theory=sp.theory.envelope(oscillator(1.0, 0.3))
+    ),
+    "against": lambda axes: figures.plot_against(
         "order", axes, oscillator=oscillator(), values=[0.5, 1.0], theory=[sp.theory.averaging], runs=[counted()]
     ),
-    "convergence": lambda axes: figures.convergence({"one": ([0.1, 0.2], [0.01, 0.02])}, axes, ylabel="error (m)"),
-    "fourier_series": lambda axes: figures.fourier_series(axes),
-    "fourier_error": lambda axes: figures.fourier_error(axes),
-    "memory_terms": lambda axes: figures.memory_terms(0.5, axes, tolerance=1e-2),
-    "memory_error": lambda axes: figures.memory_error(0.5, axes, tolerances=[1e-2, 1e-3]),
-    "gaps": lambda axes: figures.gaps("envelope", axes=axes),
+    "convergence": lambda axes: figures.plot_convergence({"one": ([0.1, 0.2], [0.01, 0.02])}, axes, ylabel="error (m)"),
+    "fourier_series": lambda axes: figures.plot_fourier_series(axes),
+    "fourier_error": lambda axes: figures.plot_fourier_error(axes),
+    "memory_terms": lambda axes: figures.plot_memory_terms(0.5, axes, tolerance=1e-2),
+    "memory_error": lambda axes: figures.plot_memory_error(0.5, axes, tolerances=[1e-2, 1e-3]),
+    "gaps": lambda axes: figures.plot_gaps("envelope", ax=axes),
 }
 UNIT = re.compile(r"\((1|m|s|rad|m/s|1/m|s/m|1/s|rad/s|m\$\^2\$|m\$\^2\$ s/rad|s\$.*\$|any unit|.*s\$\^.*)\)")
 
@@ -114,12 +118,12 @@ def test_pyplot_is_left_alone() -> None:
 
 def test_a_path_is_the_recorded_one() -> None:
     run = recorded()
-    x = figures.path(run, member=2).lines[0]
+    x = figures.plot_path(run, member=2).lines[0]
     assert np.array_equal(x.get_xdata(), run.time)
     assert np.array_equal(x.get_ydata(), run.record[2, :, 0])
-    v = figures.path(run, quantity="v", member=2).lines[0].get_ydata()
+    v = figures.plot_path(run, quantity="v", member=2).lines[0].get_ydata()
     assert np.array_equal(v[np.isfinite(v)], run.record[2, :, 1])
-    inside = figures.path(run, window=(5.0, 6.0)).lines[0].get_xdata()
+    inside = figures.plot_path(run, window=(5.0, 6.0)).lines[0].get_xdata()
     assert (inside.min(), inside.max()) == (pytest.approx(5.0), pytest.approx(6.0))
 
 
@@ -128,27 +132,27 @@ def test_the_impacts_marked_are_those_of_the_run(position: float, side: str) -> 
     """All paths recorded: as many marks as impacts were counted, but for those that share a step or graze."""
     problem = oscillator(0.5, 0.3, position=position, side=side)
     paths = 24
-    run = sp.run(
+    run = sp.simulate(
         problem, paths=paths, record=paths, duration=40.0, step=0.005, window=(0.0, 40.0),
         initial_position=0.8 * problem.direction,
     )  # fmt: skip
     found, places = 0, []
     for member in range(paths):
-        axes = figures.path(run, member=member)
+        axes = figures.plot_path(run, member=member)
         found += axes.lines[-1].get_xdata().size
         places.append(axes.lines[-1].get_ydata())
-    counted = run.values["impact_rate"] * 40.0 * paths
+    counted = run["impact_rate"].value * 40.0 * paths
     assert abs(found / counted - 1.0) < 0.02
     assert np.all(np.concatenate(places) == position)
-    plane = figures.phase_portrait(run, member=5)
-    assert plane.lines[-1].get_xdata().size == figures.path(run, member=5).lines[-1].get_xdata().size
+    plane = figures.plot_phase_portrait(run, member=5)
+    assert plane.lines[-1].get_xdata().size == figures.plot_path(run, member=5).lines[-1].get_xdata().size
     assert np.all(problem.direction * plane.lines[-1].get_ydata() < 0.0)  # the velocity before the impact
 
 
 @pytest.mark.parametrize("quantity", ["x", "v", "amplitude", "impact_speed"])
 def test_a_density_has_the_counts_and_the_curve(quantity: str) -> None:
     run = counted()
-    axes = figures.density(run, quantity, theory=exact())
+    axes = figures.plot_density(run, quantity, theory=exact())
     edges, density, error = run.distributions[quantity].density()
     place, value, half = marks(axes)
     assert np.array_equal(place, 0.5 * (edges[1:] + edges[:-1]))
@@ -156,13 +160,13 @@ def test_a_density_has_the_counts_and_the_curve(quantity: str) -> None:
     assert half == pytest.approx(1.96 * error)
     curve = axes.lines[-1]
     assert np.array_equal(curve.get_ydata(), getattr(exact(), f"{quantity}_density")(curve.get_xdata()))
-    given = figures.density(None, quantity, theory=exact(), at=[0.5]).lines[0]
+    given = figures.plot_density(None, quantity, theory=exact(), at=[0.5]).lines[0]
     assert given.get_ydata() == pytest.approx([float(getattr(exact(), f"{quantity}_density")(0.5))])
 
 
 def test_a_spectrum_has_the_sums_and_the_curve() -> None:
     run, closure = counted(), sp.theory.memory_closure(oscillator(1.0, 0.5))
-    axes = figures.spectrum(run, theory=[closure, exact()])  # exact has none behind a wall
+    axes = figures.plot_spectrum(run, theory=[closure, exact()])  # exact has none behind a wall
     place, value, half = marks(axes)
     assert run.spectrum is not None
     assert np.array_equal(place, FREQUENCIES)
@@ -173,14 +177,14 @@ def test_a_spectrum_has_the_sums_and_the_curve() -> None:
 
 
 def test_a_dataset_is_as_good_as_a_run() -> None:
-    from_run, from_dataset = (figures.density(data) for data in (counted(), counted().to_dataset()))
+    from_run, from_dataset = (figures.plot_density(data) for data in (counted(), counted().to_dataset()))
     assert np.array_equal(marks(from_run)[1], marks(from_dataset)[1])
 
 
 def test_a_correlation_is_that_of_the_record() -> None:
     run = recorded()
     x = run.record[:, 1000:, 0]
-    _, value, half = marks(figures.correlation(run, at=[0.0, 0.5], since=10.0))
+    _, value, half = marks(figures.plot_correlation(run, at=[0.0, 0.5], since=10.0))
     products = np.stack([(x * x).mean(axis=1), (x[:, :-50] * x[:, 50:]).mean(axis=1)])
     assert value == pytest.approx(products.mean(axis=1))
     assert half == pytest.approx(1.96 * products.std(axis=1, ddof=1) / 8.0)
@@ -188,20 +192,20 @@ def test_a_correlation_is_that_of_the_record() -> None:
 
 def test_a_transient_is_the_mean_over_the_record() -> None:
     run = recorded()
-    place, value, half = marks(figures.transient(run, "v_mean_square"))
+    place, value, half = marks(figures.plot_transient(run, "v_mean_square"))
     squares = run.record[:, :, 1] ** 2
     at = np.searchsorted(run.time, place)
     assert value == pytest.approx(squares.mean(axis=0)[at])
     assert half == pytest.approx(1.96 * squares.std(axis=0, ddof=1)[at] / 8.0)
     averaging, shifted = (sp.theory.averaging(oscillator(0.5, 0.3), form=form) for form in ("corrected", "shifted"))
-    axes = figures.transient(None, theory=[averaging, shifted], at=[1.0, 5.0])  # the shifted one's is not of A^2
+    axes = figures.plot_transient(None, theory=[averaging, shifted], at=[1.0, 5.0])  # the shifted one's is not of A^2
     (curve,) = axes.lines
     assert np.array_equal(curve.get_ydata(), averaging.mean_square([1.0, 5.0]))
 
 
 def test_survival_is_the_share_that_never_crossed() -> None:
     run = recorded()
-    place, value, half = marks(figures.survival(run, 2.5))
+    place, value, half = marks(figures.plot_survival(run, 2.5))
     amplitude = np.hypot(run.record[:, :, 0], run.record[:, :, 1])
     share = np.array([(amplitude[:, run.time <= t].max(axis=1) < 2.5).mean() for t in place])
     assert value == pytest.approx(share)
@@ -227,7 +231,7 @@ def test_a_sweep_asks_what_it_says(parameter: str, values: list[float], read: Ca
         asked.append(read(problem))
         return sp.theory.envelope(problem)
 
-    axes = figures.against(
+    axes = figures.plot_against(
         parameter, oscillator=oscillator(0.6, 0.3), values=values, theory={"own": method}, quantity="x_mean",
         runs=[counted()],
     )  # fmt: skip
@@ -247,7 +251,7 @@ def _changed(parameter: str, values: list[float]) -> list[sp.Oscillator]:
 
 
 def test_a_sweep_has_a_gap_where_there_is_no_answer() -> None:
-    axes = figures.against("position", oscillator=oscillator(), values=[-1.0, 0.0], theory=[sp.theory.averaging])
+    axes = figures.plot_against("position", oscillator=oscillator(), values=[-1.0, 0.0], theory=[sp.theory.averaging])
     assert np.isnan(axes.lines[0].get_ydata()).tolist() == [True, False]
 
 
@@ -256,7 +260,7 @@ def test_the_gaps_are_those_of_the_map() -> None:
 
     cells = read_map()
     chosen = (cells["restitution"] == 0.7) & (cells["position"] == 0.0)
-    axes = figures.gaps("memory_closure", "impact_rate", restitution=0.7)
+    axes = figures.plot_gaps("memory_closure", "impact_rate", restitution=0.7)
     shown = axes.images[0].get_array()
     wanted = cells["memory_closure:impact_rate"][chosen]
     assert shown.compressed() == pytest.approx(wanted[np.isfinite(wanted)].tolist(), abs=1e-9) or sorted(
@@ -266,7 +270,7 @@ def test_the_gaps_are_those_of_the_map() -> None:
 
 def test_the_terms_drawn_are_those_of_the_sum() -> None:
     found = power_law_sum(0.5, 1e-3, 1e3, 1e-2)
-    axes = figures.memory_terms(0.5, tolerance=1e-2)
+    axes = figures.plot_memory_terms(0.5, tolerance=1e-2)
     *terms, law, total = axes.lines
     lag = total.get_xdata()
     assert len(terms) == found.rates.size
@@ -275,7 +279,7 @@ def test_the_terms_drawn_are_those_of_the_sum() -> None:
 
 
 def test_known_slopes_are_drawn_as_they_are() -> None:
-    axes = figures.convergence({"one": ([0.1, 0.2], [0.01, 0.02], [0.001, 0.001])}, orders=(0.5, 2.0))
+    axes = figures.plot_convergence({"one": ([0.1, 0.2], [0.01, 0.02], [0.001, 0.001])}, orders=(0.5, 2.0))
     for line, order in zip(axes.lines[-2:], (0.5, 2.0), strict=True):
         x, y = line.get_data()
         assert np.log(y[1] / y[0]) / np.log(x[1] / x[0]) == pytest.approx(order)
@@ -285,37 +289,37 @@ def test_known_slopes_are_drawn_as_they_are() -> None:
 @pytest.mark.parametrize(
     ("draw", "error", "says"),
     [
-        (lambda: figures.path(counted()), ValueError, "recorded paths"),
-        (lambda: figures.path(recorded(), member=64), ValueError, "from 0 to 63"),
-        (lambda: figures.path(recorded(), window=(90.0, 99.0)), ValueError, "window must hold"),
-        (lambda: figures.path(recorded(), quantity="a"), ValueError, "quantity must be 'x' or 'v'"),  # type: ignore[arg-type]
-        (lambda: figures.path("run"), TypeError, "springpot.run or springpot.simulate"),  # type: ignore[arg-type]
-        (lambda: figures.density(recorded()), ValueError, "distributions=True"),
-        (lambda: figures.density(counted(), "energy"), ValueError, "quantity must be one of"),
-        (lambda: figures.density(None), ValueError, "at must say where"),
-        (lambda: figures.density(counted(), theory="exact"), TypeError, "theory must be a result"),  # type: ignore[arg-type]
-        (lambda: figures.spectrum(recorded()), ValueError, "spectrum= frequencies"),
-        (lambda: figures.correlation(recorded(), at=[50.0]), ValueError, "shorter than the 40 s"),
-        (lambda: figures.correlation(recorded(), at=[-1.0]), ValueError, "at least 0 s"),
-        (lambda: figures.transient(adapted()), ValueError, "data must be of a run from rest"),
-        (lambda: figures.survival(adapted(), 1.0), ValueError, "data must be of a run from rest"),
-        (lambda: figures.transient(None), ValueError, "at must say when"),
-        (lambda: figures.transient(recorded(), "impact_rate"), ValueError, "quantity must be one of"),
-        (lambda: figures.survival(recorded(), -1.0), ValueError, "level must be a positive"),
-        (lambda: figures.against("color"), ValueError, "parameter must be one of"),
-        (lambda: figures.against("order", quantity="x"), ValueError, "quantity must be one of"),
-        (lambda: figures.against("order", values=[0.5], theory=[exact]), ValueError, "oscillator must be given"),
+        (lambda: figures.plot_path(counted()), ValueError, "recorded paths"),
+        (lambda: figures.plot_path(recorded(), member=64), ValueError, "from 0 to 63"),
+        (lambda: figures.plot_path(recorded(), window=(90.0, 99.0)), ValueError, "window must hold"),
+        (lambda: figures.plot_path(recorded(), quantity="a"), ValueError, "quantity must be 'x' or 'v'"),  # type: ignore[arg-type]
+        (lambda: figures.plot_path("run"), TypeError, "springpot.run or springpot.simulate"),  # type: ignore[arg-type]
+        (lambda: figures.plot_density(recorded()), ValueError, "distributions=True"),
+        (lambda: figures.plot_density(counted(), "energy"), ValueError, "quantity must be one of"),
+        (lambda: figures.plot_density(None), ValueError, "at must say where"),
+        (lambda: figures.plot_density(counted(), theory="exact"), TypeError, "theory must be a result"),  # type: ignore[arg-type]
+        (lambda: figures.plot_spectrum(recorded()), ValueError, "spectrum= frequencies"),
+        (lambda: figures.plot_correlation(recorded(), at=[50.0]), ValueError, "shorter than the 40 s"),
+        (lambda: figures.plot_correlation(recorded(), at=[-1.0]), ValueError, "at least 0 s"),
+        (lambda: figures.plot_transient(adapted()), ValueError, "data must be of a run from rest"),
+        (lambda: figures.plot_survival(adapted(), 1.0), ValueError, "data must be of a run from rest"),
+        (lambda: figures.plot_transient(None), ValueError, "at must say when"),
+        (lambda: figures.plot_transient(recorded(), "impact_rate"), ValueError, "quantity must be one of"),
+        (lambda: figures.plot_survival(recorded(), -1.0), ValueError, "level must be a positive"),
+        (lambda: figures.plot_against("color"), ValueError, "parameter must be one of"),
+        (lambda: figures.plot_against("order", quantity="x"), ValueError, "quantity must be one of"),
+        (lambda: figures.plot_against("order", values=[0.5], theory=[exact]), ValueError, "oscillator must be given"),
         (
-            lambda: figures.against(
+            lambda: figures.plot_against(
                 "position", oscillator=oscillator(position=None), values=[0.0], theory=[sp.theory.exact]
             ),
             ValueError,
             "must have a wall",
         ),
-        (lambda: figures.gaps("guess"), ValueError, "method must be one of"),
-        (lambda: figures.gaps("memory_closure", restitution=0.33), ValueError, "no cells with restitution 0.33"),
-        (lambda: figures.convergence({"one": ([0.1], [0.1, 0.2])}), ValueError, "as many errors as steps"),
-        (lambda: figures.convergence({"one": ([0.1], [-0.1])}), ValueError, "must be positive"),
+        (lambda: figures.plot_gaps("guess"), ValueError, "method must be one of"),
+        (lambda: figures.plot_gaps("memory_closure", restitution=0.33), ValueError, "no cells with restitution 0.33"),
+        (lambda: figures.plot_convergence({"one": ([0.1], [0.1, 0.2])}), ValueError, "as many errors as steps"),
+        (lambda: figures.plot_convergence({"one": ([0.1], [-0.1])}), ValueError, "must be positive"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_a_sentence(

@@ -18,14 +18,14 @@ def run() -> sp.simulation.Run:  # type: ignore[name-defined]
         sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 0.2)), sp.Springpot(0.5, 0.2), sp.Barrier(-0.5, 0.8),
         sp.Barrier(1.0, 0.8, "below"), sp.WhiteNoise(1.0),
     )  # fmt: skip
-    return sp.run(slot, paths=4, duration=40.0, step=0.02, start="rest", record=4)
+    return sp.simulate(slot, paths=4, duration=40.0, step=0.02, start="rest", record=4)
 
 
-@pytest.mark.parametrize("draw", [figures.path, figures.phase_portrait])
+@pytest.mark.parametrize("draw", [figures.plot_path, figures.plot_phase_portrait])
 def test_both_walls_and_the_impacts_on_each(draw) -> None:
     axes = draw(run(), member=2)
     lines = {line.get_label(): line for line in axes.get_lines()}
-    across = draw is figures.path
+    across = draw is figures.plot_path
     places = [line.get_ydata()[0] if across else line.get_xdata()[0] for line in axes.get_lines()
               if len(line.get_xdata()) == 2 and line.get_linewidth() == 2.0]  # fmt: skip
     assert sorted(places) == [-0.5, 1.0]
@@ -39,7 +39,7 @@ def test_both_walls_and_the_impacts_on_each(draw) -> None:
 
 def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
     stop = of_many_kinds(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
-    axes = figures.path(sp.run(stop, paths=1, duration=20.0, step=0.02, start="rest", record=1))
+    axes = figures.plot_path(sp.simulate(stop, paths=1, duration=20.0, step=0.02, start="rest", record=1))
     lines = {line.get_label(): line for line in axes.get_lines()}
     assert lines["contact"].get_linestyle() == "--"
     assert lines["impact"].get_xdata().size == 0
@@ -47,4 +47,4 @@ def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
 
 def test_what_needs_an_oscillator_says_so() -> None:
     with pytest.raises(ValueError, match="polynomial_spring cannot be part of an Oscillator"):
-        figures.transient(run(), at=[0.0, 1.0])
+        figures.plot_transient(run(), at=[0.0, 1.0])

@@ -13,7 +13,7 @@ from scipy import linalg
 import springpot as sp
 from springpot import MeasuredImpacts as Impacts
 from springpot import MeasuredModuli as Moduli
-from springpot.fitting.kalman import deviance_of, innovations_of
+from springpot.fitting.kalman import innovations_of
 from springpot.fitting.likelihood import FloatArray, slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
 from springpot.fitting.records import RecordLikelihood
@@ -238,7 +238,7 @@ def test_the_likelihood_of_a_record_is_that_of_its_exact_correlation(order: floa
     noisy = correlation.copy()
     noisy[0] += spread**2
     sampled = state_space(system, "x", step, samples * step).sampled(step)
-    assert deviance_of(sampled, spread, values) == pytest.approx(dense(noisy, values[0]), rel=1e-6)
+    assert innovations_of(sampled, spread, values)[0] == pytest.approx(dense(noisy, values[0]), rel=1e-6)
 
 
 @pytest.mark.parametrize("damping", [0.4, 3.999, 4.0])
@@ -249,7 +249,7 @@ def test_the_likelihood_holds_where_two_rates_are_nearly_one(damping: float) -> 
     values = paths_of(system, 0.2, 200, 0.02, 1)
     noisy = sampled.correlation(200)
     noisy[0] += 0.02**2
-    assert deviance_of(sampled, 0.02, values) == pytest.approx(dense(noisy, values[0]), rel=1e-9)
+    assert innovations_of(sampled, 0.02, values)[0] == pytest.approx(dense(noisy, values[0]), rel=1e-9)
 
 
 def test_several_paths_velocities_and_every_kind_of_noise_agree_with_the_dense_likelihood() -> None:
@@ -275,7 +275,7 @@ def test_several_paths_velocities_and_every_kind_of_noise_agree_with_the_dense_l
         values = np.random.default_rng(1).standard_normal((3, 80)) + own.mean
         correlation[0] += 0.01
         exact = sum(dense(correlation, path - own.mean) for path in values)
-        assert deviance_of(own, 0.1, values) == pytest.approx(exact, rel=1e-9)
+        assert innovations_of(own, 0.1, values)[0] == pytest.approx(exact, rel=1e-9)
 
 
 def test_innovations_without_variance_are_an_infinite_deviance() -> None:

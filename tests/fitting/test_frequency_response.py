@@ -58,7 +58,7 @@ def test_a_fit_gives_back_its_numbers() -> None:
     assert all(abs(found.values[name] - value) < 4.0 * found.errors[name] for name, value in truth.items())
     assert found.check().passed
     assert found.report().startswith("fit of 4 numbers to 82 magnitudes and phases")
-    assert len(sp.figures.draw_fit(found).axes) == 3
+    assert len(sp.figures.plot_fit(found).axes) == 3
     own = measured(true, 2)
     scatter = sp.fit(model, sp.MeasuredFrequencyResponse(F, own.response))
     assert scatter.extras["relative_error"] == pytest.approx(np.sqrt(np.mean(np.square(own.errors))), rel=0.3)

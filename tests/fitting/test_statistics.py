@@ -94,7 +94,7 @@ def test_a_fit_gives_back_the_numbers_of_the_exact_theory() -> None:
     assert found.to_xarray()["data_error"].size == 5
     own = found.profile("w")
     assert own.limits == pytest.approx(found.interval("w"), rel=0.1)
-    assert len(sp.figures.draw_fit(found).axes) == 2
+    assert len(sp.figures.plot_fit(found).axes) == 2
 
 
 def test_two_sets_of_statistics_share_their_numbers() -> None:

@@ -127,7 +127,7 @@ def runs() -> Named:
                 continue
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                found = sp.simulate(oscillator, **given)
+                found = sp.simulate(oscillator, **given).to_xarray()
             for rest, value in _of_a_dataset(found):
                 yield f"{name}/{how}/{rest}", value
 
@@ -136,7 +136,7 @@ def runs_to_a_tolerance() -> Named:
     for name, (oscillator, given) in TOLERANCES.items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = sp.simulate(oscillator, **given, seed=2)
+            found = sp.simulate(oscillator, **given, seed=2).to_xarray()
         for rest, value in _of_a_dataset(found):
             yield f"{name}/{rest}", value
 
@@ -146,7 +146,7 @@ def _simulated(problem: Any, how: str, given: dict[str, Any]) -> Named:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = sp.simulate(problem, **given)
+            found = sp.simulate(problem, **given).to_xarray()
         except (TypeError, ValueError, ArithmeticError) as refusal:
             yield f"{how}/refused", type(refusal).__name__
             return
@@ -383,7 +383,7 @@ def few(kind: str) -> Iterator[tuple[str, tuple[float, float]]]:
     for name in ("lossy", "below", "open"):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = sp.run(PROBLEMS[name], paths=300, seed=3)
+            found = sp.simulate(PROBLEMS[name], paths=300, seed=3)
         for quantity, value in found.values.items():
             if np.isfinite(value):
-                yield f"{name}/{quantity}", (value, 1e-3 * found.errors[quantity] + 1e-9)
+                yield f"{name}/{quantity}", (value, 1e-3 * found[quantity].error + 1e-9)

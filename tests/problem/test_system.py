@@ -12,7 +12,6 @@ import pytest
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.file import schema
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import KINDS
 from springpot.theory.registry import METHODS
 
@@ -51,7 +50,7 @@ def test_an_oscillator_is_a_system_and_back() -> None:
         sp.Oscillator(3.0, sp.Springpot(0.3, 0.5), sp.Barrier(-0.5, 0.8, "below"), sp.WhiteNoise(2.0)),
         sp.Oscillator(barrier=None, springpot=sp.Springpot(0.0, 2.0)),
     ):
-        assert as_system(asked).canonical() == asked
+        assert asked.canonical() == asked
 
 
 def test_a_device_in_si_units_is_the_oscillator_of_from_device() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import springpot as sp
-from springpot.problem.oscillator import as_system
 from springpot.simulation import Run
 
 
@@ -24,13 +23,13 @@ def oscillator(
 
 def system(*numbers: float, **named: float | None) -> sp.System:
     """The same as a sum of parts."""
-    return as_system(oscillator(*numbers, **named))  # type: ignore[arg-type]
+    return oscillator(*numbers, **named)  # type: ignore[arg-type]
 
 
 def assert_agrees(run: Run, exact: dict[str, float], *, most: float = 4.0, sharp: float = 0.005) -> None:
     """Each value lies within ``most`` standard errors, and these are small enough for 2 % to be noticed."""
     for name, wanted in exact.items():
-        value, error = run.values[name], run.errors[name]
+        value, error = run[name].value, run[name].error
         assert error < sharp * abs(wanted), f"{name}: not sharp enough, {value} +- {error} for {wanted}"
         gap = (value - wanted) / error
         assert abs(gap) < most, f"{name}: {value} +- {error}, exactly {wanted}: {gap:+.1f} standard errors"

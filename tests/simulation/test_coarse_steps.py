@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation import run
+from springpot.simulation import simulate
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.paths.simulation import simulation_of
@@ -76,20 +76,20 @@ def test_a_step_of_0_02_is_within_1_per_cent_of_a_step_of_0_001(
 ) -> None:
     problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
     coarse, fine = (
-        run(
+        simulate(
             problem, paths=40_960, duration=120.0, window=(20.0, 120.0), step=step, start="stationary", seed=seed
         )
         for seed, step in ((1, 0.02), (2, 0.001))
     )  # fmt: skip
     names = set(MOMENTS if position is not None and restitution > 0.5 else ENERGIES)
     for name in sorted(names - ({"x_mean"} if position is None else set())):
-        scale = fine.values[name]
-        change = (coarse.values[name] - scale) / scale
-        error = math.hypot(coarse.errors[name], fine.errors[name]) / scale
+        scale = fine[name].value
+        change = (coarse[name].value - scale) / scale
+        error = math.hypot(coarse[name].error, fine[name].error) / scale
         print(f"{name:<25} {100 * change:+.2f} +- {100 * error:.2f} %")
         assert error < NEAR / 3.0, name
         assert abs(change) + 2.0 * error < NEAR, f"{name}: {change} +- {error}"
-    assert np.isfinite([fine.values[name] for name in names]).all()
+    assert np.isfinite([fine[name].value for name in names]).all()
 
 
 @pytest.mark.parametrize(
@@ -103,13 +103,13 @@ def test_with_a_dashpot_the_longest_step_has_no_error(
     problem = oscillator(1.0, coefficient, frequency, 1.0, position, 1.0)
     step = 2.5 / max(frequency, coefficient)
     settings = {"paths": 40_960, "duration": 200.0 * step, "window": (50.0 * step, 200.0 * step), "seed": 3}
-    found = sp.run(problem, step=step, start="rest", **settings)
+    found = sp.simulate(problem, step=step, start="rest", **settings)
     assert any("no error of the step at order 1, but transients" in sentence for sentence in found.warnings)
     law = sp.theory.exact(problem)
     names = ["x_mean_square", "v_mean_square", "amplitude_mean_square"]
     names += [] if position is None else ["x_mean", "impact_rate", "impact_speed_mean"]
     for name in names:
-        value, error, exact = found.values[name], found.errors[name], getattr(law, name)
+        value, error, exact = found[name].value, found[name].error, getattr(law, name)
         assert error < 0.003 * abs(exact), name
         assert abs(value - exact) < 4.0 * error, name
     assert not any("slow impacts" in sentence for sentence in found.warnings)
@@ -123,15 +123,15 @@ def test_the_power_of_a_dashpot_is_exact_at_any_step(device: bool) -> None:
     step, name = 0.4 if device else 2.5, "damping_power"
     if device:
         problem = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0), NEARLY_LINEAR, *AWAY)
-    found = sp.run(problem, paths=10_240, duration=250.0, window=(50.0, 250.0), step=step, start="rest", seed=3)
-    assert found.errors[name] < 0.001
-    assert abs(found.values[name] - 0.5) < 4.0 * found.errors[name]
-    assert abs(found.values["energy_residual"]) < 4.0 * found.errors["energy_residual"]
+    found = sp.simulate(problem, paths=10_240, duration=250.0, window=(50.0, 250.0), step=step, start="rest", seed=3)
+    assert found[name].error < 0.001
+    assert abs(found[name].value - 0.5) < 4.0 * found[name].error
+    assert abs(found["energy_residual"].value) < 4.0 * found["energy_residual"].error
 
 
 def test_only_what_has_no_error_may_have_such_a_step() -> None:
     for problem in (sp.Oscillator(), oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 0.9)):
         with pytest.raises(ValueError, match=r"too coarse .* use at most 0\.5 s"):
-            sp.run(problem, step=1.0, duration=100.0)
+            sp.simulate(problem, step=1.0, duration=100.0)
     with pytest.raises(ValueError, match=r"too coarse .* use at most 2.5 s"):
-        sp.run(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=2.6, duration=100.0)
+        sp.simulate(oscillator(1.0, 1.0, 1.0, 1.0, 0.0, 1.0), step=2.6, duration=100.0)

@@ -34,7 +34,7 @@ from scipy import integrate, optimize, stats
 
 import springpot as sp
 from springpot.problem.dimensionless import Dimensionless
-from springpot.simulation import Run, run
+from springpot.simulation import Run, simulate
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.result import MOMENTS
 
@@ -246,18 +246,18 @@ PROBLEMS = (
 def scaled(problem: Problem, kind: str, runs: Iterable[Run], width: Callable[[Run, str], float]) -> Held:
     """Errors of the runs over their intervals' half-widths."""
     names = list(problem.exact)
-    rows = np.array([[[found.values[name], width(found, name)] for name in names] for found in runs])
+    rows = np.array([[[found[name].value, width(found, name)] for name in names] for found in runs])
     truth = [rows[:, i, 0].mean() if math.isnan(problem.exact[name]) else problem.exact[name]
              for i, name in enumerate(names)]  # fmt: skip
     return Held(problem, kind, (rows[:, :, 0] - truth) / rows[:, :, 1])
 
 
 def sampling(found: Run, name: str) -> float:
-    return 1.959964 * found.errors[name]
+    return 1.959964 * found[name].error
 
 
 def total(found: Run, name: str) -> float:
-    return found.budgets[name].total
+    return found[name].budget.total
 
 
 def tried(number: int, problem: Problem) -> list[Held]:
@@ -265,11 +265,11 @@ def tried(number: int, problem: Problem) -> list[Held]:
     held = []
     if problem.options:
         seeds = range(20_000 * number, 20_000 * number + TRIALS)
-        runs = [run(problem.oscillator, seed=seed, threads=1, **problem.options, start="rest") for seed in seeds]
+        runs = [simulate(problem.oscillator, seed=seed, threads=1, **problem.options, start="rest") for seed in seeds]
         held.append(scaled(problem, "plain", runs, sampling))
     if problem.rtol > 0.0:
         seeds = range(20_000 * number + 10_000, 20_000 * number + 10_000 + TRIALS)
-        runs = [run(problem.oscillator, seed=seed, threads=1, rtol=problem.rtol) for seed in seeds]
+        runs = [simulate(problem.oscillator, seed=seed, threads=1, rtol=problem.rtol) for seed in seeds]
         known = not math.isnan(min(problem.exact.values()))
         paper = Dimensionless.of(problem.oscillator)
         elastic = paper.restitution == 1.0 and paper.barrier is not None

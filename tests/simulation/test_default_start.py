@@ -10,7 +10,7 @@ import pytest
 
 import springpot as sp
 from springpot.explorer.protocol import Problem
-from springpot.simulation import run
+from springpot.simulation import simulate
 from springpot.simulation.plan.plan import plan_of
 
 SHORT: dict[str, Any] = {"paths": 64, "duration": 4.0, "step": 0.02}
@@ -20,17 +20,17 @@ FREE = sp.Oscillator(springpot=sp.Springpot(0.5, 0.0))  # nothing dissipates ene
 
 def test_a_plain_run_starts_stationary() -> None:
     """From rest the default run gives 0.317 for the impact rate: 5 % above the stationary 0.303."""
-    found = run(sp.Oscillator())
+    found = simulate(sp.Oscillator())
     assert found.settings.start == "stationary"
     assert found.diagnostics["pilot_runs"] > 0
     rate, error = STATIONARY_RATE
-    assert abs(found.values["impact_rate"] - rate) < 3.0 * math.hypot(found.errors["impact_rate"], error)
-    assert found.errors["impact_rate"] < 0.003 * rate
+    assert abs(found["impact_rate"].value - rate) < 3.0 * math.hypot(found["impact_rate"].error, error)
+    assert found["impact_rate"].error < 0.003 * rate
     assert not found.warnings
 
 
 def test_the_default_is_the_stationary_start_to_the_last_bit() -> None:
-    left_out, asked = (run(sp.Oscillator(), **SHORT, **start) for start in ({}, {"start": "stationary"}))
+    left_out, asked = (simulate(sp.Oscillator(), **SHORT, **start) for start in ({}, {"start": "stationary"}))
     assert left_out.settings == asked.settings
     np.testing.assert_equal(left_out.values, asked.values)
 
@@ -39,7 +39,7 @@ def test_the_default_is_the_stationary_start_to_the_last_bit() -> None:
     "given", [{"initial_position": 0.5}, {"initial_velocity": 0.0}, {"derivative": "riemann-liouville"}]
 )
 def test_a_given_initial_state_is_where_the_run_starts(given: dict[str, Any]) -> None:
-    found = run(sp.Oscillator(), **SHORT, **given)
+    found = simulate(sp.Oscillator(), **SHORT, **given)
     assert found.settings.start == "rest"
     assert found.settings.initial_position == given.get("initial_position", 0.0)
     assert not any("starts from rest" in sentence for sentence in found.warnings)
@@ -57,14 +57,14 @@ def test_without_a_stationary_state_a_run_starts_from_rest_and_says_so_once(
     oscillator: sp.Oscillator, reason: str
 ) -> None:
     given = {**SHORT, "memory_tolerance": 1e-9}
-    found = run(oscillator, **given)
+    found = simulate(oscillator, **given)
     assert found.settings.start == "rest"
     assert [reason in sentence for sentence in found.warnings if "starts from rest" in sentence] == [True]
-    asked = run(oscillator, **given, start="rest")
+    asked = simulate(oscillator, **given, start="rest")
     assert not any("starts from rest" in sentence for sentence in asked.warnings)
     np.testing.assert_equal(asked.values, found.values)
     with pytest.raises(ValueError, match=reason):
-        run(oscillator, **given, start="stationary")
+        simulate(oscillator, **given, start="stationary")
 
 
 def test_a_run_from_rest_at_a_wall_is_not_stationary() -> None:
@@ -87,8 +87,8 @@ def test_the_first_table_of_the_page_shows_the_gaps_to_the_stationary_rate() -> 
     """At the page's default question and paths; from rest the same table ranked the methods the other way round."""
     problem = Problem()
     oscillator = problem.oscillator()
-    found = run(oscillator, paths=problem.paths, seed=problem.seed)
-    rate, error = found.values["impact_rate"], found.errors["impact_rate"]
+    found = simulate(oscillator, paths=problem.paths, seed=problem.seed)
+    rate, error = found["impact_rate"].value, found["impact_rate"].error
     gaps = {
         name: 100.0 * (answer.impact_rate / rate - 1.0) for name, answer in sp.theory.solve_all(oscillator)[0].items()
     }

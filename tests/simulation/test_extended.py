@@ -35,15 +35,15 @@ def same(one: sp.simulation.Run, other: sp.simulation.Run) -> None:  # type: ign
     ],
 )
 def test_the_bits_of_one_long_run(problem: sp.Oscillator, given: dict, suffix: str, tmp_path: Path) -> None:
-    first = sp.run(problem, paths=100, **GIVEN, **given)
+    first = sp.simulate(problem, paths=100, **GIVEN, **given)
     again = sp.load_run(first.save(tmp_path / f"run{suffix}", path_sums=True))
     longer = sp.extend(sp.extend(again, paths=101), paths=300)
-    same(longer, sp.run(problem, paths=300, **GIVEN, **given))
+    same(longer, sp.simulate(problem, paths=300, **GIVEN, **given))
 
 
 def test_what_cannot_be_extended(tmp_path: Path) -> None:
     given = {**GIVEN, "start": "rest"}
-    run = sp.run(WALL, paths=64, **given)
+    run = sp.simulate(WALL, paths=64, **given)
     with pytest.raises(ValueError, match=r"paths must be in \[65, .*The run has 64 paths"):
         sp.extend(run, paths=64)
     with pytest.raises(TypeError, match=r"paths must be a whole number, not 100\.5"):
@@ -55,11 +55,11 @@ def test_what_cannot_be_extended(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"without the sums of its paths: save it with path_sums=True"):
         sp.extend(sp.load_run(run.save(tmp_path / "run.nc")), paths=100)
     with pytest.raises(ValueError, match="moments only, but it has distributions"):
-        sp.extend(sp.run(WALL, paths=64, **given, distributions=True), paths=100)
+        sp.extend(sp.simulate(WALL, paths=64, **given, distributions=True), paths=100)
     with pytest.raises(ValueError, match="moments only, but it has observables"):
-        sp.extend(sp.run(WALL, paths=64, **given, slowest_counted_impact=0.1), paths=100)
+        sp.extend(sp.simulate(WALL, paths=64, **given, slowest_counted_impact=0.1), paths=100)
     with pytest.raises(ValueError, match="must not be made with rtol"):
-        sp.extend(sp.run(WALL, rtol=0.2), paths=100_000)
+        sp.extend(sp.simulate(WALL, rtol=0.2), paths=100_000)
     other = run.path_sums.copy()
     other[5, 1] = np.nextafter(other[5, 1], 1.0)
     with pytest.raises(ValueError, match="first paths come out with other bits; run it anew"):
@@ -72,16 +72,16 @@ LONG = {"duration": 40.0, "step": 0.02, "window": (20.0, 40.0), "seed": 4}
 
 def test_to_an_error_are_the_bits_of_one_run_of_so_many_paths(tmp_path: Path) -> None:
     """<A^2> = q / (C Omega^2) and <v^2> = q / 2 C exactly; the error is below rtol, and holds the truth."""
-    first = sp.run(DASHPOT, paths=256, **LONG)
+    first = sp.simulate(DASHPOT, paths=256, **LONG)
     saved = sp.load_run(first.save(tmp_path / "run.nc", path_sums=True))
     names = ("amplitude_mean_square", "v_mean_square")
     longer = sp.extend(saved, rtol=0.03, quantities=names)
     assert longer.settings.paths > 256
-    assert longer.values == sp.run(DASHPOT, paths=longer.settings.paths, **LONG).values
+    assert longer.values == sp.simulate(DASHPOT, paths=longer.settings.paths, **LONG).values
     for name, exact in zip(names, (1.25, 0.625), strict=True):
-        assert longer.budgets[name].total <= 0.03 * longer.values[name]
-        assert abs(longer.values[name] - exact) <= 1.5 * longer.budgets[name].total
-        assert longer.budgets[name].step_bias > 0.0
+        assert longer[name].budget.total <= 0.03 * longer[name].value
+        assert abs(longer[name].value - exact) <= 1.5 * longer[name].budget.total
+        assert longer[name].budget.step_bias > 0.0
     assert sp.extend(first, rtol=0.03, quantities=names).settings == longer.settings
     kept = sp.load_run(longer.save(tmp_path / "longer.nc", path_sums=True))
     assert sp.extend(kept, rtol=0.05, quantities=names).settings.paths == longer.settings.paths
@@ -102,11 +102,11 @@ def test_to_an_error_are_the_bits_of_one_run_of_so_many_paths(tmp_path: Path) ->
     ],
 )  # fmt: skip
 def test_what_cannot_be_extended_to_an_error(given: dict, asked: dict, sentence: str) -> None:
-    run = sp.run(DASHPOT, paths=64, **{**LONG, **given})
+    run = sp.simulate(DASHPOT, paths=64, **{**LONG, **given})
     with pytest.raises(ValueError, match=sentence):
         sp.extend(run, **asked)
 
 
 def test_a_lossy_wall_s_impact_rate_is_not_extended_to_an_error() -> None:
     with pytest.raises(ValueError, match="quantities must not have impact_rate behind a lossy wall"):
-        sp.extend(sp.run(WALL, paths=64, **GIVEN), rtol=0.1, quantities=("impact_rate",))
+        sp.extend(sp.simulate(WALL, paths=64, **GIVEN), rtol=0.1, quantities=("impact_rate",))

@@ -11,7 +11,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.simulation import PassageTimes, run
+from springpot.simulation import PassageTimes, simulate
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
 
@@ -46,7 +46,7 @@ def test_times_are_those_of_the_recorded_paths(side: str) -> None:
     sign = 1.0 if side == "above" else -1.0
     problem = sp.Oscillator(springpot=sp.Springpot(0.5, 0.2), barrier=sp.Barrier(-0.5 * sign, 1.0, side))
     levels = {"x": 2.0 * sign, "energy": 4.0}
-    found = run(problem, paths=70, record=70, duration=20.0, step=0.05, start="rest", first_passage=levels)
+    found = simulate(problem, paths=70, record=70, duration=20.0, step=0.05, start="rest", first_passage=levels)
     for kind, level in (("x", 2.0), ("energy", 4.0)):
         times = found.first_passages[kind].times
         wanted = np.array([through(kind, sign * path, 0.05, level, 1.0) for path in found.record])
@@ -58,10 +58,10 @@ def test_times_are_those_of_the_recorded_paths(side: str) -> None:
 
 def test_the_same_bits_for_any_number_of_threads() -> None:
     given: dict[str, Any] = {"paths": 300, "duration": 20.0, "step": 0.05, "first_passage": {"x": 1.5, "v": 1.5}}
-    one, other = (run(oscillator(), **given, threads=threads) for threads in (1, 3))
+    one, other = (simulate(oscillator(), **given, threads=threads) for threads in (1, 3))
     for name in ("x", "v"):
         np.testing.assert_array_equal(one.first_passages[name].times, other.first_passages[name].times)
-    alone = run(oscillator(), **{**given, "first_passage": None})
+    alone = simulate(oscillator(), **{**given, "first_passage": None})
     assert alone.values == one.values
 
 
@@ -78,7 +78,7 @@ def test_a_velocity_without_spring_is_an_ornstein_uhlenbeck_process() -> None:
         return np.concatenate([[0.0], np.cumsum(0.5 * dy * (f[1:] + f[:-1]))])
 
     exact = 2.0 * float(integrated(np.exp(damping * y**2) * integrated(np.exp(-damping * y**2)))[-1])
-    found = run(problem, paths=20_000, duration=15.0, step=0.05, start="rest", first_passage={"speed": level})
+    found = simulate(problem, paths=20_000, duration=15.0, step=0.05, start="rest", first_passage={"speed": level})
     mean, error, _ = found.first_passages["speed"].mean
     assert error < 0.008 * exact
     assert abs(mean - exact) < 3.0 * error + 0.01 * exact
@@ -92,7 +92,7 @@ def test_rare_passages_of_x_come_at_rices_rate() -> None:
     deviation = math.sqrt(0.5 / damping)
     rate = math.exp(-6.125) / (2.0 * math.pi)
     levels = {"x": 3.5 * deviation, "distance": 3.5 * deviation}
-    found = run(problem, paths=12_000, duration=420.0, window=(20.0, 420.0), step=0.1, first_passage=levels)
+    found = simulate(problem, paths=12_000, duration=420.0, window=(20.0, 420.0), step=0.1, first_passage=levels)
     passage, distance = (found.first_passages[kind] for kind in levels)
     mean, error, assumed = passage.mean
     assert passage.share_censored > 0.8
@@ -108,7 +108,7 @@ def test_the_step_hardly_shows() -> None:
     problem = oscillator(1.0, 0.3, restitution=0.9)
     levels = {"x": 2.0, "v": 2.0, "energy": 2.0}
     coarse, fine = (
-        run(
+        simulate(
             problem, paths=paths, duration=60.0, step=step, start="rest", seed=seed, first_passage=levels
         ).first_passages
         for paths, step, seed in ((12_000, 0.1, 1), (8000, 0.02, 2))
@@ -122,7 +122,7 @@ def test_the_step_hardly_shows() -> None:
 def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:
     """A passage between the ends of a step, which only the impact shows."""
     problem = oscillator(1.0, 0.2, position=-1.0, restitution=0.8)
-    found = run(problem, paths=200, record=200, duration=40.0, step=0.1, start="rest", first_passage={"x": -1.0})
+    found = simulate(problem, paths=200, record=200, duration=40.0, step=0.1, start="rest", first_passage={"x": -1.0})
     times = found.first_passages["x"].times
     x, v = found.record[:, :, 0], found.record[:, :, 1]
     # a path turns round at the wall faster than its spring could turn it
@@ -136,19 +136,19 @@ def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:
 
 
 def test_the_clock_of_a_stationary_start_starts_with_the_window() -> None:
-    found = run(oscillator(), paths=2000, duration=60.0, window=(30.0, 60.0), step=0.05, first_passage={"x": 1.0})
+    found = simulate(oscillator(), paths=2000, duration=60.0, window=(30.0, 60.0), step=0.05, first_passage={"x": 1.0})
     passage = found.first_passages["x"]
     assert passage.begin == pytest.approx(30.05)
     assert passage.horizon == pytest.approx(29.95)
-    beyond = run(
+    beyond = simulate(
         oscillator(), paths=2000, duration=60.0, window=(30.0, 60.0), step=0.05,
         observables={"beyond": lambda t, x, v: 1.0 if x >= 1.0 else 0.0},
     )  # fmt: skip
-    share, error = beyond.values["beyond"], math.sqrt(0.25 / 2000)
+    share, error = beyond["beyond"].value, math.sqrt(0.25 / 2000)
     assert abs(passage.share_at_start - share) < 4.0 * error
     assert passage.survival(0.0)[0] == 1.0 - passage.share_at_start
     assert any("beyond the level when the clock started" in sentence for sentence in found.warnings)
-    from_rest = run(oscillator(), paths=64, duration=5.0, step=0.05, start="rest", first_passage={"x": 1.0})
+    from_rest = simulate(oscillator(), paths=64, duration=5.0, step=0.05, start="rest", first_passage={"x": 1.0})
     assert from_rest.settings.window == (0.0, 5.0)
     assert from_rest.first_passages["x"].begin == 0.0
 
@@ -208,7 +208,7 @@ def test_quantiles_and_survival_of_a_sample() -> None:
 def test_an_observable_passes_like_the_quantity_it_is() -> None:
     given: dict[str, Any] = {"paths": 128, "duration": 20.0, "step": 0.05, "start": "rest"}
     levels = {"energy": 2.0, "own": (lambda t, x, v: 0.5 * (v * v + x * x), 2.0)}
-    found = run(oscillator(), **given, first_passage=levels).first_passages
+    found = simulate(oscillator(), **given, first_passage=levels).first_passages
     np.testing.assert_allclose(found["own"].times, found["energy"].times, rtol=1e-9)
 
 
@@ -219,7 +219,7 @@ def test_the_envelope_knows_when_x_passes_at_light_damping(order: float, positio
     envelope = sp.theory.envelope(problem)
     level = 1.2 * math.sqrt(envelope.amplitude_mean_square)
     levels = {"x": level, "amplitude": level}
-    found = run(problem, paths=4000, duration=300.0, step=0.1, start="rest", first_passage=levels).first_passages
+    found = simulate(problem, paths=4000, duration=300.0, step=0.1, start="rest", first_passage=levels).first_passages
     mean, error, _ = found["x"].mean
     assert error < 0.025 * mean
     assert abs(envelope.first_passage(x=level).mean_time / mean - 1.0) < 0.1
@@ -240,7 +240,7 @@ def test_the_envelope_knows_when_x_passes_on_one_side_or_both(order: float, c: f
     envelope = sp.theory.envelope(problem)
     level = 3.0 * math.sqrt(envelope.x_mean_square)
     levels = {"x": level, "distance": level, "amplitude": level}
-    found = run(problem, paths=paths, duration=1000.0, step=0.1, start="rest", first_passage=levels).first_passages
+    found = simulate(problem, paths=paths, duration=1000.0, step=0.1, start="rest", first_passage=levels).first_passages
     for name, room in (("x", 0.03), ("distance", 0.03), ("amplitude", 0.06)):
         mean, error, _ = found[name].mean
         assert error < 0.025 * mean
@@ -252,7 +252,9 @@ def test_between_two_walls_an_impact_on_one_is_no_passage_at_the_other() -> None
     parts = sp.Spring(1.0), sp.Dashpot(0.2)
     even = sp.System(*parts, sp.WhiteNoise(0.4), sp.Barrier(-0.3, 0.3), sp.Barrier(0.3, 0.3, side="below"))
     (down, its), (up, error) = (
-        run(even, paths=4000, duration=60.0, start="rest", seed=5, first_passage={"v": v}).first_passages["v"].mean[:2]
+        simulate(even, paths=4000, duration=60.0, start="rest", seed=5, first_passage={"v": v})
+        .first_passages["v"]
+        .mean[:2]
         for v in (-1.0, 1.0)
     )
     assert math.hypot(its, error) < 0.025 * up
@@ -261,7 +263,7 @@ def test_between_two_walls_an_impact_on_one_is_no_passage_at_the_other() -> None
         *parts, sp.Constant(1.0), sp.WhiteNoise(0.05), sp.Barrier(1.0, 0.7), sp.Barrier(2.0, 0.7, side="below")
     )
     levels = {"distance": {"level": 0.4, "reference": 1.0}, "x": 1.4}
-    found = run(pressed, paths=500, duration=60.0, start="rest", seed=5, first_passage=levels).first_passages
+    found = simulate(pressed, paths=500, duration=60.0, start="rest", seed=5, first_passage=levels).first_passages
     np.testing.assert_allclose(found["distance"].times, found["x"].times, rtol=1e-9)
 
 
@@ -299,7 +301,7 @@ def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
     assert problem.resonance == pytest.approx(96.0, rel=1e-2)
     level = 3.0 * math.sqrt(sp.theory.envelope(problem).x_mean_square)
     levels = {"x": level, "amplitude": level}
-    found = run(problem, paths=2000, duration=10.0, start="rest", first_passage=levels).first_passages
+    found = simulate(problem, paths=2000, duration=10.0, start="rest", first_passage=levels).first_passages
     assert found["amplitude"].mean[0] > 0.15 * found["x"].mean[0]
     expected = sp.theory.envelope(problem).first_passage(amplitude=level).mean_time
     assert expected == pytest.approx(found["amplitude"].mean[0], rel=0.25)
@@ -330,7 +332,7 @@ def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
 )
 def test_bad_levels_are_refused_in_one_sentence(wanted: Any, sentence: str) -> None:
     with pytest.raises((TypeError, ValueError), match="first_passage") as caught:
-        run(oscillator(), paths=64, duration=1.0, first_passage=wanted)
+        simulate(oscillator(), paths=64, duration=1.0, first_passage=wanted)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -343,7 +345,7 @@ def test_it_is_in_every_form_of_the_answer(tmp_path: Any, capsys: pytest.Capture
     assert "share not passed" in out
     assert cli.main([*words.split(), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    found = run(
+    found = simulate(
         sp.Oscillator(), paths=640, duration=20.0, step=0.05, start="rest", first_passage={"x": 1.2, "speed": 2.0}
     )
     passage, data = found.first_passages["x"], found.to_dataset()
@@ -354,12 +356,12 @@ def test_it_is_in_every_form_of_the_answer(tmp_path: Any, capsys: pytest.Capture
     np.testing.assert_array_equal(again.first_passages["x"].times, passage.times)
     assert again.first_passages["x"].mean == passage.mean
     with pytest.raises(ValueError, match="cannot be given with rtol"):
-        run(sp.Oscillator(), rtol=0.1, first_passage={"x": 1.2})
+        simulate(sp.Oscillator(), rtol=0.1, first_passage={"x": 1.2})
 
 
 def test_a_distance_may_be_from_a_reference() -> None:
     own = {"distance": {"level": 1.0, "reference": 0.5}, "same": (lambda t, x, v: abs(x - 0.5), 1.0)}
-    found = run(oscillator(), paths=64, duration=4.0, step=0.05, start="rest", first_passage=own).first_passages
+    found = simulate(oscillator(), paths=64, duration=4.0, step=0.05, start="rest", first_passage=own).first_passages
     passed = np.isfinite(found["distance"].times)
     assert found["distance"].reference == 0.5
     assert passed.any()

@@ -15,7 +15,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.problem.dimensionless import Dimensionless
-from springpot.simulation import Run, run
+from springpot.simulation import Run, simulate
 from springpot.simulation.estimate.slow_impacts import MARGIN, quantile_step_bias, slow_impacts
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.mckean import slow_impact_power
@@ -76,7 +76,7 @@ def oscillators() -> list[sp.Oscillator]:
 
 def simulated(oscillator: sp.Oscillator, seed: int, finer: int, paths: int) -> Run:
     step = 0.01 / plan_of(oscillator).motion.scales.fastest_rate / finer
-    return run(oscillator, paths=paths, step=step, seed=seed, start="stationary", distributions=True)
+    return simulate(oscillator, paths=paths, step=step, seed=seed, start="stationary", distributions=True)
 
 
 def exact(oscillator: sp.Oscillator) -> tuple[np.ndarray, np.ndarray]:

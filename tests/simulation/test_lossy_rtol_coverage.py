@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation import run
+from springpot.simulation import simulate
 
 pytestmark = pytest.mark.validation
 
@@ -53,8 +53,8 @@ def truth(case: Case) -> dict[str, tuple[float, float]]:
     if case.exact:
         found = sp.theory.fokker_planck(case.oscillator)
         return {name: (getattr(found, name), 0.0) for name in QUANTITIES}
-    fine = run(case.oscillator, rtol=FINER, quantities=QUANTITIES, seed=10_000 + case.number)
-    return {name: (fine.values[name], fine.budgets[name].total) for name in QUANTITIES}
+    fine = simulate(case.oscillator, rtol=FINER, quantities=QUANTITIES, seed=10_000 + case.number)
+    return {name: (fine[name].value, fine[name].budget.total) for name in QUANTITIES}
 
 
 @pytest.fixture(scope="module")
@@ -62,12 +62,12 @@ def shares() -> dict[str, list[float]]:
     """Distance from the truth over the two half-widths added in squares, for each quantity and oscillator."""
     found: dict[str, list[float]] = {name: [] for name in QUANTITIES}
     for case in cases():
-        asked = run(case.oscillator, rtol=RTOL, quantities=QUANTITIES, seed=case.number)
+        asked = simulate(case.oscillator, rtol=RTOL, quantities=QUANTITIES, seed=case.number)
         for name in QUANTITIES:
             value, error = truth(case)[name]
-            width = math.hypot(asked.budgets[name].total, error)
-            assert asked.budgets[name].total <= RTOL * abs(asked.values[name]), (case, name)
-            found[name].append((asked.values[name] - value) / width)
+            width = math.hypot(asked[name].budget.total, error)
+            assert asked[name].budget.total <= RTOL * abs(asked[name].value), (case, name)
+            found[name].append((asked[name].value - value) / width)
     return found
 
 

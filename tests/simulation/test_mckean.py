@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from springpot.simulation import run
+from springpot.simulation import simulate
 
 from .problems import oscillator
 
@@ -47,7 +47,7 @@ def test_mean_logarithm_of_the_return_speed_is_mckeans() -> None:
     """The same noise with and without the wall: paths part at the first impact, where velocities are u and -u."""
     paths, latest, step = 4096, 4.0, 0.008
     walled, free = (
-        run(
+        simulate(
             oscillator(1.0, 0.0, 1e-4, 1.0, position), paths=paths, duration=latest, step=step, initial_velocity=1.0,
             record=paths,
         ).record

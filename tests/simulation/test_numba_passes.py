@@ -64,7 +64,7 @@ def test_an_unknown_numba(
     assert found[0][0].items() ^ found[1][0].items() == set()
     if pretended in (NO_INLINING, NO_CACHE):
         assert found[0][2] == [None, "springpot does not know Numba 99.0.0"]
-    usual = sp.run(
+    usual = sp.simulate(
         sp.Oscillator(**eval(barrier)), paths=64, duration=30.0, seed=5, memory_tolerance=tolerance,
         **eval(f"dict({more})"),
     ).values  # fmt: skip

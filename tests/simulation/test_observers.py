@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 import springpot as sp
-from springpot.simulation import Distribution, Run, run
+from springpot.simulation import Distribution, Run, simulate
 from tests.simulation.problems import oscillator
 from tests.sizes import validation
 
@@ -19,7 +19,7 @@ from tests.sizes import validation
 @pytest.fixture(scope="module")
 def watched() -> Run:
     """Order 1, wall at 0, C = Omega = q = 1: x half normal, v normal, impact speed Rayleigh."""
-    return run(
+    return simulate(
         oscillator(1.0),
         paths=20_000,
         duration=50.0,
@@ -50,7 +50,7 @@ def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> Non
     With a memory in double precision everything is.
     """
     problem = sp.Oscillator(300.0, sp.Springpot(1.0, 20.0), sp.Barrier(0.002, 0.9, "below"), sp.WhiteNoise(1e3))
-    found = run(
+    found = simulate(
         problem,
         paths=500,
         duration=1.0,
@@ -113,7 +113,7 @@ def test_extremes_bound_the_distributions(watched: Run) -> None:
 
 def test_the_same_bits_for_any_number_of_threads_and_no_effect_on_the_run() -> None:
     def observed(threads: int, distributions: bool = True) -> Run:
-        return run(
+        return simulate(
             oscillator(0.5, restitution=0.8),
             paths=700,
             duration=15.0,
@@ -126,13 +126,13 @@ def test_the_same_bits_for_any_number_of_threads_and_no_effect_on_the_run() -> N
 
     first, *others = (observed(threads) for threads in (1, 2, 3))
     for other in others:
-        assert other.values["cube"] == first.values["cube"]
+        assert other["cube"].value == first["cube"].value
         for name, sketch in first.distributions.items():
             assert sketch.counts.tobytes() == other.distributions[name].counts.tobytes()
         for name, samples in first.extremes.items():
             assert samples.tobytes() == other.extremes[name].tobytes()
     plain = observed(2, distributions=False)
-    assert all(plain.values[name] == first.values[name] for name in plain.values)
+    assert all(plain[name].value == first[name].value for name in plain.values)
     assert not plain.distributions
     assert not plain.extremes
 
@@ -143,7 +143,7 @@ def test_dataset_and_json_hold_quantiles_and_densities(watched: Run) -> None:
     assert data["v_density"].attrs["units"] == "s m-1"
     assert float((data["x_density"] * data["x_bin_width"]).sum()) == pytest.approx(1.0, abs=3e-4)
     assert data["impact_speed_quantile"].sizes == {"probability": 9}
-    assert float(data["kinetic"]) == watched.values["kinetic"]
+    assert float(data["kinetic"]) == watched["kinetic"].value
     assert float(data["x_maximum_quantile"].sel(probability=0.5)) == pytest.approx(
         float(np.median(watched.extremes["x_maximum"]))
     )
@@ -157,7 +157,9 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     """No wall: q / (2 pi) over the squared dynamic stiffness; order 1 with a wall: that of the modulus."""
     problem = sp.Oscillator(2.0, sp.Springpot(order, 0.8), None if side is None else sp.Barrier(side="below"))  # type: ignore[arg-type]
     frequency = np.linspace(0.2, 6.4, 32)
-    found = run(problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency, start="rest")
+    found = simulate(
+        problem, paths=4000, duration=320.0, step=0.02, window=(20.0, 320.0), spectrum=frequency, start="rest"
+    )
     assert found.spectrum is not None
     if side is None:
         exact = 1.0 / (2.0 * np.pi) / np.abs(4.0 - frequency**2 + 0.8 * (1j * frequency) ** order) ** 2
@@ -180,7 +182,7 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
 
 def test_the_spectrum_has_the_same_bits_for_any_number_of_threads() -> None:
     one, other = (
-        run(oscillator(), paths=200, duration=60.0, step=0.05, spectrum=[0.5, 1.0, 2.0], threads=threads)
+        simulate(oscillator(), paths=200, duration=60.0, step=0.05, spectrum=[0.5, 1.0, 2.0], threads=threads)
         for threads in (1, 3)
     )
     assert one.spectrum is not None
@@ -190,7 +192,7 @@ def test_the_spectrum_has_the_same_bits_for_any_number_of_threads() -> None:
 
 def test_a_short_window_blurs_a_peak_as_it_is_said_to() -> None:
     problem = oscillator(1.0, 0.2, position=None)  # a Lorentzian peak of half-width 0.1 at 1 rad/s
-    found = run(problem, paths=8000, duration=180.0, step=0.05, window=(60.0, 180.0), spectrum=[1.0], start="rest")
+    found = simulate(problem, paths=8000, duration=180.0, step=0.05, window=(60.0, 180.0), spectrum=[1.0], start="rest")
     assert found.spectrum is not None
     exact = 1.0 / (2.0 * math.pi * 0.2**2)
     lowered = 1.0 - float(found.spectrum.density[0]) / exact
@@ -202,8 +204,8 @@ def test_low_frequencies_alone_are_not_disturbed_by_what_lies_above() -> None:
     """Samples follow the oscillator, not the frequencies asked for: nothing folds back."""
     problem = oscillator(1.0, 0.5, position=None)
     given: dict[str, Any] = {"paths": 4000, "duration": 420.0, "step": 0.05, "window": (20.0, 420.0)}
-    alone = run(problem, spectrum=[0.05], **given, start="rest").spectrum
-    beside = run(problem, spectrum=[0.05, 2.5], **given, start="rest").spectrum
+    alone = simulate(problem, spectrum=[0.05], **given, start="rest").spectrum
+    beside = simulate(problem, spectrum=[0.05, 2.5], **given, start="rest").spectrum
     assert alone is not None
     assert beside is not None
     exact = 1.0 / (2.0 * math.pi) / ((1.0 - 0.05**2) ** 2 + (0.5 * 0.05) ** 2)
@@ -214,14 +216,14 @@ def test_low_frequencies_alone_are_not_disturbed_by_what_lies_above() -> None:
 
 def test_only_paths_of_the_run_are_counted() -> None:
     """One path, of the 64 that a block advances: its distribution is that of its own record."""
-    found = run(
+    found = simulate(
         oscillator(restitution=0.8), paths=1, duration=60.0, step=0.04, record=1, distributions=True, start="rest"
     )
     own = found.record[0, 751:, 0][::4]
     assert found.distributions["x"].size == pytest.approx(own.size, abs=1)
     assert float(found.distributions["x"].quantile(0.5)[0]) == pytest.approx(float(np.median(own)), rel=0.03)
     assert found.distributions["x"].edges[-2] <= found.record[0, :, 0].max()
-    assert found.distributions["impact_speed"].size == found.values["impact_rate"] * 30.0
+    assert found.distributions["impact_speed"].size == found["impact_rate"].value * 30.0
     assert np.isnan(found.distributions["x"].quantile(0.5)[1])
     assert found.to_dict()["x_maximum_quantile_se"] == [None] * 9
 
@@ -232,7 +234,7 @@ def test_only_paths_of_the_run_are_counted() -> None:
 )
 def test_distributions_near_a_wall_far_from_the_equilibrium(position: float, intensity: float, paths: int) -> None:
     """A preload presses the mass to the wall: bins are counted from there."""
-    found = run(
+    found = simulate(
         oscillator(1.0, 0.5, 1.0, intensity, position),
         paths=paths,
         duration=40.0,
@@ -256,7 +258,7 @@ def test_an_observable_takes_what_it_captures_as_it_is_now() -> None:
         return factor * captured[0] * x
 
     def value() -> float:
-        return run(
+        return simulate(
             oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest"
         ).values["scaled"]
 
@@ -274,14 +276,14 @@ def test_an_observable_that_raises_is_no_number(capfd: pytest.CaptureFixture[str
             raise ValueError("too far")
         return x
 
-    found = run(oscillator(), paths=64, duration=8.0, step=0.04, observables={"picky": picky}, start="rest")
-    assert math.isnan(found.values["picky"])
+    found = simulate(oscillator(), paths=64, duration=8.0, step=0.04, observables={"picky": picky}, start="rest")
+    assert math.isnan(found["picky"].value)
     assert any("observable picky is not a finite number" in sentence for sentence in found.warnings)
-    assert math.isfinite(found.values["x_mean"])
+    assert math.isfinite(found["x_mean"].value)
 
 
 def test_the_error_of_an_observable_does_not_depend_on_its_origin() -> None:
-    found = run(
+    found = simulate(
         oscillator(),
         paths=640,
         duration=20.0,
@@ -289,26 +291,32 @@ def test_the_error_of_an_observable_does_not_depend_on_its_origin() -> None:
         start="stationary",
         observables={"one": lambda t, x, v: 1.0, "v_far": lambda t, x, v: 1000.0 + x, "near": lambda t, x, v: x},
     )
-    assert found.errors["one"] < 1e-12
-    assert found.errors["v_far"] == pytest.approx(found.errors["near"], rel=1e-6)
+    assert found["one"].error < 1e-12
+    assert found["v_far"].error == pytest.approx(found["near"].error, rel=1e-6)
 
 
 def test_a_window_of_one_step_is_sampled() -> None:
     for begin in (1.9, 1.92, 1.94, 1.96):
         window = (begin, begin + 0.02)
-        found = run(oscillator(), paths=128, duration=2.0, step=0.02, window=window, distributions=True, start="rest")
+        found = simulate(
+            oscillator(), paths=128, duration=2.0, step=0.02, window=window, distributions=True, start="rest"
+        )
         assert found.distributions["x"].size == 128.0
         assert np.isfinite(found.extremes["x_maximum"]).all()
 
 
 def test_the_papers_scheme_shows_how_far_it_goes_behind_the_wall() -> None:
-    found = run(oscillator(), paths=640, duration=40.0, step=0.02, scheme="grunwald", distributions=True, start="rest")
+    found = simulate(
+        oscillator(), paths=640, duration=40.0, step=0.02, scheme="grunwald", distributions=True, start="rest"
+    )
     assert found.distributions["x"].edges[0] < -0.01
     assert float(found.distributions["x"].quantile(0.001)[0]) < 0.0
 
 
 def test_without_impacts_there_is_no_speed_to_sketch() -> None:
-    found = run(oscillator(0.5, position=None), paths=64, duration=4.0, step=0.02, distributions=True, start="rest")
+    found = simulate(
+        oscillator(0.5, position=None), paths=64, duration=4.0, step=0.02, distributions=True, start="rest"
+    )
     speeds = found.distributions["impact_speed"]
     assert speeds.size == 0.0
     assert np.isnan(speeds.quantile([0.5])[0]).all()
@@ -349,7 +357,7 @@ def test_without_impacts_there_is_no_speed_to_sketch() -> None:
 )
 def test_bad_observers_are_refused_in_one_sentence(given: dict[str, Any], sentence: str) -> None:
     with pytest.raises((TypeError, ValueError), match=sentence):
-        run(oscillator(), **({} if "rtol" in given else {"paths": 64, "duration": 1.0, "step": 0.02}), **given)
+        simulate(oscillator(), **({} if "rtol" in given else {"paths": 64, "duration": 1.0, "step": 0.02}), **given)
 
 
 def test_a_quantile_needs_a_probability() -> None:

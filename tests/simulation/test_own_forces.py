@@ -21,7 +21,7 @@ NO_FRICTION, NO_RECORD = sp.Friction(0.0), sp.RecordedExcitation((0.0, 100.0), (
 def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at_rest() -> None:
     """Free vibration: the amplitude falls by 2 F / k in each half cycle, until the spring cannot move the mass."""
     slider = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(0.0), sp.Friction(0.1), NO_RECORD)
-    run = sp.run(
+    run = sp.simulate(
         slider, paths=1, duration=12.0 * math.pi, step=0.01, start="rest", initial_position=1.03, record=1,
         window=(0.0, 3.0 * math.pi),
     )  # fmt: skip
@@ -33,7 +33,7 @@ def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at
     rate = math.log(run.record[0, -200, 0] / run.record[0, -1, 0]) / (199 * run.settings.step)
     assert rate == pytest.approx(0.5 * run.settings.step, rel=0.05)
     # energy: in three half cycles the friction took k (x0^2 - x3^2) / 2, which it reports as a power
-    taken = run.values["friction_power"] * 3.0 * math.pi
+    taken = run["friction_power"].value * 3.0 * math.pi
     assert taken == pytest.approx(1.03**2 - 0.73**2, rel=1e-3)
 
 
@@ -55,13 +55,13 @@ def test_a_record_moves_the_mass_as_the_equation_says() -> None:
     for on, sign, mass in (("ground", -1.0, 1.0), ("mass", 1.0, 3.0)):
         record = sp.RecordedExcitation(tuple(t), tuple(a), on=on)
         shaken = sp.System(sp.Mass(3.0), sp.Spring(3.0), sp.Dashpot(0.6), NO_FRICTION, record)
-        run = sp.run(shaken, paths=1, record=1)
+        run = sp.simulate(shaken, paths=1, record=1)
         assert run.warnings == ()
         assert (run.settings.start, run.settings.window) == ("rest", (0.0, pytest.approx(t[-1] - t[0])))
         assert run.record[0, :, 0] == pytest.approx(moved(sign, mass), abs=3e-4)
     # all that was fed in was taken out or is still in the motion
-    energy = 0.5 * 3.0 * (run.values["x_mean_square_end"] + run.values["v_mean_square_end"])
-    left = (run.values["recorded_excitation_power"] - run.values["damping_power"]) * run.settings.duration
+    energy = 0.5 * 3.0 * (run["x_mean_square_end"].value + run["v_mean_square_end"].value)
+    left = (run["recorded_excitation_power"].value - run["damping_power"].value) * run.settings.duration
     assert left == pytest.approx(energy, rel=1e-6)
 
 
@@ -71,11 +71,11 @@ def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
     shaken = sp.System(
         sp.Spring(4.0), sp.Dashpot(0.2), sp.RecordedExcitation(tuple(t), tuple(np.sin(2.0 * t))), sp.Barrier(-0.1, 0.5)
     )
-    run = sp.run(shaken, paths=1)
+    run = sp.simulate(shaken, paths=1)
     assert run.warnings == ()
-    assert 2 <= run.values["impact_rate"] * run.settings.duration <= 40
+    assert 2 <= run["impact_rate"].value * run.settings.duration <= 40
     noisy = sp.System(*shaken.parts, sp.ColoredNoise(0.1, 0.2))
-    assert np.isnan(sp.run(noisy, paths=64).values["impact_rate"])
+    assert np.isnan(sp.simulate(noisy, paths=64).values["impact_rate"])
 
 
 def _own(t: float, x: float, v: float) -> float:
@@ -93,19 +93,19 @@ def test_a_force_of_ones_own_does_what_the_same_parts_do() -> None:
     plain = sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(1.0), sp.WhiteNoise(4.0)
     own = sp.System(*plain, magnet=sp.Force(_own))
     parts = of_many_kinds(*plain, sp.VanDerPol(0.5), sp.PolynomialDashpot((0.0, 0.0, 0.4)))
-    one, other = sp.run(own, **given), sp.run(parts, **given)
+    one, other = sp.simulate(own, **given), sp.simulate(parts, **given)
     for name in ("x_mean_square", "v_mean_square", "damping_power"):
-        assert one.values[name] == pytest.approx(other.values[name], rel=1e-3)
-    taken = other.values["van_der_pol_power"] + other.values["polynomial_dashpot_power"]
-    assert -one.values["magnet_power"] == pytest.approx(taken, rel=2e-3)
+        assert one[name].value == pytest.approx(other[name].value, rel=1e-3)
+    taken = other["van_der_pol_power"].value + other["polynomial_dashpot_power"].value
+    assert -one["magnet_power"].value == pytest.approx(taken, rel=2e-3)
 
 
 @pytest.mark.validation
 def test_a_force_of_ones_own_knows_the_time() -> None:
     pushed = sp.System(sp.Spring(1.0), sp.Dashpot(0.4), sp.Force(lambda t, x, v: math.sin(1.3 * t)))
-    end = sp.run(pushed, paths=1, step=0.01, duration=60.0, start="rest").record  # no path is recorded
+    end = sp.simulate(pushed, paths=1, step=0.01, duration=60.0, start="rest").record  # no path is recorded
     assert end.shape[0] == 0
-    run = sp.run(pushed, paths=1, step=0.01, duration=60.0, start="rest", record=1)
+    run = sp.simulate(pushed, paths=1, step=0.01, duration=60.0, start="rest", record=1)
     response = 1.0 / (1.0 - 1.69 + 0.52j)
     late = run.time > 50.0
     assert run.record[0, late, 0] == pytest.approx((response * np.exp(1.3j * run.time[late])).imag, abs=1e-3)
@@ -128,12 +128,12 @@ def _raises(t: float, x: float, v: float) -> float:
 def test_a_function_that_cannot_be_used_is_said_with_the_parts_name(function, sentence: str) -> None:
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), NOISE, magnet=sp.Force(function))
     with pytest.raises(ValueError, match=sentence):
-        sp.run(system, paths=64, duration=1.0, start="rest")
+        sp.simulate(system, paths=64, duration=1.0, start="rest")
 
 
 def test_a_function_that_returns_no_number_is_said_with_the_parts_name(tmp_path: Path) -> None:
     system = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.WhiteNoise(4.0), sp.Dashpot(1.0), magnet=sp.Force(_own))
-    run = sp.run(system, paths=64, duration=1.0, step=0.02, start="rest", initial_position=2e3)
+    run = sp.simulate(system, paths=64, duration=1.0, step=0.02, start="rest", initial_position=2e3)
     assert any("the function of magnet returns no number" in sentence for sentence in run.warnings)
     with pytest.raises(ValueError, match="magnet cannot be written to a file"):
         run.save(tmp_path / "run.nc")
@@ -164,4 +164,4 @@ def test_wrong_numbers_are_refused(make, sentence: str) -> None:
 def test_an_observable_cannot_take_the_name_of_a_result() -> None:
     slider = sp.System(sp.Spring(1.0), sp.Friction(0.1), NOISE)
     with pytest.raises(ValueError, match="cannot be called 'friction_power'"):
-        sp.run(slider, paths=64, duration=1.0, observables={"friction_power": lambda t, x, v: v})
+        sp.simulate(slider, paths=64, duration=1.0, observables={"friction_power": lambda t, x, v: v})

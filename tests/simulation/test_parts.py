@@ -137,7 +137,7 @@ def test_a_part_from_elsewhere_is_never_kept_on_disk(tmp_path: Path) -> None:
     (tmp_path / "somebody.py").write_text("""
 from typing import NamedTuple
 from elsewhere import FACTOR
-from springpot import Oscillator, run
+from springpot import Oscillator, simulate
 from springpot.simulation.kernel.block import block
 from springpot.simulation.kernel.forces import only_pushes
 from springpot.simulation.kernel.questions import answers, push

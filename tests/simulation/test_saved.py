@@ -31,7 +31,7 @@ OSCILLATOR = sp.Oscillator(springpot=sp.Springpot(0.5, 0.4), barrier=sp.Barrier(
 @pytest.fixture(scope="module")
 def rich() -> Run:
     """Everything that a run can hold, but a budget."""
-    return sp.run(
+    return sp.simulate(
         OSCILLATOR, paths=700, duration=40.0, start="stationary", record=3, record_every=5, distributions=True,
         spectrum=[1.0, 2.0], observables={"power": lambda t, x, v: 0.1 * v * v}, first_passage={"speed": 1.0},
     )  # fmt: skip
@@ -39,7 +39,7 @@ def rich() -> Run:
 
 @pytest.fixture(scope="module")
 def budgeted() -> Run:
-    return sp.run(OSCILLATOR, rtol=0.1)
+    return sp.simulate(OSCILLATOR, rtol=0.1)
 
 
 def equal(one: Any, other: Any) -> bool:
@@ -60,7 +60,7 @@ def equal(one: Any, other: Any) -> bool:
 @pytest.mark.parametrize("suffix", ["nc", "json"])
 @pytest.mark.parametrize("which", ["rich", "budgeted", "tiny"])
 def test_a_run_comes_back_equal(which: str, suffix: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    run = sp.run(sp.Oscillator(barrier=None), paths=1, duration=1.0) if which == "tiny" else None
+    run = sp.simulate(sp.Oscillator(barrier=None), paths=1, duration=1.0) if which == "tiny" else None
     run = run or request.getfixturevalue(which)
     again = sp.load_run(run.save(tmp_path / f"run.{suffix}", path_sums=True))
     assert equal(run, again)
@@ -69,7 +69,7 @@ def test_a_run_comes_back_equal(which: str, suffix: str, tmp_path: Path, request
     assert [place.name for place in tmp_path.iterdir()] == [f"run.{suffix}"]
     if which == "rich":
         assert np.array_equal(again.distributions["x"].density()[1], run.distributions["x"].density()[1])
-        broken = dataclasses.replace(again, values={**run.values, "x_mean": np.nextafter(run.values["x_mean"], 9.0)})
+        broken = dataclasses.replace(again, values={**run.values, "x_mean": np.nextafter(run["x_mean"].value, 9.0)})
         assert not equal(run, broken)
 
 
@@ -82,7 +82,7 @@ def test_every_field_of_a_run_can_be_saved() -> None:
 def test_other_programs_read_the_netcdf_file(rich: Run, tmp_path: Path) -> None:
     rich.save(tmp_path / "run.nc")
     with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as found:
-        assert found["impact_rate"].item() == rich.values["impact_rate"]
+        assert found["impact_rate"].item() == rich["impact_rate"].value
         assert found["impact_rate"].units == "s-1"
         assert found["x"].dims == ("path", "time")
         assert np.array_equal(found["x"], rich.record[:, :, 0])
@@ -113,8 +113,8 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
     assert {row["unit"] for name, row in numbers.items() if name.startswith("speed_first_passage_")} <= {"s", "1"}
     for name in (*names, "power"):
         row = numbers[name]
-        assert float(row["value"]) == rich.values[name]
-        assert float(row["standard_error"]) == rich.errors[name]
+        assert float(row["value"]) == rich[name].value
+        assert float(row["standard_error"]) == rich[name].error
         assert row["unit"] == ("" if name == "power" else unit_of_result(rich.system, name))
     median = [row for row in rows if row["quantity"] == "impact_speed_quantile" and row["at"] == "0.5"]
     assert float(median[0]["value"]) == float(rich.distributions["impact_speed"].quantile(0.5)[0])
@@ -127,8 +127,8 @@ def test_the_table_has_every_number_with_its_error_and_unit(rich: Run, budgeted:
     assert np.array_equal(body[:, 5], rich.record[2, :, 0])
     budgeted.save(tmp_path / "budget.csv")
     first = next(csv.DictReader((tmp_path / "budget.csv").open(newline="")))
-    assert float(first["total_error"]) == budgeted.budgets["x_mean"].total
-    assert float(first["step_bias"]) == budgeted.budgets["x_mean"].step_bias
+    assert float(first["total_error"]) == budgeted["x_mean"].budget.total
+    assert float(first["step_bias"]) == budgeted["x_mean"].budget.step_bias
 
 
 @pytest.mark.parametrize("suffix", ["nc", "json", "csv"])

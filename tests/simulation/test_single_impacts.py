@@ -60,10 +60,12 @@ def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution
 def test_coarse_steps_have_the_exact_law_at_order_1(position: float, paths: int) -> None:
     """The scheme is exact at any step then; at 0.4 / Omega some ten of a block's paths strike in four steps."""
     problem = sp.Oscillator(1.0, sp.Springpot(1.0, 1.0), sp.Barrier(position, side="above"))
-    found = sp.run(problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True)
+    found = sp.simulate(
+        problem, paths=paths, duration=60.0, step=0.4, window=(20.0, 60.0), start="rest", distributions=True
+    )
     law = exact(problem)
     for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "impact_speed_mean"):
-        value, error = float(found.values[name]), float(found.errors[name])
+        value, error = float(found[name].value), float(found[name].error)
         assert error < 0.005 * value, name
         assert abs(value - getattr(law, name)) < 4.0 * error, name
 
@@ -75,7 +77,7 @@ def _pair(restitution: float) -> sp.System:
 
 def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:
     """The density at each wall times the mean speed away from it, for x and v are independent."""
-    found = sp.run(_pair(1.0), paths=20_000, duration=60.0, step=0.3, window=(20.0, 60.0), start="rest")
+    found = sp.simulate(_pair(1.0), paths=20_000, duration=60.0, step=0.3, window=(20.0, 60.0), start="rest")
     x = np.linspace(-0.5, 0.7, 20_001)
     density = np.exp(-0.5 * x**2)  # kT = q / (2 c) = 1
     density /= np.trapezoid(density, x)
@@ -83,7 +85,7 @@ def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:
     values, errors = (np.array([at[f"barrier_{n}_impact_rate"] for n in (1, 2)]) for at in (found.values, found.errors))
     assert np.all(np.abs(values - rates) < 4.0 * errors)
     assert np.all(errors < 0.005 * rates)
-    assert abs(float(found.values["v_mean_square"]) - 1.0) < 4.0 * float(found.errors["v_mean_square"])
+    assert abs(float(found["v_mean_square"].value) - 1.0) < 4.0 * float(found["v_mean_square"].error)
 
 
 @pytest.mark.parametrize("problem", [sp.Oscillator(barrier=sp.Barrier(-0.2, 0.5)), _pair(0.5)], ids=["one", "two"])
@@ -92,12 +94,14 @@ def test_each_impact_is_shown_to_the_observers(problem: Any) -> None:
     given: dict[str, Any] = {
         "paths": 640, "duration": 80.0, "step": 0.2, "window": (20.1, 70.3), "start": "rest", "seed": 4,
     }  # fmt: skip
-    alone = sp.run(problem, **given)
-    seen = sp.run(problem, impact_observables={"count": lambda speed: 1.0, "dose": lambda speed: speed**3}, **given)
+    alone = sp.simulate(problem, **given)
+    seen = sp.simulate(
+        problem, impact_observables={"count": lambda speed: 1.0, "dose": lambda speed: speed**3}, **given
+    )
     for name in ("impact_rate", "x_mean_square", "impact_speed_mean"):
-        assert float(seen.values[name]) == float(alone.values[name])
-    assert seen.values["count"] == pytest.approx(float(alone.values["impact_rate"]), rel=1e-12)
-    assert float(seen.values["count"]) > 0.05
+        assert float(seen[name].value) == float(alone[name].value)
+    assert seen["count"].value == pytest.approx(float(alone["impact_rate"].value), rel=1e-12)
+    assert float(seen["count"].value) > 0.05
 
 
 @pytest.mark.parametrize(("position", "window"), [(0.33, (0.0, 0.4)), (0.33, (0.4, 0.8)), (0.26, (0.0, 0.3))])
@@ -111,20 +115,20 @@ def test_an_impact_near_an_end_of_the_window_is_counted_on_its_side(
     problem = sp.Oscillator(springpot=sp.Springpot(1.0, 1.0), excitation=sp.WhiteNoise(0.1))
     begun: dict[str, Any] = {"initial_position": position, "initial_velocity": -1.0, "start": "rest"}
     coarse, fine = (
-        sp.run(problem, paths=30_000, duration=1.2, step=step, window=window, seed=seed, **begun)
+        sp.simulate(problem, paths=30_000, duration=1.2, step=step, window=window, seed=seed, **begun)
         for seed, step in ((1, 0.1), (2, 0.0125))
     )
-    expected = float(fine.values["impact_rate"])
-    error = np.hypot(float(coarse.errors["impact_rate"]), float(fine.errors["impact_rate"]))
+    expected = float(fine["impact_rate"].value)
+    error = np.hypot(float(coarse["impact_rate"].error), float(fine["impact_rate"].error))
     assert error < 0.012 * expected
-    assert abs(float(coarse.values["impact_rate"]) - expected) < 4.0 * error
+    assert abs(float(coarse["impact_rate"].value) - expected) < 4.0 * error
 
 
 def test_impacts_of_two_windows_are_those_of_both() -> None:
     problem = sp.Oscillator(barrier=sp.Barrier(-0.2, 0.5))
     given: dict[str, Any] = {"paths": 640, "duration": 160.0, "step": 0.2, "start": "rest", "seed": 4}
     counts = [
-        round(float(sp.run(problem, window=window, **given).values["impact_rate"]) * 640 * (window[1] - window[0]))
+        round(float(sp.simulate(problem, window=window, **given).values["impact_rate"]) * 640 * (window[1] - window[0]))
         for window in ((0.0, 80.0), (80.0, 160.0), (0.0, 160.0))
     ]
     assert counts[0] + counts[1] == counts[2] > 1000

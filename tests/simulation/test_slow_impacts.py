@@ -8,7 +8,7 @@ import pytest
 from scipy import integrate
 
 import springpot as sp
-from springpot.simulation import Run, run
+from springpot.simulation import Run, simulate
 from springpot.simulation.estimate.slow_impacts import (
     density_step_bias,
     missed_impacts,
@@ -31,7 +31,7 @@ LOSSY = [(0.5, 0.0), (0.3, 0.0), (0.5, -1.0), (0.5, 0.5)]
 @cache
 def observed(restitution: float, position: float) -> Run:
     problem = oscillator(1.0, 0.3, position=position, restitution=restitution)
-    return run(
+    return simulate(
         problem, paths=4096, step=STEP, duration=75.0, window=(15.0, 75.0), distributions=True, start="rest", threads=1
     )
 
@@ -109,9 +109,9 @@ def test_the_impacts_missed_by_speed_are_those_missed_in_all(restitution: float,
     found = observed(restitution, position)
     missed = slow_impacts(walls(restitution, position), STEP, found.distributions["impact_speed"])
     assert missed is not None
-    told = missed_impacts(walls(restitution, position), STEP, found.values["impact_speed_mean_square"])
-    exact = sp.theory.fokker_planck(found.system).impact_rate / found.values["impact_rate"] - 1.0
-    assert missed.share == pytest.approx(exact, rel=0.3, abs=3.0 * found.errors["impact_rate"] / 0.4)
+    told = missed_impacts(walls(restitution, position), STEP, found["impact_speed_mean_square"].value)
+    exact = sp.theory.fokker_planck(found.system).impact_rate / found["impact_rate"].value - 1.0
+    assert missed.share == pytest.approx(exact, rel=0.3, abs=3.0 * found["impact_rate"].error / 0.4)
     assert told / (1.0 - told) == pytest.approx(missed.share, rel=0.8)
     assert missed.power == pytest.approx(2.0 * slow_impact_order(restitution))
 
@@ -144,14 +144,16 @@ def test_an_elastic_wall_misses_none() -> None:
 
 def test_numbers_without_slow_impacts_have_no_such_bound() -> None:
     given: dict[str, Any] = {"paths": 16, "duration": 5.0, "start": "rest", "memory_tolerance": 1e-9}
-    quiet = run(oscillator(1.0, 0.3, intensity=0.0), distributions=True, **given).to_dict()
+    quiet = simulate(oscillator(1.0, 0.3, intensity=0.0), distributions=True, **given).to_dict()
     assert "impact_speed_quantile_step_bias" not in quiet
-    collapsed = run(
+    collapsed = simulate(
         oscillator(1.0, 0.3, restitution=0.1), paths=16, duration=5.0, start="rest", distributions=True
     ).to_dict()
     assert "impact_speed_quantile_step_bias" not in collapsed
     assert "impact_rate_step_bias" not in collapsed
-    free = run(oscillator(1.0, 0.3, position=None), paths=16, duration=5.0, start="rest", distributions=True).to_dict()
+    free = simulate(
+        oscillator(1.0, 0.3, position=None), paths=16, duration=5.0, start="rest", distributions=True
+    ).to_dict()
     assert "impact_rate_step_bias" not in free
 
 
@@ -167,7 +169,7 @@ def test_files_and_tables_have_the_bounds() -> None:
 
 @cache
 def _elastic() -> Run:
-    return run(
+    return simulate(
         oscillator(1.0, 0.3, position=-0.5), paths=2048, step=STEP, duration=60.0, window=(20.0, 60.0), start="rest",
         distributions=True, threads=1,
     )  # fmt: skip
@@ -179,7 +181,7 @@ def test_a_path_that_strikes_has_been_at_the_wall() -> None:
     struck = ~np.isnan(found.extremes["impact_speed_largest"])
     assert struck.mean() > 0.99
     np.testing.assert_allclose(found.extremes["x_minimum"][struck], 0.0, atol=1e-12)
-    below = run(
+    below = simulate(
         sp.Oscillator(barrier=sp.Barrier(position=0.5, restitution=0.9, side="below")), paths=32, duration=60.0,
         start="rest", distributions=True,
     )  # fmt: skip
@@ -191,7 +193,7 @@ def test_a_path_that_strikes_has_been_at_the_wall() -> None:
 def test_the_largest_speed_says_what_lies_between_the_steps() -> None:
     problem = oscillator(1.0, 0.3, position=-0.5)
     coarse, fine = (
-        run(
+        simulate(
             problem, paths=6144, step=step, duration=60.0, window=(20.0, 60.0), start="rest", distributions=True,
             threads=1,
         ).to_dict()

@@ -55,10 +55,10 @@ def duffing(x: np.ndarray) -> np.ndarray:
 
 def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.01, **given: Any) -> Any:
     options = {"paths": 6000, "duration": 50.0, "step": 0.04, "window": (20.0, 50.0), "start": "rest", **given}
-    found = sp.run(system, **options)
+    found = sp.simulate(system, **options)
     assert_agrees(found, exact, sharp=sharp)
     if "energy_residual" in found.values:
-        assert abs(found.values["energy_residual"]) < 4 * found.errors["energy_residual"] + 1e-9
+        assert abs(found["energy_residual"].value) < 4 * found["energy_residual"].error + 1e-9
     return found
 
 
@@ -108,15 +108,15 @@ def test_colored_noise(parts: tuple[Any, ...], exact: tuple[float, float]) -> No
     known = dict(zip(("x_mean_square", "v_mean_square"), exact, strict=True))
     system = sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY, WhiteNoise(0.0))
     found = check(system, known, sharp=0.02)
-    assert abs(found.values["x_mean"]) < 4 * found.errors["x_mean"]
+    assert abs(found["x_mean"].value) < 4 * found["x_mean"].error
 
 
 def test_power_fed_by_colored_noise() -> None:
     """s2 s G(s) at s = 1 / tau, for any memory."""
     parts = sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5)
     found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), {"colored_noise_power": 0.341966}, sharp=0.02)
-    assert found.values["damping_power"] == pytest.approx(0.341966, abs=4 * found.errors["damping_power"])
-    assert found.values["input_power"] == pytest.approx(found.values["colored_noise_power"], rel=1e-6)
+    assert found["damping_power"].value == pytest.approx(0.341966, abs=4 * found["damping_power"].error)
+    assert found["input_power"].value == pytest.approx(found["colored_noise_power"].value, rel=1e-6)
 
 
 def test_colored_and_white_noise_share_their_normals() -> None:
@@ -128,7 +128,7 @@ def test_colored_and_white_noise_share_their_normals() -> None:
     exact = filtered(lambda p: 1.0 + 0.6 * p**0.5, density) | {"colored_noise_power": 0.341966}
     parts = sp.Springpot(0.5, 0.6), sp.ColoredNoise(1.0, 0.5), WhiteNoise(0.8)
     found = check(sp.System(SPRING, *parts, NEARLY_LINEAR, *AWAY), exact, sharp=0.02)
-    assert abs(found.values["damping_power"] - 0.341966 - 0.4) < 4 * found.errors["damping_power"]
+    assert abs(found["damping_power"].value - 0.341966 - 0.4) < 4 * found["damping_power"].error
 
 
 @pytest.mark.parametrize("order", [validation(0.05), 0.9])
@@ -154,9 +154,9 @@ def test_energy_with_lossy_walls_and_memory() -> None:
     walls = sp.Barrier(-1.0, 0.9), sp.Barrier(0.7, 0.8, "below")
     system = sp.System(SPRING, sp.Springpot(0.5, 0.3), NEARLY_LINEAR, *walls, FAINT, WHITE)
     found = check(system, {"input_power": 0.5}, sharp=0.02)
-    taken = sum(found.values[name] for name in ("damping_power", "barrier_1_power", "barrier_2_power"))
+    taken = sum(found[name].value for name in ("damping_power", "barrier_1_power", "barrier_2_power"))
     assert taken == pytest.approx(0.5, rel=0.03)
-    assert found.values["damping_power"] == pytest.approx(0.1968, rel=0.03)
+    assert found["damping_power"].value == pytest.approx(0.1968, rel=0.03)
 
 
 # --- nonlinear dampers, a rigid wall ----------------------------------------------------------------------------------
@@ -186,7 +186,7 @@ def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
 def test_a_touch_counts_also_where_a_wall_close_behind_sends_the_mass_out_within_a_short_step() -> None:
     parts = sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0)
     device = of_many_kinds(*parts, sp.Contact(-0.5, 100.0, 1.0), sp.Barrier(-0.501, 0.7))
-    rates = sp.run(device, paths=512, duration=40.0, seed=3).values
+    rates = sp.simulate(device, paths=512, duration=40.0, seed=3).values
     touches, all_impacts = rates["contact_impact_rate"], rates["impact_rate"]
     assert 0.98 < touches / (all_impacts - touches) < 1.02
 
@@ -199,10 +199,10 @@ def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: fl
     """chi v (1 + e) = ln[(1 + chi v) / (1 - chi v e)], for any exponent and stiffness."""
     sign = 1.0 if side == "above" else -1.0
     system = of_many_kinds(sp.Spring(1e-6), sp.Contact(0.0, 100.0, exponent, chi, side), WhiteNoise(0.0))
-    found = sp.run(
+    found = sp.simulate(
         system, paths=1, duration=3.0, step=0.05, start="rest", initial_position=0.4 * sign, initial_velocity=-sign
     )
-    assert math.sqrt(found.values["v_mean_square_end"]) == pytest.approx(known, rel=2e-3)
+    assert math.sqrt(found["v_mean_square_end"].value) == pytest.approx(known, rel=2e-3)
 
 
 # --- Poisson impulses, a harmonic force, parametric and white noise ---------------------------------------------------
@@ -248,7 +248,7 @@ def test_the_work_of_all_excitations() -> None:
 def test_fourth_moment_of_poisson_impulses() -> None:
     known = poisson_fourth_moment(1.0, 0.6, 0.5, 2.0)
     assert known == pytest.approx(3.55971, abs=1e-5)
-    found = sp.run(
+    found = sp.simulate(
         all_at_once(sp.Dashpot(0.6), impulses=1.0), paths=12_000, duration=60.0, step=0.05, window=(20.0, 60.0),
         start="rest", observables={"fourth": lambda t, x, v: x * x * x * x},
     )  # fmt: skip
@@ -292,7 +292,7 @@ def test_bits_do_not_depend_on_threads_or_shards(name: str) -> None:
     assert np.array_equal(rows, np.concatenate(shards))
     assert len(np.unique(rows[:, 0])) == paths  # no two paths are alike
     options: dict[str, Any] = {"paths": paths, "duration": 4.0, "step": 0.04, "start": start}
-    found, again = (sp.run(system, threads=threads, **options) for threads in (1, 2))
+    found, again = (sp.simulate(system, threads=threads, **options) for threads in (1, 2))
     assert again.values == pytest.approx(found.values, rel=0.0, abs=0.0, nan_ok=True)
 
 
@@ -337,7 +337,7 @@ def test_another_unit_of_length_changes_no_bit(name: str) -> None:
     options: dict[str, Any] = {
         "paths": 2 * LANES, "duration": 3.0, "step": 0.05, "start": "rest" if name != "thermal" else "stationary"
     }  # fmt: skip
-    one, other = (sp.run(system, **options).values for system in (KINDS[name], scaled(KINDS[name], 16.0)))
+    one, other = (sp.simulate(system, **options).values for system in (KINDS[name], scaled(KINDS[name], 16.0)))
     for key, power in (("x_mean", 1), ("x_mean_square", 2), ("v_mean_square", 2), ("input_power", 2)):
         assert other[key] == one[key] * 16.0**power, key
 
@@ -351,7 +351,7 @@ def test_mirrored_walls() -> None:
 
 
 def test_saved_and_loaded(tmp_path: Path) -> None:
-    found = sp.run(KINDS["colored"], paths=2 * LANES, duration=3.0, step=0.05, start="rest")
+    found = sp.simulate(KINDS["colored"], paths=2 * LANES, duration=3.0, step=0.05, start="rest")
     found.save(tmp_path / "run.json")
     again = sp.load_run(tmp_path / "run.json")
     assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
@@ -385,7 +385,7 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
 )
 def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        sp.run(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
+        sp.simulate(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
 
 
 @njit(_nrt=False)
@@ -455,6 +455,6 @@ def test_walls_keep_their_names_where_paths_are_stored() -> None:
     walls = sp.Barrier(-0.5, 0.5), sp.Barrier(0.7, 0.5, side="below")
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), NEARLY_LINEAR, *walls)
     given: dict[str, Any] = {"paths": 64, "duration": 10.0, "step": 0.1}
-    alone, stored = sp.run(system, **given).to_dataset(), sp.run(system, record=2, **given).to_dataset()
+    alone, stored = sp.simulate(system, **given).to_dataset(), sp.simulate(system, record=2, **given).to_dataset()
     assert stored["x"].dims == ("path", "time")
     assert list(stored["barrier"].values) == list(alone["barrier"].values) == ["barrier_1", "barrier_2"]

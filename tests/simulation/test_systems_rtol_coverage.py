@@ -50,18 +50,18 @@ def judged(seed: int) -> dict[str, tuple[float, float, bool]]:
     wanted = ["v_mean_square", "x_mean_square"]
     if system.of(sp.Barrier) and not motion_of(system).uncountable:
         wanted.append("impact_rate")
-    run = sp.run(system, rtol=RTOL, quantities=wanted, seed=seed)
+    run = sp.simulate(system, rtol=RTOL, quantities=wanted, seed=seed)
     end, steps = run.settings.duration, FINER * run.settings.steps
     paths = min(MORE * run.settings.paths, max(round(MOST_PATH_STEPS / steps), 1024))
-    exact = sp.run(
+    exact = sp.simulate(
         system, paths=paths, step=run.settings.step / FINER, duration=end, seed=1000 + seed,
         window=run.settings.window, start="stationary",
     )  # fmt: skip
     judged = {}
     for name in wanted:
-        width = run.budgets[name].total + 1.96 * exact.errors[name]
-        off = abs(run.values[name] - exact.values[name]) / width
-        judged[name] = off, run.budgets[name].total / run.values[name], bool(run.diagnostics["reached"])
+        width = run[name].budget.total + 1.96 * exact[name].error
+        off = abs(run[name].value - exact[name].value) / width
+        judged[name] = off, run[name].budget.total / run[name].value, bool(run.diagnostics["reached"])
         print(f"{seed} {name}: {off:.2f} of the width, {100 * judged[name][1]:.2f} %, {run.diagnostics['reached']}")
     return judged
 

@@ -27,10 +27,10 @@ def duffing(x: np.ndarray) -> np.ndarray:
 
 def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.005, **given: Any) -> Any:
     options = {"paths": 16_000, "duration": 120.0, "step": 0.025, "window": (40.0, 120.0), "seed": 11, **given}
-    found = sp.run(system, **options)
+    found = sp.simulate(system, **options)
     assert_agrees(found, exact, sharp=sharp)
     if "energy_residual" in found.values:  # there is noise with independent increments
-        residual, error = found.values["energy_residual"], found.errors["energy_residual"]
+        residual, error = found["energy_residual"].value, found["energy_residual"].error
         assert abs(residual) < 4 * error + 1e-12, f"energy_residual {residual} +- {error}"
     return found
 
@@ -130,11 +130,11 @@ def test_a_law_of_restitution_that_is_a_number() -> None:
     stop = sp.Barrier(0.5, 0.8, "below")
     given = {"paths": 500, "duration": 25.0, "window": (10.0, 25.0), "step": 0.02, "seed": 3, "memory_tolerance": 1e-8}
     given |= {"start": "rest", "initial_position": 0.095}
-    number = sp.run(sp.System(*parts, sp.Barrier(-0.3, 0.8), stop), **given)
+    number = sp.simulate(sp.System(*parts, sp.Barrier(-0.3, 0.8), stop), **given)
     for law in (_eight_tenths, sp.PowerRestitution(0.8, 1.0, 1e-12)):
-        found = sp.run(sp.System(*parts, sp.Barrier(-0.3, law), stop), **given)
+        found = sp.simulate(sp.System(*parts, sp.Barrier(-0.3, law), stop), **given)
         for name, value in number.values.items():
-            assert found.values[name] == pytest.approx(value, rel=1e-6, abs=1e-8), name
+            assert found[name].value == pytest.approx(value, rel=1e-6, abs=1e-8), name
 
 
 @pytest.mark.parametrize("order", [0.5, 1.0])
@@ -143,11 +143,11 @@ def test_a_restitution_that_falls_with_the_speed(order: float) -> None:
     wall = sp.Barrier(-0.3, sp.PowerRestitution(0.9, 0.5, 0.1))
     system = sp.System(SPRING, sp.Springpot(order, 0.05), sp.WhiteNoise(0.1), wall)
     found = check(system, {}, duration=160.0, window=(60.0, 160.0))
-    taken = found.values["barrier_power"] + found.values["damping_power"]
+    taken = found["barrier_power"].value + found["damping_power"].value
     assert taken == pytest.approx(0.05, rel=0.01)
     theory = sp.theory.envelope(system).stationary
-    assert found.values["x_mean_square"] == pytest.approx(theory.x_mean_square, rel=0.03)
-    assert found.values["barrier_impact_rate"] == pytest.approx(theory.impact_rate, rel=0.05)
+    assert found["x_mean_square"].value == pytest.approx(theory.x_mean_square, rel=0.03)
+    assert found["barrier_impact_rate"].value == pytest.approx(theory.impact_rate, rel=0.05)
 
 
 @pytest.mark.parametrize("scale", [1.0, 2e-3])
@@ -266,14 +266,14 @@ def test_circuit(pots: tuple[Any, ...], part: sp.PiezoelectricCircuit, mass: flo
     exact |= {"piezoelectric_circuit_voltage_mean_square": power, "harvested_power": power / part.resistance}
     given = () if mass == 1.0 else (sp.Mass(mass),)
     found = check(sp.System(*given, SPRING, *pots, part, WHITE), exact, duration=200.0, window=(80.0, 200.0))
-    assert found.values["input_power"] == pytest.approx(0.5 / mass, rel=0.02)
+    assert found["input_power"].value == pytest.approx(0.5 / mass, rel=0.02)
 
 
 def test_fourth_moment_of_poisson_impulses() -> None:
     known = poisson_fourth_moment(1.0, 0.6, 0.5, 2.0)
     assert known == pytest.approx(3.55971, abs=1e-5)
     system = sp.System(SPRING, sp.Dashpot(0.6), sp.PoissonImpulses(0.5, 2.0))
-    found = sp.run(
+    found = sp.simulate(
         system, paths=60_000, duration=120.0, step=0.04, window=(20.0, 120.0), start="rest",
         observables={"fourth": lambda t, x, v: x * x * x * x},
     )  # fmt: skip
@@ -288,10 +288,10 @@ def test_restitution_of_hunt_and_crossley(chi: float, known: float, exponent: fl
     """chi v (1 + e) = ln[(1 + chi v) / (1 - chi v e)], for any exponent and stiffness."""
     sign = 1.0 if side == "above" else -1.0
     system = sp.System(sp.Spring(1e-6), sp.Contact(0.0, 100.0, exponent, chi, side), sp.WhiteNoise(0.0))
-    found = sp.run(
+    found = sp.simulate(
         system, paths=1, duration=3.0, step=0.05, start="rest", initial_position=0.4 * sign, initial_velocity=-sign
     )
-    assert math.sqrt(found.values["v_mean_square_end"]) == pytest.approx(known, rel=2e-3)
+    assert math.sqrt(found["v_mean_square_end"].value) == pytest.approx(known, rel=2e-3)
 
 
 # --- the energy balance of any combination ----------------------------------------------------------------------------
@@ -336,7 +336,7 @@ def test_energy_balance(names: tuple[str, ...]) -> None:
     parts = [part for name in names for part in PARTS[name]]
     system = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.2), *parts, sp.WhiteNoise(0.6))
     for step in (0.08, 0.02):
-        found = sp.run(system, paths=3000, duration=50.0, step=step, window=(20.0, 50.0), start="rest", seed=23)
+        found = sp.simulate(system, paths=3000, duration=50.0, step=step, window=(20.0, 50.0), start="rest", seed=23)
         values, errors = found.values, found.errors
         assert abs(values["energy_residual"]) < 4 * errors["energy_residual"], f"step {step}: {values}"
         assert errors["energy_residual"] < 0.02

@@ -10,7 +10,7 @@ import xarray
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import springpot as sp
-from springpot.figures import draw_study
+from springpot.figures import plot_study
 from tests.studies.samples import DEVICE, RUNS
 
 
@@ -20,7 +20,7 @@ def tree() -> xarray.DataTree:
 
 
 def test_small_multiples_of_curves(tree: xarray.DataTree) -> None:
-    figure = draw_study(tree)
+    figure = plot_study(tree)
     drawn = [axes for axes in figure.axes if axes.axison]
     assert [axes.get_title() for axes in drawn] == ["restitution 1", "restitution 0.8"] * 2
     assert all("order" in axes.get_xlabel() for axes in drawn)
@@ -35,14 +35,14 @@ def test_small_multiples_of_curves(tree: xarray.DataTree) -> None:
 
 
 def test_along_another_axis(tree: xarray.DataTree) -> None:
-    figure = draw_study(tree, quantities=["impact_rate"], along="restitution")
+    figure = plot_study(tree, quantities=["impact_rate"], along="restitution")
     drawn = [axes for axes in figure.axes if axes.axison]
     assert [axes.get_title() for axes in drawn] == ["order 0.4", "order 0.7", "order 1"]
     assert {"restitution" in axes.get_xlabel() for axes in drawn} == {True}
 
 
 def test_a_map(tree: xarray.DataTree) -> None:
-    figure = draw_study(tree, quantities=["impact_rate"], kind="map")
+    figure = plot_study(tree, quantities=["impact_rate"], kind="map")
     panel, bar = figure.axes
     (mesh,) = panel.collections
     shown = np.asarray(mesh.get_array())
@@ -61,7 +61,7 @@ def test_a_map(tree: xarray.DataTree) -> None:
 )
 def test_what_cannot_be_drawn(how: dict[str, object], says: str, tree: xarray.DataTree) -> None:
     with pytest.raises(ValueError, match=says):
-        draw_study(tree, **how)  # type: ignore[arg-type]
+        plot_study(tree, **how)  # type: ignore[arg-type]
 
 
 def test_long_titles_do_not_reach_their_neighbours() -> None:
@@ -70,7 +70,7 @@ def test_long_titles_do_not_reach_their_neighbours() -> None:
         "parts.white_noise.intensity": [5e-5, 1e-4], "parts.spring.stiffness": [80.0, 90.0],
     }  # fmt: skip
     asked = {"name": "long", "system": DEVICE, "methods": ["linearization"], "axes": axes}
-    figure = draw_study(sp.study({**asked, "quantities": ["x_mean_square"]}, threads=1))
+    figure = plot_study(sp.study({**asked, "quantities": ["x_mean_square"]}, threads=1))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     boxes = [axes.title.get_window_extent(canvas.get_renderer()) for axes in figure.axes if axes.axison]
@@ -82,6 +82,6 @@ def test_too_many_panels_and_too_few_axes() -> None:
     grid = {"coefficient": list(np.linspace(0.1, 1.0, 50)), "order": [0.5, 1.0]}
     wide = sp.study({"name": "wide", "methods": ["averaging"], "axes": grid, "fixed": {"restitution": 1.0}}, threads=1)
     with pytest.raises(ValueError, match="quantity and the axes make 50 panels, more than 48: draw fewer"):
-        draw_study(wide, along="order")
+        plot_study(wide, along="order")
     with pytest.raises(ValueError, match="kind='map' needs a study with two axes"):
-        draw_study(wide.isel(coefficient=0, drop=True), kind="map")
+        plot_study(wide.isel(coefficient=0, drop=True), kind="map")

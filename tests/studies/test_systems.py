@@ -15,7 +15,7 @@ import xarray
 import springpot as sp
 from springpot import cli
 from springpot.problem.numbers import numbers_of, with_numbers
-from springpot.simulation.monte_carlo import run
+from springpot.simulation.monte_carlo import simulate
 from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.question import Study, read_study
@@ -52,13 +52,13 @@ def test_every_number_is_at_its_place(place: Path) -> None:
         )  # fmt: skip
         assert task.system == device
         if task.method == "monte_carlo":
-            run = sp.run(device, **STOPS["monte_carlo"], seed=task.seed)
-            for name, value in run.values.items():
+            run = sp.simulate(device, **STOPS["monte_carlo"], seed=task.seed)
+            for name, value in ((name, own.value) for name, own in run.estimates.items()):
                 wall = next((wall for wall in ("lower", "upper") if name.startswith(wall)), "")
                 joined = name.replace(f"{wall}_", "barrier_", 1) if wall else name
                 found = cell.sel(barrier=wall) if wall else cell
                 np.testing.assert_array_equal(float(found[joined]), value)
-                np.testing.assert_array_equal(float(found[f"{joined}_se"]), run.errors[name])
+                np.testing.assert_array_equal(float(found[f"{joined}_se"]), run[name].error)
         elif r == 1.0 and task.method == "exact":
             exact = sp.theory.exact(device)
             assert (float(cell["x_mean"]), float(cell["impact_rate"])) == (exact.x_mean, exact.impact_rate)
@@ -170,10 +170,10 @@ def test_a_part_that_is_left_out_at_a_point_keeps_the_names_of_a_system() -> Non
     cell = tree["simulation"].to_dataset().isel(magnet_coefficients_3=0)
     balance = float(cell["input_power"] - cell["damping_power"] - cell["barrier_power"].sel(barrier="stop"))
     assert abs(balance) < 0.1 * float(cell["input_power"])
-    alone = sp.run(with_numbers(device, {"parts.magnet.coefficients.3": 0.0}), **monte_carlo, seed=2)
+    alone = sp.simulate(with_numbers(device, {"parts.magnet.coefficients.3": 0.0}), **monte_carlo, seed=2)
     for name in ("x_mean_square", "impact_rate"):
-        gap = float(cell[name]) - alone.values[name]
-        assert abs(gap) < 5.0 * math.hypot(alone.errors[name], float(cell[f"{name}_se"]))
+        gap = float(cell[name]) - alone[name].value
+        assert abs(gap) < 5.0 * math.hypot(alone[name].error, float(cell[f"{name}_se"]))
     envelope = tree["theory"].to_dataset().isel(magnet_coefficients_3=0).sel(theory="envelope")
     assert float(envelope["barrier_impact_rate"].sel(barrier="stop")) == float(envelope["impact_rate"]) > 0.0
 
@@ -344,13 +344,13 @@ def test_new_writes_a_study_of_a_system(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_panels_of_walls(place: Path) -> None:
-    figure = sp.figures.draw_study(sp.open_study(place), quantities=["barrier_impact_rate"], along="gap")
+    figure = sp.figures.plot_study(sp.open_study(place), quantities=["barrier_impact_rate"], along="gap")
     drawn = [axes for axes in figure.axes if axes.axison]
     assert len(drawn) == 8
     assert drawn[0].get_title() == "lower, lower.restitution = 1,\nmagnet.coefficients.3 = 400000"
     assert drawn[-1].get_title() == "upper, lower.restitution = 0.8,\nmagnet.coefficients.3 = 800000"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["exact", "Monte Carlo, 95 %"]
-    one = sp.figures.draw_study(sp.open_study(place), quantities=["upper_power"], along="lower_restitution")
+    one = sp.figures.plot_study(sp.open_study(place), quantities=["upper_power"], along="lower_restitution")
     assert one.axes[0].get_xlabel() == "lower.restitution"
     assert one.axes[0].get_ylabel() == "power (W)"
 
@@ -368,7 +368,7 @@ def test_an_interrupted_study_is_completed_to_the_same_bytes(place: Path, tmp_pa
 def test_a_task_is_the_run_of_its_system() -> None:
     task = tasks.task_at(given(STOPS), "monte_carlo", 3)
     assert isinstance(task.system, sp.System)
-    found = run(task.system, **task.settings, seed=task.seed)
+    found = simulate(task.system, **task.settings, seed=task.seed)
     numbers = dict(zip(tasks.columns_of("monte_carlo", task.base), tasks.compute(task).numbers, strict=True))
     assert {name: numbers[name] for name in found.values} == pytest.approx(found.values, rel=0.0, abs=0.0, nan_ok=True)
 

@@ -14,8 +14,8 @@ from scipy.integrate import quad
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import all_methods, recommended
 from springpot.evidence.reliability import trust, warnings_of
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise, as_system
-from springpot.simulation import run
+from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot.simulation import simulate
 from springpot.theory import (
     Averaging,
     NoStationaryStateError,
@@ -266,10 +266,10 @@ def test_warning_where_nothing_was_checked(barrier):
 @pytest.mark.parametrize(("c", "error"), [(3.0, 7), (30.0, -19)])
 def test_the_errors_of_a_strong_springpot_are_what_the_warning_says(c, error):
     asked = oscillator(0.5, c)
-    formula, found = averaging(asked), run(asked, paths=1024, start="stationary", duration=300.0)
-    gap = 100 * (formula.amplitude_mean_square / found.values["amplitude_mean_square"] - 1)
+    formula, found = averaging(asked), simulate(asked, paths=1024, start="stationary", duration=300.0)
+    gap = 100 * (formula.amplitude_mean_square / found["amplitude_mean_square"].value - 1)
     assert gap == pytest.approx(error, abs=1.5)
-    assert 1.1 < formula.impact_rate / found.values["impact_rate"] < 4.0
+    assert 1.1 < formula.impact_rate / found["impact_rate"].value < 4.0
 
 
 @pytest.mark.parametrize("c", [3.0, 30.0])
@@ -340,7 +340,7 @@ def test_a_density_has_one_time():
 
 def test_dictionary_is_what_the_command_prints():
     answer = averaging(oscillator()).to_dict()
-    assert list(answer) == [*names_of_results(as_system(oscillator())), "decay_rate", "assumptions", "warnings"]
+    assert list(answer) == [*names_of_results(oscillator()), "decay_rate", "assumptions", "warnings"]
     assert json.loads(json.dumps(answer)) == answer
 
 

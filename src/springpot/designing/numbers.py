@@ -10,7 +10,6 @@ from springpot.machine.arguments import Free
 from springpot.machine.faults import shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, unit_of, with_numbers
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import System
 
 __all__ = ["Numbers", "checked_system", "moved_numbers", "units_of_free"]
@@ -40,7 +39,7 @@ def checked_system(given: object) -> System:
     TypeError
         If it is something else.
     """
-    system = as_system(given)
+    system = given
     if not isinstance(system, System):
         raise TypeError(f"model must be a System, not {shown(given)}.")
     return system

@@ -21,7 +21,7 @@ from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
-from springpot.simulation.monte_carlo import run
+from springpot.simulation.monte_carlo import simulated as of_system
 
 __all__ = ["MOST_ROUNDS", "DesignTask", "Searched", "rounds", "simulated"]
 
@@ -312,7 +312,7 @@ def simulated(
         work.round(number, 0.0)
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
         try:
-            result = run(
+            result = of_system(
                 with_values(system, found.values),
                 rtol=rtol, max_time=work.left, seed=seeds[number], threads=threads,
                 progress=lambda fraction: work.round(number, fraction), **wanted,
@@ -321,14 +321,13 @@ def simulated(
             raise OutOfTimeError from None
         theory = approximation.at(found.u)
         measured = {}
-        for name, value in result.values.items():
+        for name, own in result.estimates.items():
             if name not in theory and name not in controlled:
                 continue
-            error, budget = result.errors[name], result.budgets.get(name)
+            budget = own.budget
             bounds = (budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else ()
             bias = math.hypot(*bounds) / math.sqrt(3.0)  # uniform between the bounds: the sd of GUM, type B
-            chance = math.nan if error is None else float(error)
-            measured[name] = RoundValue(found.u, theory.get(name, math.nan), float(value), chance, bias)
+            measured[name] = RoundValue(found.u, theory.get(name, math.nan), own.value, own.error, bias)
         return Simulated(measured, result.warnings)
 
     return measure

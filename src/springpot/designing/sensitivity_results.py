@@ -73,7 +73,7 @@ class Sensitivity:
         >>> import springpot as sp
         >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
         >>> print(sp.sensitivity(linear, "x_mean_square").report())
-        d ln(quantity) / d ln(number), by theory (linear)
+        d ln(quantity) / d ln(number), by theory (exact)
         x_mean_square = 0.185185
           spring_stiffness      -1.00000
           dashpot_coefficient   -1.00000

@@ -12,7 +12,8 @@ import numpy as np
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
 from springpot.problem.system import System
-from springpot.simulation import Run, run
+from springpot.simulation import Budget, Run
+from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_stationary, plan_of
@@ -76,7 +77,11 @@ class Comparison:
     @property
     def moments(self) -> tuple[str, ...]:
         """The moments that theory and Monte Carlo both have, by name."""
-        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self.simulation.budgets)
+        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self._budgets)
+
+    @property
+    def _budgets(self) -> dict[str, Budget]:
+        return {name: own.budget for name, own in self.simulation.estimates.items() if own.budget is not None}
 
     def gaps(self, method: str) -> dict[str, Gap]:
         """Gap of each moment that both have.
@@ -102,7 +107,7 @@ class Comparison:
         moments = self.answers[method].moments
         gaps = {}
         for name in self.moments:
-            theory, value, budget = moments[name], self.simulation.values[name], self.simulation.budgets[name]
+            theory, value, budget = moments[name], self.simulation[name].value, self._budgets[name]
             error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
             if math.isfinite(theory) and math.isfinite(value) and error > 0.0:
                 percent = 100.0 * (theory / value - 1.0) if abs(value) > 3.0 * error else math.nan
@@ -190,7 +195,7 @@ def compare(
     best = recommended(system, answers)
     if quantities is None:
         quantities = _usual_quantities(system, best)
-    simulation = run(
+    simulation = simulated(
         system,
         rtol=rtol,
         quantities=tuple(quantities),
@@ -243,7 +248,7 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
     steps = min(math.ceil(window / step), LONGEST_WINDOW)
     skipped = math.ceil(5.0 * relaxation / step)
     paths = int(min(max(PATH_STEPS / (steps + skipped), 256.0), 20_000.0))
-    return run(
+    return simulated(
         system,
         paths=paths,
         step=step,

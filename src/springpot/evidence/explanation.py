@@ -9,7 +9,6 @@ from dataclasses import replace
 from functools import partial
 
 from springpot.machine.faults import few, shown
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
@@ -22,12 +21,12 @@ MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
 
-def explain(problem: System | Oscillator) -> str:
-    """The equation of a problem with its numbers and units, its scales, what dissipates, and which methods cover it.
+def explain(system: System) -> str:
+    """The equation of a system with its numbers and units, its scales, what dissipates, and which methods cover it.
 
     Parameters
     ----------
-    problem : System or Oscillator
+    system : System
 
     Returns
     -------
@@ -37,7 +36,7 @@ def explain(problem: System | Oscillator) -> str:
     Raises
     ------
     TypeError
-        If it is neither.
+        If it is something else.
 
     Examples
     --------
@@ -49,11 +48,9 @@ def explain(problem: System | Oscillator) -> str:
     w(t): white noise (white_noise), intensity 0.02 N^2 s
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
-    if isinstance(problem, Oscillator):
-        problem = as_system(problem)
-    if not isinstance(problem, System):
-        raise TypeError(f"problem must be a System or an Oscillator, not {shown(problem)}.")
-    return "\n".join([*equation(problem), *_scales(problem), *_losses(problem), *_coverage(problem)])
+    if not isinstance(system, System):
+        raise TypeError(f"system must be a System, not {shown(system)}.")
+    return "\n".join([*equation(system), *_scales(system), *_losses(system), *_coverage(system)])
 
 
 def equation(system: System) -> Iterator[str]:

@@ -29,7 +29,7 @@ from springpot.evidence.reliability import (
 )
 from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
 from springpot.problem.system import System
-from springpot.simulation.monte_carlo import run
+from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
@@ -121,8 +121,8 @@ def simulate_cell(cell: PaperCell | Cell, *, seed: int = 7, threads: int | None 
     if isinstance(cell, Cell):
         return _simulate_system(cell, seed, threads)
     wanted = ("x_mean_square", "v_mean_square")
-    done = run(_problem(cell), rtol=OSCILLATOR_RTOL, quantities=wanted, seed=seed, threads=threads)
-    return {name: done.values[name] for name in MOMENTS} | {f"{name}_se": done.errors[name] for name in MOMENTS}
+    done = simulated(_problem(cell), rtol=OSCILLATOR_RTOL, quantities=wanted, seed=seed, threads=threads)
+    return {name: done[name].value for name in MOMENTS} | {f"{name}_se": done[name].error for name in MOMENTS}
 
 
 def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, float]:
@@ -136,12 +136,12 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
     each = ("barrier_1_impact_rate", "barrier_2_impact_rate") if cell.walls == 2 else ("impact_rate",)
     wanted = ("x_mean_square", "v_mean_square", *(each if countable else ()))
     seconds = SECONDS if cell.apart == 0.0 else SECONDS_OF_RARE
-    done = run(system, rtol=RTOL, max_time=seconds, quantities=wanted, seed=seed, threads=threads)
-    rarest = min(each, key=lambda name: done.values.get(name, math.nan))
+    done = simulated(system, rtol=RTOL, max_time=seconds, quantities=wanted, seed=seed, threads=threads)
+    numbers = {name: (own.value, own.error) for name, own in done.estimates.items()}
+    rarest = min(each, key=lambda name: numbers.get(name, (math.nan,))[0])
     sources = {name: name for name in MOMENTS} | {"rarest_impact_rate": rarest}
-    values = {name: done.values.get(source, math.nan) for name, source in sources.items()}
-    errors = {f"{name}_se": done.errors.get(source, math.nan) for name, source in sources.items()}
-    return values | errors
+    found = {name: numbers.get(source, (math.nan, math.nan)) for name, source in sources.items()}
+    return {name: value for name, (value, _) in found.items()} | {f"{name}_se": e for name, (_, e) in found.items()}
 
 
 def gaps_of(cell: PaperCell | Cell, simulated: Mapping[str, float]) -> dict[str, float]:

@@ -96,7 +96,7 @@ def python_of_system(system: System, file: str, asked: SystemProblem) -> str:
 import springpot as sp
 
 {made}
-run = sp.run(system, paths={asked.paths}, seed={asked.seed}{start})
+run = sp.simulate(system, paths={asked.paths}, seed={asked.seed}{start})
 for name, value in run.values.items():
     print(f"{{name}}: {{value:.5g}} +- {{run.errors[name]:.2g}}")
 answers, statements = sp.theory.solve_all(system)

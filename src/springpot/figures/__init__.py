@@ -5,25 +5,51 @@ returns them.  Functions with several panels begin with ``draw_`` and return a f
 safe for color-blind readers, and bars are 95 % intervals.
 """
 
-from springpot.figures.charts import design_chart
-from springpot.figures.comparison import draw_comparison
-from springpot.figures.convergence import convergence
-from springpot.figures.designing import design_curve, draw_sensitivities
-from springpot.figures.fits import draw_fit, profile
-from springpot.figures.from_rest import survival, transient
-from springpot.figures.memory import memory_error, memory_terms, terms_against_tolerance
-from springpot.figures.motion import path, phase_portrait
-from springpot.figures.series import fourier_error, fourier_series
-from springpot.figures.stationary import correlation, density, spectrum
-from springpot.figures.studies import draw_study
+from springpot.figures.charts import plot_design_chart
+from springpot.figures.comparison import plot_comparison
+from springpot.figures.convergence import plot_convergence
+from springpot.figures.designing import plot_design_curve, plot_sensitivities
+from springpot.figures.fits import plot_fit, plot_profile
+from springpot.figures.from_rest import plot_survival, plot_transient
+from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
+from springpot.figures.motion import plot_path, plot_phase_portrait
+from springpot.figures.series import plot_fourier_error, plot_fourier_series
+from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
+from springpot.figures.studies import plot_study
 from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save
-from springpot.figures.sweeps import against
-from springpot.figures.validity import draw_gaps, draw_system_gaps, gaps, system_gaps
+from springpot.figures.sweeps import plot_against
+from springpot.figures.validity import plot_gaps, plot_gaps_of_methods, plot_system_gaps, plot_system_gaps_of_methods
 
 __all__ = [
-    "COLORS", "METHOD_LINES", "against", "bars", "convergence", "correlation", "density", "design_chart",
-    "design_curve", "draw_comparison", "draw_fit", "draw_gaps", "draw_sensitivities", "draw_study",
-    "draw_system_gaps", "fourier_error", "fourier_series", "gaps", "memory_error", "memory_terms", "new_figure",
-    "new_grid", "path", "phase_portrait", "profile", "save", "spectrum", "survival", "system_gaps",
-    "terms_against_tolerance", "transient",
+    "COLORS",
+    "METHOD_LINES",
+    "bars",
+    "new_figure",
+    "new_grid",
+    "plot_against",
+    "plot_comparison",
+    "plot_convergence",
+    "plot_correlation",
+    "plot_density",
+    "plot_design_chart",
+    "plot_design_curve",
+    "plot_fit",
+    "plot_fourier_error",
+    "plot_fourier_series",
+    "plot_gaps",
+    "plot_gaps_of_methods",
+    "plot_memory_error",
+    "plot_memory_terms",
+    "plot_path",
+    "plot_phase_portrait",
+    "plot_profile",
+    "plot_sensitivities",
+    "plot_spectrum",
+    "plot_study",
+    "plot_survival",
+    "plot_system_gaps",
+    "plot_system_gaps_of_methods",
+    "plot_terms_against_tolerance",
+    "plot_transient",
+    "save",
 ]  # fmt: skip

@@ -9,13 +9,14 @@ import numpy as np
 
 from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
 from springpot.figures.style import panel
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Springpot
 from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["design_chart"]
+__all__ = ["plot_design_chart"]
 
 FINE = 60  # points along each axis
 LINES = 10
@@ -38,7 +39,9 @@ _LADDERS = (
 )
 
 
-def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float = 1.0, position: float = 0.0) -> Axes:
+def plot_design_chart(
+    quantity: str, ax: Axes | None = None, *, restitution: float = 1.0, position: float = 0.0
+) -> Axes:
     """Draw contours of a moment over the order and the strength of the springpot, from the atlas.
 
     Everything is dimensionless, so that one chart is valid for every oscillator.
@@ -47,7 +50,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
     ----------
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     restitution : float
         Of the wall: 0.3 to 1 at the equilibrium, 1 or 0.8 elsewhere.
@@ -82,7 +85,7 @@ def design_chart(quantity: str, axes: Axes | None = None, *, restitution: float 
             for c in strengths
         ]
     )
-    own = panel(axes, 5.6, 4.4)
+    own = panel(ax, 5.6, 4.4)
     positive = bool(values.min() > 0.0)
     shown = np.log10(values) if positive else values
     # extreme values in a corner must not use up the colors

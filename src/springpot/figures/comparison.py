@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from springpot.figures.data import as_dataset
-from springpot.figures.stationary import density, spectrum
+from springpot.figures.stationary import plot_density, plot_spectrum
 from springpot.figures.style import new_grid
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from springpot.simulation import Run
 
-__all__ = ["draw_comparison"]
+__all__ = ["plot_comparison"]
 
 
-def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
+def plot_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     """Draw densities of x, v, amplitude and impact speed, and the spectrum of x.
 
     Parameters
@@ -45,15 +45,15 @@ def draw_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     --------
     >>> import springpot as sp
     >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> run = sp.run(dashpot, paths=640, duration=60.0, distributions=True, spectrum=[0.5, 1.0, 1.5])
-    >>> len(sp.figures.draw_comparison(run, {"exact": sp.theory.exact(dashpot)}).axes)
+    >>> run = sp.simulate(dashpot, paths=640, duration=60.0, distributions=True, spectrum=[0.5, 1.0, 1.5])
+    >>> len(sp.figures.plot_comparison(run, {"exact": sp.theory.exact(dashpot)}).axes)
     6
     """
     figure, panels = new_grid(10.5, 6.2, 2, 3)
     data, theory = as_dataset(observed), tuple(answers.values())
     for panel, name in zip((panels[0], panels[1], panels[3], panels[4]), _SHOWN, strict=True):
-        density(data, name, panel, theory=theory)
-    spectrum(data, panels[2], theory=theory)
+        plot_density(data, name, panel, theory=theory)
+    plot_spectrum(data, panels[2], theory=theory)
     panels[5].set_axis_off()
     handles: dict[str, Any] = {}
     for panel in panels[:5]:

@@ -14,15 +14,15 @@ from springpot.figures.style import COLORS, bars, panel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["convergence"]
+__all__ = ["plot_convergence"]
 
 _LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
 _LENGTH = 5.0  # of the line of known slope: the ratio of the steps at its ends
 
 
-def convergence(
+def plot_convergence(
     errors: Mapping[str, tuple[ArrayLike, ...]],
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     orders: Sequence[float] = (1.0, 2.0),
     xlabel: str = "time step (s)",
@@ -35,7 +35,7 @@ def convergence(
     errors : dict
         Name of a scheme to its steps and the sizes of its errors, two arrays of shape (n,), and if they are known a
         third one with the standard errors of the errors.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     orders : sequence of float
         Slopes to draw for comparison.
@@ -54,11 +54,12 @@ def convergence(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.convergence({"Euler": ([0.1, 0.05], [2e-2, 1e-2])}, orders=[1.0], ylabel="error of x (m)")
+    >>> euler = {"Euler": ([0.1, 0.05], [2e-2, 1e-2])}
+    >>> axes = sp.figures.plot_convergence(euler, orders=[1.0], ylabel="error of x (m)")
     >>> axes.get_xscale(), axes.get_ylabel()
     ('log', 'error of x (m)')
     """
-    axes = panel(axes)
+    ax = panel(ax)
     corner = math.inf, math.inf  # smallest step and smallest error
     for number, (name, columns) in enumerate(errors.items()):
         steps, sizes, *rest = (np.asarray(column, dtype=float) for column in columns)
@@ -67,16 +68,16 @@ def convergence(
         if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
             raise ValueError(f"steps and errors of {name} must be positive: take the absolute value of an error.")
         color, mark = _LOOKS[number % len(_LOOKS)]
-        axes.plot(steps, sizes, "-", color=COLORS[color], lw=1.0)
-        bars(axes, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLORS[color], marker=mark,
+        ax.plot(steps, sizes, "-", color=COLORS[color], lw=1.0)
+        bars(ax, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLORS[color], marker=mark,
              size=4.5, label=name)  # fmt: skip
         corner = min(corner[0], float(steps.min())), min(corner[1], float(sizes.min()))
     for order in orders if errors else ():
         ends = np.array([1.0, _LENGTH])
-        axes.plot(corner[0] * ends, corner[1] / 3.0 * ends**order, "-", color="0.5", lw=0.9)
-        axes.annotate(
+        ax.plot(corner[0] * ends, corner[1] / 3.0 * ends**order, "-", color="0.5", lw=0.9)
+        ax.annotate(
             f"order {order:g}", (corner[0] * _LENGTH, corner[1] / 3.0 * _LENGTH**order), xytext=(4, 0),
             textcoords="offset points", ha="left", va="center", fontsize="small", color="0.4",
         )  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
-    return axes
+    ax.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
+    return ax

@@ -40,7 +40,7 @@ def as_dataset(data: Data) -> xarray.Dataset:
     Examples
     --------
     >>> import springpot as sp
-    >>> float(as_dataset(sp.run(sp.Oscillator(), paths=1, duration=1.0))["x_mean"]) > 0.0
+    >>> float(as_dataset(sp.simulate(sp.Oscillator(), paths=1, duration=1.0))["x_mean"]) > 0.0
     True
     """
     dataset: Any = data.to_dataset() if hasattr(data, "to_dataset") else data
@@ -61,7 +61,7 @@ def paper_of(data: xarray.Dataset) -> Dimensionless:
     --------
     >>> import springpot as sp
     >>> oscillator = sp.Oscillator(2.0, sp.Springpot(0.3, 0.5), sp.Barrier(-0.5, 0.8, "below"))
-    >>> paper_of(as_dataset(sp.run(oscillator, paths=1, duration=1.0))).natural_frequency
+    >>> paper_of(as_dataset(sp.simulate(oscillator, paths=1, duration=1.0))).natural_frequency
     2.0
     """
     return Dimensionless.of(read_system(json.loads(data.attrs["system"])))
@@ -94,7 +94,7 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     >>> walls = sp.Barrier(-1.0), sp.Barrier(2.0, side="below")
     >>> hardening = sp.PolynomialSpring((0.0, 0.0, 0.2))
     >>> slot = sp.System(sp.Spring(1.0), hardening, sp.Dashpot(0.1), sp.WhiteNoise(1.0), *walls)
-    >>> [wall.position for wall in walls_of(as_dataset(sp.run(slot, paths=1, duration=1.0, start="rest")))]
+    >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
     parts = json.loads(data.attrs["system"])["parts"]
@@ -125,7 +125,7 @@ def spacing_in_steps(data: Data) -> int:
     Examples
     --------
     >>> import springpot as sp
-    >>> spacing_in_steps(sp.run(sp.Oscillator(), paths=1, duration=1.0, record=1, record_every=5))
+    >>> spacing_in_steps(sp.simulate(sp.Oscillator(), paths=1, duration=1.0, record=1, record_every=5))
     5
     """
     return int(json.loads(as_dataset(data).attrs["settings"])["record_every"])

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["design_curve", "draw_sensitivities"]
+__all__ = ["plot_design_curve", "plot_sensitivities"]
 
 _LOOKS = (("blue", ""), ("orange", "//"), ("green", ".."), ("purple", "xx"))
 _CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 
 
-def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = None) -> Axes:
+def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None = None) -> Axes:
     """Draw the least cost against a limit; grey where it cannot hold.
 
     Parameters
@@ -30,7 +30,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
         Of `springpot.designing.Design.curve`.
     found : Design, optional
         Whose limit is marked, and what Monte Carlo found there, with its 95 % interval.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
 
     Returns
@@ -46,7 +46,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
     >>> design_curve(found.curve(limits=[0.2, 0.4, 0.8]), found).get_xlabel()
     'limit of x mean square (m$^{2}$)'
     """
-    drawn = panel(axes)
+    drawn = panel(ax)
     order = np.argsort(curve.limits)
     limits, costs = curve.limits[order], curve.costs[order]
     drawn.plot(
@@ -80,7 +80,7 @@ def design_curve(curve: Curve, found: Design | None = None, axes: Axes | None = 
     return drawn
 
 
-def draw_sensitivities(*found: Sensitivity) -> Figure:
+def plot_sensitivities(*found: Sensitivity) -> Figure:
     """Draw sensitivities as bars, one panel for each quantity, several side by side: theory beside Monte Carlo.
 
     Parameters

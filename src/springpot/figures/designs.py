@@ -28,7 +28,7 @@ class Design:
 
     Attributes
     ----------
-    axes : matplotlib.axes.Axes
+    ax : matplotlib.axes.Axes
     number : int
         Number of earlier designs on these axes.
     color : str or None
@@ -74,7 +74,7 @@ def next_design(axes: Axes, color: str | None = None, label: str | None = None) 
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
+    ax : matplotlib.axes.Axes
     color, label : str, optional
 
     Returns

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_fit", "profile"]
+__all__ = ["plot_fit", "plot_profile"]
 
 _LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
 _MOST = 2000
@@ -24,7 +24,7 @@ _VALUES = {
 }  # fmt: skip
 
 
-def draw_fit(fit: Fit) -> Figure:
+def plot_fit(fit: Fit) -> Figure:
     """Draw data with the fit through them, and below it the residuals in standard deviations.
 
     Of statistics each is drawn over its fitted value, with error bars of one standard deviation.
@@ -113,14 +113,14 @@ def _draw_statistics(table: Table) -> Figure:
     return figure
 
 
-def profile(own: Profile, axes: Axes | None = None) -> Axes:
+def plot_profile(own: Profile, ax: Axes | None = None) -> Axes:
     """Draw how the fit becomes worse when one number is moved, and its 95 % interval.
 
     Parameters
     ----------
     own : Profile
         Of `springpot.fitting.Fit.profile`.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
 
     Returns
@@ -135,7 +135,7 @@ def profile(own: Profile, axes: Axes | None = None) -> Axes:
     >>> profile(found.profile("r")).get_xlabel()
     'r'
     """
-    drawn = panel(axes)
+    drawn = panel(ax)
     drawn.plot(own.values, own.rise, color=COLORS["blue"], linewidth=1.4)
     drawn.axhline(own.level, color="0.5", linewidth=0.9, linestyle="--")
     drawn.axvspan(*own.limits, color=COLORS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")

@@ -13,21 +13,21 @@ from springpot.figures.data import Data, FloatArray, Theory, as_dataset, paper_o
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
 from springpot.figures.sweeps import MOMENTS
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import Averaging, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["survival", "transient"]
+__all__ = ["plot_survival", "plot_transient"]
 
 _POINTS = 40  # of Monte Carlo, so that the bars do not overlap
 
 
-def transient(
+def plot_transient(
     data: Data | None,
     quantity: str = "amplitude_mean_square",
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
@@ -41,7 +41,7 @@ def transient(
     data : Run, xarray.Dataset or None
         From rest (``start="rest"``), with recorded paths (``record=``, the more the better); None for theory alone.
     quantity : {"amplitude_mean_square", "x_mean", "x_mean_square", "v_mean_square"}
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
         Each is drawn if it has this moment as a function of time.
@@ -64,7 +64,7 @@ def transient(
     --------
     >>> import springpot as sp
     >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5))
-    >>> axes = sp.figures.transient(None, theory=sp.theory.exact(dashpot), at=[0.0, 2.0, 100.0])
+    >>> axes = sp.figures.plot_transient(None, theory=sp.theory.exact(dashpot), at=[0.0, 2.0, 100.0])
     >>> axes.lines[0].get_ydata().round(3)
     array([0.   , 1.179, 2.   ])
     """
@@ -73,8 +73,8 @@ def transient(
     if data is None and at is None:
         raise ValueError("at must say when to draw theory, because there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
-    axes = panel(axes)
-    design = next_design(axes, color, label)
+    ax = panel(ax)
+    design = next_design(ax, color, label)
     if data is not None:
         oscillator, time, x, v = _from_rest(data)
         values = _OF_PATHS[quantity](x, v, oscillator.natural_frequency)
@@ -92,15 +92,15 @@ def transient(
         except (NotCoveredError, NoStationaryStateError):
             continue
         design.curve(result.method, times, curve)
-    axes.set_xlabel("time from rest $t$ (s)")
-    axes.set_ylabel(MOMENTS[quantity])
-    return axes
+    ax.set_xlabel("time from rest $t$ (s)")
+    ax.set_ylabel(MOMENTS[quantity])
+    return ax
 
 
-def survival(
+def plot_survival(
     data: Data | None,
     level: float,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
@@ -115,7 +115,7 @@ def survival(
         From rest (``start="rest"``), with recorded paths (``record=``); None for theory alone.
     level : float
         Of the amplitude A = sqrt(x^2 + v^2 / w^2) with w the `resonance` of the oscillator, in m.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
         Each is drawn if it has a ``first_passage``.
@@ -143,7 +143,7 @@ def survival(
     --------
     >>> import springpot as sp
     >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.1)))
-    >>> axes = sp.figures.survival(None, 3.0, theory=light, at=[0.0, 20.0])
+    >>> axes = sp.figures.plot_survival(None, 3.0, theory=light, at=[0.0, 20.0])
     >>> axes.lines[0].get_ydata().round(2)
     array([1.  , 0.14])
     """
@@ -152,8 +152,8 @@ def survival(
     if data is None and at is None:
         raise ValueError("at must say when to draw theory, because there is no run.")
     times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
-    axes = panel(axes)
-    design = next_design(axes, color, label)
+    ax = panel(ax)
+    design = next_design(ax, color, label)
     if data is not None:
         oscillator, time, x, v = _from_rest(data)
         below = np.logical_and.accumulate(np.hypot(x, v / oscillator.resonance) < level, axis=1)
@@ -166,13 +166,13 @@ def survival(
         first_passage = getattr(result, "first_passage", None)
         if first_passage is not None:
             design.curve(result.method, times, first_passage(amplitude=level).survival(times))
-    axes.set_xlabel("time from rest $t$ (s)")
-    axes.set_ylabel(f"probability that $A$ was always below {level:g} m")
-    axes.set_ylim(0.0, 1.03)
-    return axes
+    ax.set_xlabel("time from rest $t$ (s)")
+    ax.set_ylabel(f"probability that $A$ was always below {level:g} m")
+    ax.set_ylim(0.0, 1.03)
+    return ax
 
 
-def _from_rest(data: Data) -> tuple[Oscillator, FloatArray, FloatArray, FloatArray]:
+def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, FloatArray]:
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
     _, time, x, v = recorded(dataset)

@@ -17,7 +17,7 @@ from springpot.memory.exponential_sum import mclean
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["even_spacing_terms", "memory_error", "memory_terms", "terms_against_tolerance"]
+__all__ = ["even_spacing_terms", "plot_memory_error", "plot_memory_terms", "plot_terms_against_tolerance"]
 
 _ORDERS = {0.25: ("blue", "o"), 0.5: ("vermilion", "s"), 0.75: ("green", "^")}
 
@@ -58,8 +58,8 @@ def even_spacing_terms(tolerance: float, ratio: float) -> float:
     return -math.log(tolerance) * math.log(ratio) / math.pi**2
 
 
-def terms_against_tolerance(
-    axes: Axes | None = None,
+def plot_terms_against_tolerance(
+    ax: Axes | None = None,
     *,
     tolerances: Sequence[float] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
 ) -> Axes:
@@ -70,7 +70,7 @@ def terms_against_tolerance(
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if not given.
     tolerances : sequence of float
         Relative errors allowed, in [1e-13, 0.1].
@@ -90,31 +90,31 @@ def terms_against_tolerance(
     >>> [int(terms) for terms in axes.lines[0].get_ydata()]  # at order 0.25
     [8, 11]
     """
-    axes = panel(axes, 6.0, 4.2)
+    ax = panel(ax, 6.0, 4.2)
     for order, (color, mark) in _ORDERS.items():
         ours = [power_law_sum(order, 1e-3, 1e3, float(eps)).rates.size for eps in tolerances]
         theirs = [mclean("power", order, 1e6, float(eps))[0].size for eps in tolerances]
         for terms, style, face, name in ((ours, "-", None, "fewest"), (theirs, "--", "none", "McLean")):
-            axes.plot(
+            ax.plot(
                 tolerances, terms, style, marker=mark, markersize=5.0, markerfacecolor=face,
                 color=COLORS[color], label=f"{name}, $\\alpha$ = {order:g}",
             )  # fmt: skip
     asymptote = [even_spacing_terms(float(eps), 1e6) for eps in tolerances]
     label = r"$\ln(1/\varepsilon)\,\ln(T/\delta)/\pi^2$"
-    axes.plot(tolerances, asymptote, ":", color=COLORS["black"], label=label)
-    axes.set_xscale("log")
-    axes.invert_xaxis()
-    from_zero(axes)
-    axes.set_xlabel(
+    ax.plot(tolerances, asymptote, ":", color=COLORS["black"], label=label)
+    ax.set_xscale("log")
+    ax.invert_xaxis()
+    from_zero(ax)
+    ax.set_xlabel(
         r"Tolerance $\varepsilon$, relative error of $t^{-\alpha}$ for $10^{-3} \leq t \leq 10^{3}$ (any unit)"
     )
-    axes.set_ylabel("Number of exponentials")
-    axes.legend(frameon=False, fontsize="small")
-    return axes
+    ax.set_ylabel("Number of exponentials")
+    ax.legend(frameon=False, fontsize="small")
+    return ax
 
 
-def memory_terms(
-    order: float, axes: Axes | None = None, *, shortest: float = 1e-3, longest: float = 1e3, tolerance: float = 1e-3
+def plot_memory_terms(
+    order: float, ax: Axes | None = None, *, shortest: float = 1e-3, longest: float = 1e3, tolerance: float = 1e-3
 ) -> Axes:
     """Draw t^(-alpha), the exponentials of its approximation, and their sum.
 
@@ -122,7 +122,7 @@ def memory_terms(
     ----------
     order : float
         alpha in (0, 1).
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     shortest, longest : float
         Lags in s between which the sum is valid; a decade more is drawn on either side.
@@ -141,30 +141,30 @@ def memory_terms(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.memory_terms(0.5, tolerance=1e-2)
+    >>> axes = sp.figures.plot_memory_terms(0.5, tolerance=1e-2)
     >>> len(axes.lines) - 2
     9
     """
     sum_of_terms = power_law_sum(order, shortest, longest, tolerance)
-    axes = panel(axes, 6.0, 4.0)
+    ax = panel(ax, 6.0, 4.0)
     lag = np.geomspace(shortest / 10.0, longest * 10.0, 800)
     terms = sum_of_terms.weights * np.exp(-np.multiply.outer(lag, sum_of_terms.rates))
     for number, term in enumerate(terms.T):
         label = f"{terms.shape[1]} terms" if number == 0 else None
-        axes.plot(lag, term, "-", color=COLORS["sky"], lw=0.8, label=label)
-    axes.plot(lag, lag**-order, "-", color=COLORS["black"], lw=2.2, label=rf"$t^{{-{order:g}}}$")
-    axes.plot(lag, terms.sum(axis=1), "--", color=COLORS["vermilion"], lw=1.4, label="their sum")
-    axes.axvspan(shortest, longest, color="0.95", zorder=0)
+        ax.plot(lag, term, "-", color=COLORS["sky"], lw=0.8, label=label)
+    ax.plot(lag, lag**-order, "-", color=COLORS["black"], lw=2.2, label=rf"$t^{{-{order:g}}}$")
+    ax.plot(lag, terms.sum(axis=1), "--", color=COLORS["vermilion"], lw=1.4, label="their sum")
+    ax.axvspan(shortest, longest, color="0.95", zorder=0)
     low = longest**-order
-    axes.set(xscale="log", yscale="log", xlim=(lag[0], lag[-1]), ylim=(low / 30.0, 2.0 * lag[0] ** -order))
-    axes.set(xlabel="lag $t$ (s)", ylabel=rf"kernel and terms (s$^{{-{order:g}}}$)")
-    axes.legend(frameon=False, fontsize="small")
-    return axes
+    ax.set(xscale="log", yscale="log", xlim=(lag[0], lag[-1]), ylim=(low / 30.0, 2.0 * lag[0] ** -order))
+    ax.set(xlabel="lag $t$ (s)", ylabel=rf"kernel and terms (s$^{{-{order:g}}}$)")
+    ax.legend(frameon=False, fontsize="small")
+    return ax
 
 
-def memory_error(
+def plot_memory_error(
     order: float,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     shortest: float = 1e-3,
     longest: float = 1e3,
@@ -176,7 +176,7 @@ def memory_error(
     ----------
     order : float
         alpha in (0, 1).
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     shortest, longest : float
         Lags in s between which the sums are valid.
@@ -195,20 +195,20 @@ def memory_error(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.memory_error(0.5, tolerances=[1e-3])
+    >>> axes = sp.figures.plot_memory_error(0.5, tolerances=[1e-3])
     >>> bool(axes.lines[0].get_ydata().max() <= 1e-3)
     True
     """
-    axes = panel(axes, 6.0, 4.0)
+    ax = panel(ax, 6.0, 4.0)
     lag = np.geomspace(shortest, longest, 4000)
     for tolerance, color in zip(tolerances, itertools.cycle(("blue", "vermilion", "green", "purple"))):
         sum_of_terms = power_law_sum(order, shortest, longest, tolerance)
         error = np.abs(np.exp(-np.multiply.outer(lag, sum_of_terms.rates)) @ sum_of_terms.weights * lag**order - 1.0)
         label = rf"$\varepsilon$ = {tolerance:g}: {sum_of_terms.rates.size} terms"
-        axes.plot(lag, error, "-", color=COLORS[color], lw=0.9, label=label)
-        axes.axhline(tolerance, color=COLORS[color], lw=0.6, linestyle=":")
+        ax.plot(lag, error, "-", color=COLORS[color], lw=0.9, label=label)
+        ax.axhline(tolerance, color=COLORS[color], lw=0.6, linestyle=":")
     heights = min(tolerances) * 1e-2, 3e4 * max(tolerances)
-    axes.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
-    axes.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")
-    axes.legend(frameon=False, fontsize="small", loc="upper right")
-    return axes
+    ax.set(xscale="log", yscale="log", xlim=(shortest, longest), ylim=heights)
+    ax.set(xlabel="lag $t$ (s)", ylabel=rf"relative error of $t^{{-{order:g}}}$ (1)")
+    ax.legend(frameon=False, fontsize="small", loc="upper right")
+    return ax

@@ -14,14 +14,14 @@ from springpot.figures.style import COLORS, panel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["path", "phase_portrait"]
+__all__ = ["plot_path", "plot_phase_portrait"]
 
 _LABELS = {"x": "displacement $x$ (m)", "v": "velocity $v$ (m/s)"}
 
 
-def path(
+def plot_path(
     data: Data,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     quantity: Literal["x", "v"] = "x",
     member: int = 0,
@@ -35,7 +35,7 @@ def path(
     ----------
     data : Run or xarray.Dataset
         With recorded paths (``record=``).
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     quantity : {"x", "v"}
         Displacement in m or velocity in m/s.
@@ -63,37 +63,35 @@ def path(
     Examples
     --------
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
-    >>> sp.figures.path(run, window=(10.0, 20.0)).get_ylabel()
+    >>> run = sp.simulate(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> sp.figures.plot_path(run, window=(10.0, 20.0)).get_ylabel()
     'displacement $x$ (m)'
     """
     if quantity not in _LABELS:
         raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
     piece = _seen(data, member, window)
-    axes = panel(axes, 7.0, 3.0)
-    design, before = next_design(axes, color, label), set(axes.get_children())
+    ax = panel(ax, 7.0, 3.0)
+    design, before = next_design(ax, color, label), set(ax.get_children())
     value = piece.x if quantity == "x" else piece.v
     times, values = (piece.time, value) if quantity == "x" else _broken(piece, piece.time, value)
-    axes.plot(times, values, color=design.color or COLORS["blue"], linewidth=1.0, label=design.label or None)
+    ax.plot(times, values, color=design.color or COLORS["blue"], linewidth=1.0, label=design.label or None)
     if quantity == "x":
-        _draw_walls(axes.axhline, piece)
-        axes.plot(piece.impact_time, piece.struck_at, **_MARK)
+        _draw_walls(ax.axhline, piece)
+        ax.plot(piece.impact_time, piece.struck_at, **_MARK)
     else:
         at = piece.struck
-        axes.plot(piece.impact_time, piece.v[at], **_MARK)
-        axes.vlines(
-            piece.impact_time, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.6
-        )
+        ax.plot(piece.impact_time, piece.v[at], **_MARK)
+        ax.vlines(piece.impact_time, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.6)
     design.tag(before)
-    axes.set_xlabel("time $t$ (s)")
-    axes.set_ylabel(_LABELS[quantity])
-    axes.set_xlim(piece.time[0], piece.time[-1])
-    return axes
+    ax.set_xlabel("time $t$ (s)")
+    ax.set_ylabel(_LABELS[quantity])
+    ax.set_xlim(piece.time[0], piece.time[-1])
+    return ax
 
 
-def phase_portrait(
+def plot_phase_portrait(
     data: Data,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     member: int = 0,
     window: tuple[float, float] | None = None,
@@ -119,25 +117,25 @@ def phase_portrait(
     Examples
     --------
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=1, record=1, duration=20.0)
-    >>> axes = sp.figures.phase_portrait(run)
+    >>> run = sp.simulate(sp.Oscillator(), paths=1, record=1, duration=20.0)
+    >>> axes = sp.figures.plot_phase_portrait(run)
     >>> axes.get_xlabel(), axes.get_ylabel()
     ('displacement $x$ (m)', 'velocity $v$ (m/s)')
     """
     piece = _seen(data, member, window)
-    axes = panel(axes, 4.6, 4.2)
-    design, before = next_design(axes, color, label), set(axes.get_children())
+    ax = panel(ax, 4.6, 4.2)
+    design, before = next_design(ax, color, label), set(ax.get_children())
     line: dict[str, Any] = {"color": design.color or COLORS["blue"], "label": design.label or None}
-    axes.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
-    _draw_walls(axes.axvline, piece)
+    ax.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
+    _draw_walls(ax.axvline, piece)
     at, wall = piece.struck, piece.struck_at
-    axes.vlines(wall, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.4)
-    axes.plot(wall, piece.v[at], **_MARK)
+    ax.vlines(wall, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.4)
+    ax.plot(wall, piece.v[at], **_MARK)
     design.tag(before)
-    axes.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
-    axes.set_xlabel(_LABELS["x"])
-    axes.set_ylabel(_LABELS["v"])
-    return axes
+    ax.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
+    ax.set_xlabel(_LABELS["x"])
+    ax.set_ylabel(_LABELS["v"])
+    return ax
 
 
 _MARK: dict[str, Any] = {

@@ -14,7 +14,7 @@ from springpot.theory.fourier import partial_sum, truncation_bound, truncation_e
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["fourier_error", "fourier_series"]
+__all__ = ["plot_fourier_error", "plot_fourier_series"]
 
 _LOOKS: tuple[dict[str, Any], ...] = tuple(
     {"color": COLORS[color], "linestyle": style, "linewidth": 1.5}
@@ -23,12 +23,12 @@ _LOOKS: tuple[dict[str, Any], ...] = tuple(
 _PHASE = np.linspace(-math.pi, math.pi, 2001)
 
 
-def fourier_series(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
+def plot_fourier_series(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
     """Draw \\|cos p\\| and partial sums of its Fourier series (the paper's Fig. 1).
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     terms : sequence of int
         Numbers of terms, at least 0; the paper's by default.
@@ -45,20 +45,20 @@ def fourier_series(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8,
     Examples
     --------
     >>> import springpot as sp
-    >>> len(sp.figures.fourier_series(terms=[2, 10]).lines)
+    >>> len(sp.figures.plot_fourier_series(terms=[2, 10]).lines)
     3
     """
-    axes = panel(axes, 7.0, 3.6)
-    axes.plot(_PHASE, np.abs(np.cos(_PHASE)), color=COLORS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
+    ax = panel(ax, 7.0, 3.6)
+    ax.plot(_PHASE, np.abs(np.cos(_PHASE)), color=COLORS["black"], linewidth=2.2, label=r"$|\cos\varphi|$")
     for number, count in enumerate(terms):
-        axes.plot(_PHASE, partial_sum(_PHASE, count), label=f"$n = {count}$", **_LOOKS[number % len(_LOOKS)])
-    axes.set_ylabel(r"$|\cos\varphi|$ and its series (1)")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=5, frameon=False)
-    _phase_axis(axes)
-    return axes
+        ax.plot(_PHASE, partial_sum(_PHASE, count), label=f"$n = {count}$", **_LOOKS[number % len(_LOOKS)])
+    ax.set_ylabel(r"$|\cos\varphi|$ and its series (1)")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=5, frameon=False)
+    _phase_axis(ax)
+    return ax
 
 
-def fourier_error(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
+def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 10)) -> Axes:
     """Draw the error of the partial sums, with the largest one in the legend.
 
     Parameters
@@ -78,19 +78,19 @@ def fourier_error(axes: Axes | None = None, *, terms: Sequence[int] = (2, 4, 8, 
     Examples
     --------
     >>> import springpot as sp
-    >>> sp.figures.fourier_error(terms=[10]).get_legend_handles_labels()[1]
+    >>> sp.figures.plot_fourier_error(terms=[10]).get_legend_handles_labels()[1]
     ['$n = 10$: at most 0.0303']
     """
-    axes = panel(axes, 7.0, 3.0)
+    ax = panel(ax, 7.0, 3.0)
     for number, count in enumerate(terms):
         label = f"$n = {count}$: at most {truncation_bound(count):.4f}"
-        axes.plot(_PHASE, truncation_error(_PHASE, count), label=label, **_LOOKS[number % len(_LOOKS)])
+        ax.plot(_PHASE, truncation_error(_PHASE, count), label=label, **_LOOKS[number % len(_LOOKS)])
     bound = max((truncation_bound(count) for count in terms), default=1.0)
-    axes.set_ylim(-0.48 * bound, 1.65 * bound)
-    axes.set_ylabel("series less function (1)")
-    axes.legend(loc="upper center", ncols=2, frameon=False)
-    _phase_axis(axes)
-    return axes
+    ax.set_ylim(-0.48 * bound, 1.65 * bound)
+    ax.set_ylabel("series less function (1)")
+    ax.legend(loc="upper center", ncols=2, frameon=False)
+    _phase_axis(ax)
+    return ax
 
 
 def _phase_axis(axes: Axes) -> None:

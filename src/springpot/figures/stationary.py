@@ -16,7 +16,7 @@ from springpot.theory import NoStationaryStateError, NotCoveredError, Result
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["correlation", "density", "spectrum"]
+__all__ = ["plot_correlation", "plot_density", "plot_spectrum"]
 
 _DENSITIES = {
     "x": ("displacement $x$ (m)", "density (1/m)"),
@@ -27,10 +27,10 @@ _DENSITIES = {
 _MEASURED = "Monte Carlo, 95 %"
 
 
-def density(
+def plot_density(
     data: Data | None,
     quantity: str = "x",
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
@@ -45,7 +45,7 @@ def density(
         With ``distributions=True``; None for theory alone.
     quantity : {"x", "v", "amplitude", "impact_speed"}
         The amplitude is A = sqrt(x^2 + v^2 / Omega^2).
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
         Each is drawn if it has this density.
@@ -67,38 +67,38 @@ def density(
     --------
     >>> import springpot as sp
     >>> dashpot = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> run = sp.run(dashpot, paths=640, duration=20.0, distributions=True)
-    >>> sp.figures.density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
+    >>> run = sp.simulate(dashpot, paths=640, duration=20.0, distributions=True)
+    >>> sp.figures.plot_density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
     'density (s/m)'
     """
     if quantity not in _DENSITIES:
         raise ValueError(f"quantity must be one of {', '.join(_DENSITIES)}, not {quantity!r}.")
     place = _place(data, at)
     across, up = _DENSITIES[quantity]
-    axes = panel(axes)
-    design = next_design(axes, color, label)
-    axes.set(xlabel=across, ylabel=up)
+    ax = panel(ax)
+    design = next_design(ax, color, label)
+    ax.set(xlabel=across, ylabel=up)
     if data is not None:
         dataset = as_dataset(data)
         if f"{quantity}_density" not in dataset:
             raise ValueError(f"data holds no density of {quantity}: simulate with distributions=True.")
         middle, value, error = _columns(dataset, f"{quantity}_bin", f"{quantity}_density")
         if value.size == 0:
-            axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
-            return axes
+            ax.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=ax.transAxes)
+            return ax
         design.bars(middle, value, error, measured=_MEASURED, size=2.5)
         if at is None:
             half = np.asarray(dataset[f"{quantity}_bin_width"], dtype=float) / 2.0
             place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
     for result in results(theory):
         _curve(design, result, getattr(result, f"{quantity}_density", None), place)
-    from_zero(axes)
-    return axes
+    from_zero(ax)
+    return ax
 
 
-def spectrum(
+def plot_spectrum(
     data: Data | None,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
@@ -111,7 +111,7 @@ def spectrum(
     ----------
     data : Run, xarray.Dataset or None
         With ``spectrum=`` frequencies; None for theory alone.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
         Each is drawn if it has a spectrum.
@@ -133,14 +133,14 @@ def spectrum(
     --------
     >>> import numpy as np, springpot as sp
     >>> free = sp.Oscillator(barrier=None)
-    >>> axes = sp.figures.spectrum(None, theory=sp.theory.exact(free), at=np.linspace(0.1, 3.0, 50))
+    >>> axes = sp.figures.plot_spectrum(None, theory=sp.theory.exact(free), at=np.linspace(0.1, 3.0, 50))
     >>> axes.get_xlabel()
     'frequency $\\\\omega$ (rad/s)'
     """
     place = _place(data, at)
-    axes = panel(axes)
-    design = next_design(axes, color, label)
-    axes.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
+    ax = panel(ax)
+    design = next_design(ax, color, label)
+    ax.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
     if data is not None:
         dataset = as_dataset(data)
         if "x_spectrum" not in dataset:
@@ -150,12 +150,12 @@ def spectrum(
         place = frequency if at is None else place
     for result in results(theory):
         _curve(design, result, getattr(result, "spectrum", None), place)
-    return axes
+    return ax
 
 
-def correlation(
+def plot_correlation(
     data: Data | None,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     theory: Theory = (),
     at: ArrayLike,
@@ -169,7 +169,7 @@ def correlation(
     ----------
     data : Run, xarray.Dataset or None
         With recorded paths (``record=``); None for theory alone.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
         Each is drawn if it has a correlation.
@@ -197,16 +197,16 @@ def correlation(
     --------
     >>> import springpot as sp
     >>> free = sp.Oscillator(barrier=None)
-    >>> axes = sp.figures.correlation(None, theory=sp.theory.exact(free), at=[0.0, 1.0, 2.0])
+    >>> axes = sp.figures.plot_correlation(None, theory=sp.theory.exact(free), at=[0.0, 1.0, 2.0])
     >>> axes.lines[0].get_ydata().round(3)
     array([ 0.532,  0.209, -0.16 ])
     """
     place = _place(data, at)
     if not np.all(place >= 0.0):
         raise ValueError("at must hold lags of at least 0 s.")
-    axes = panel(axes)
-    design = next_design(axes, color, label)
-    axes.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
+    ax = panel(ax)
+    design = next_design(ax, color, label)
+    ax.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
     if data is not None:
         _, time, x, _ = recorded(data)
         x = x[:, time >= since]
@@ -220,7 +220,7 @@ def correlation(
         design.bars(lags, means.mean(axis=1), error, measured=_MEASURED, size=2.5)
     for result in results(theory):
         _curve(design, result, getattr(result, "correlation", None), place)
-    return axes
+    return ax
 
 
 def _place(data: Data | None, at: ArrayLike | None) -> FloatArray:

@@ -49,13 +49,13 @@ def method_label(method: str) -> str:
 
 
 def method_curve(
-    axes: Axes, method: str, place: ArrayLike, values: ArrayLike, *, color: str | None = None, label: str = ""
+    ax: Axes, method: str, place: ArrayLike, values: ArrayLike, *, color: str | None = None, label: str = ""
 ) -> None:
     """Draw a curve of the theory with the line of its method.
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
+    ax : matplotlib.axes.Axes
     method : str
         A key of METHOD_LINES; another one is drawn as a black line.
     place, values : array_like, shape (n,)
@@ -70,18 +70,18 @@ def method_curve(
     'memory closure'
     """
     own, line = METHOD_LINES.get(method, ("black", "-"))
-    axes.plot(
+    ax.plot(
         place, values, linestyle=line, linewidth=1.4, color=color or COLORS[own],
         label=label or method_label(method),
     )  # fmt: skip
 
 
-def panel(axes: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:
+def panel(ax: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:
     """The given axes, or those of a new figure with one panel.
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes or None
+    ax : matplotlib.axes.Axes or None
     width, height : float
         Size of a new figure in inches.
 
@@ -95,11 +95,11 @@ def panel(axes: Axes | None, width: float = 5.6, height: float = 3.8) -> Axes:
     >>> panel(own) is own
     True
     """
-    return new_figure(width, height)[1][0] if axes is None else axes
+    return new_figure(width, height)[1][0] if ax is None else ax
 
 
 def bars(
-    axes: Axes,
+    ax: Axes,
     place: ArrayLike,
     value: ArrayLike,
     standard_error: ArrayLike,
@@ -114,7 +114,7 @@ def bars(
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
+    ax : matplotlib.axes.Axes
     place, value, standard_error : array_like, shape (n,)
         The bars reach 1.96 standard errors up and down.
     color, marker, size, hollow, label
@@ -129,7 +129,7 @@ def bars(
     """
     error = _CONFIDENCE * np.asarray(standard_error, dtype=float)
     look: dict[str, Any] = {"markeredgewidth": 0.9, "elinewidth": 0.9, "capsize": 1.5}
-    axes.errorbar(
+    ax.errorbar(
         place, value, yerr=error, fmt=marker, color=color, markersize=size, fillstyle="none" if hollow else "full",
         label=label, **look,
     )  # fmt: skip

@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, paper_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
+from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["MOMENTS", "PARAMETER_LABELS", "against"]
+__all__ = ["MOMENTS", "PARAMETER_LABELS", "plot_against"]
 
 MOMENTS = {
     "amplitude_mean_square": r"mean square amplitude $\langle A^2\rangle$ (m$^2$)",
@@ -31,7 +33,7 @@ MOMENTS = {
 }
 """Labels of the moments, with units."""
 
-Method = Callable[[Oscillator], Result]
+Method = Callable[[System], Result]
 
 
 PARAMETER_LABELS = {
@@ -45,12 +47,12 @@ PARAMETER_LABELS = {
 """Labels of the problem's numbers, with units."""
 
 
-def against(
+def plot_against(
     parameter: str,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     quantity: str = "amplitude_mean_square",
-    oscillator: Oscillator | None = None,
+    oscillator: System | None = None,
     values: ArrayLike = (),
     theory: Iterable[Method] | Mapping[str, Method] = (),
     runs: Iterable[Data] = (),
@@ -63,11 +65,11 @@ def against(
     ----------
     parameter : {"order", "coefficient", "natural_frequency", "restitution", "position", "intensity"}
         The parameter on the horizontal axis.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
-    oscillator : Oscillator, optional
+    oscillator : System, optional
         The other parameters, for theory.
     values : array_like, shape (n,)
         Of the parameter, for theory.
@@ -96,9 +98,9 @@ def against(
 
     >>> import springpot as sp
     >>> orders = [0.3, 0.5, 1.0]
-    >>> axes = sp.figures.against(
+    >>> axes = sp.figures.plot_against(
     ...     "order", oscillator=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
-    ...     runs=[sp.run(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
+    ...     runs=[sp.simulate(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
     ... )
     >>> axes.lines[0].get_ydata().round(3)
     array([4.25 , 2.296, 1.   ])
@@ -107,8 +109,8 @@ def against(
         raise ValueError(f"parameter must be one of {', '.join(PARAMETER_LABELS)}, not {parameter!r}.")
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
-    axes = panel(axes)
-    design, before = next_design(axes, color), set(axes.get_children())
+    ax = panel(ax)
+    design, before = next_design(ax, color), set(ax.get_children())
     color = design.color
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
@@ -118,34 +120,36 @@ def against(
         oscillators = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
         curve, name = _curve(method, oscillators, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
-        method_curve(axes, name, place, curve, color=color, label=label_of)
+        method_curve(ax, name, place, curve, color=color, label=label_of)
     points = [(_number(paper_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
         at, datasets = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in datasets]
         error = [float(each[f"{quantity}_se"]) for each in datasets]
         points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
-        bars(axes, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
+        bars(ax, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
     design.tag(before)
-    axes.set_xlabel(PARAMETER_LABELS[parameter])
-    axes.set_ylabel(MOMENTS[quantity])
-    return axes
+    ax.set_xlabel(PARAMETER_LABELS[parameter])
+    ax.set_ylabel(MOMENTS[quantity])
+    return ax
 
 
-def _number(oscillator: Oscillator, parameter: str) -> float:
-    """One parameter of an oscillator; NaN if it belongs to a wall and there is none."""
+def _number(known: Dimensionless, parameter: str) -> float:
+    """One parameter of the paper's problem; NaN if it belongs to a wall and there is none."""
+    numbers = known.numbers
     of_a_wall = parameter in ("position", "restitution")
-    return math.nan if of_a_wall and oscillator.barrier is None else float(oscillator.numbers[parameter])
+    return math.nan if of_a_wall and not numbers["barrier"] else float(numbers[parameter])
 
 
-def _with(oscillator: Oscillator, parameter: str, value: float) -> Oscillator:
+def _with(oscillator: System, parameter: str, value: float) -> System:
     """The oscillator with another value of a parameter."""
-    if math.isnan(_number(oscillator, parameter)):
+    known = Dimensionless.of(oscillator)
+    if math.isnan(_number(known, parameter)):
         raise ValueError("oscillator must have a wall if parameter is 'position' or 'restitution'.")
-    return Oscillator.from_numbers(**oscillator.numbers | {parameter: value})
+    return Oscillator.from_numbers(**known.numbers | {parameter: value})
 
 
-def _curve(method: Method, oscillators: Iterable[Oscillator], quantity: str) -> tuple[list[float], str]:
+def _curve(method: Method, oscillators: Iterable[System], quantity: str) -> tuple[list[float], str]:
     """One number for each oscillator, NaN where the method has no result, and the name of the method."""
     numbers, name = [], ""
     for oscillator in oscillators:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_gaps", "draw_system_gaps", "gaps", "system_gaps"]
+__all__ = ["plot_gaps", "plot_gaps_of_methods", "plot_system_gaps", "plot_system_gaps_of_methods"]
 
 NAMES = {
     "amplitude_mean_square": r"$\langle A^2\rangle$",
@@ -57,10 +57,10 @@ _USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "color": 0.0, "hard
 Cells = Mapping[str, np.ndarray[Any, Any]]
 
 
-def gaps(
+def plot_gaps(
     method: str,
     moment: str = "amplitude_mean_square",
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     restitution: float = 1.0,
     position: float = 0.0,
@@ -73,7 +73,7 @@ def gaps(
     method : {"averaging", "averaging_shifted", "envelope", "memory_closure"}
     moment : str
         Any of `springpot.theory.result.MOMENTS`.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     restitution, position : float
         Of the wall, the position in units of sqrt(q / Omega^3); the map has r = 1, 0.8 and 0.5 at six positions, and
@@ -95,7 +95,7 @@ def gaps(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.gaps("averaging")
+    >>> axes = sp.figures.plot_gaps("averaging")
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
@@ -106,8 +106,8 @@ def gaps(
     chosen = (cells["restitution"] == restitution) & (cells["position"] == position)
     if not chosen.any():
         raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
-    axes = panel(axes, 4.6, 3.8)
-    return _labelled(axes, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
+    ax = panel(ax, 4.6, 3.8)
+    return _labelled(ax, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
 
 
 def _labelled(axes: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
@@ -119,7 +119,7 @@ def _labelled(axes: Axes, cells: Cells, method: str, moment: str, good: float) -
     return axes
 
 
-def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
+def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
     """Draw the gap of one moment: a row for each method, a column for each restitution or wall position.
 
     Parameters
@@ -180,10 +180,10 @@ def draw_gaps(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path:
     return figure
 
 
-def system_gaps(
+def plot_system_gaps(
     method: str,
     moment: str = "x_mean_square",
-    axes: Axes | None = None,
+    ax: Axes | None = None,
     *,
     walls: int = 0,
     position: float = 0.0,
@@ -200,7 +200,7 @@ def system_gaps(
     method : {"averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"}
     moment : str
         Any of `springpot.evidence.reliability.SYSTEMS_GOOD`.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     walls, position, apart, restitution, color, hardening
         The other numbers of `springpot.evidence.cells.Cell`.
@@ -220,7 +220,7 @@ def system_gaps(
     Examples
     --------
     >>> import springpot as sp
-    >>> axes = sp.figures.system_gaps("linearization", "v_mean_square", hardening=1.0)
+    >>> axes = sp.figures.plot_system_gaps("linearization", "v_mean_square", hardening=1.0)
     >>> len(axes.texts) >= 12
     True
     """
@@ -235,11 +235,13 @@ def system_gaps(
     if not here["c"].size:
         numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
         raise ValueError(f"the map of systems has no cells with {numbers}.")
-    axes = panel(axes, 4.6, 3.2)
-    return _labelled(axes, here, method, moment, SYSTEMS_GOOD[moment])
+    ax = panel(ax, 4.6, 3.2)
+    return _labelled(ax, here, method, moment, SYSTEMS_GOOD[moment])
 
 
-def draw_system_gaps(moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, path: Path = SYSTEMS_FILE) -> Figure:
+def plot_system_gaps_of_methods(
+    moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, path: Path = SYSTEMS_FILE
+) -> Figure:
     """Draw the gap of one moment of systems: a row for each method, a column for each of some kinds of systems.
 
     Parameters

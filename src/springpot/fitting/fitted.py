@@ -23,7 +23,6 @@ from springpot.fitting.statistics import MeasuredStatistics
 from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.oscillator import as_system
 from springpot.problem.parts.registration import kind_of
 from springpot.problem.system import KINDS, System
 
@@ -174,7 +173,7 @@ def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
 
 
 def _fit(model: Any, data: Any, how: _How) -> Fit:
-    model = tuple(map(as_system, model)) if isinstance(model, tuple) else as_system(model)
+    model = model
     likelihood = _likelihood(model, data, how)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work

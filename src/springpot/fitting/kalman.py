@@ -17,7 +17,7 @@ from numba import njit
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.state_space import Sampled
 
-__all__ = ["deviance_of", "innovations_of"]
+__all__ = ["innovations_of"]
 
 _WORST = 1e4  # condition number of the eigenvectors, above which the transition matrix is taken as it is
 _SETTLED = 1e-13  # relative change of the variance, and of the gain, below which both stay as they are
@@ -105,6 +105,15 @@ def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[
         Infinite if rounding leaves no variance.
     innovations : ndarray, shape (paths, n)
     spread : ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> one = Sampled(np.array([[0.5]]), np.array([[1.0]]), np.array([1.0]), 0.0)
+    >>> y = np.array([1.0, 0.5, -1.0])
+    >>> exact = np.array([[1.0, 0.5, 0.25], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]])
+    >>> deviance = y @ np.linalg.solve(exact, y) + np.linalg.slogdet(2.0 * np.pi * exact)[1]
+    >>> bool(abs(innovations_of(one, 0.0, y[None, :])[0] - deviance) < 1e-12)
+    True
     """
     at = sampled.stationary @ sampled.row
     variance = float(sampled.row @ at) + noise**2
@@ -137,29 +146,3 @@ def _modes_of(transition: FloatArray) -> tuple[tuple[FloatArray, FloatArray, Flo
     blocks, vectors = linalg.cdf2rdf(*np.linalg.eig(transition))
     low, middle, high = (np.diagonal(blocks, place) for place in (-1, 0, 1))
     return (np.pad(low, (2, 1)), np.pad(middle, 1), np.pad(high, (1, 2))), np.asarray(vectors)
-
-
-def deviance_of(sampled: Sampled, noise: float, values: FloatArray) -> float:
-    """-2 ln L of sampled paths.
-
-    Parameters
-    ----------
-    sampled : Sampled
-    noise : float
-        Standard deviation of the measurement noise.
-    values : ndarray, shape (paths, n)
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> one = Sampled(np.array([[0.5]]), np.array([[1.0]]), np.array([1.0]), 0.0)
-    >>> value = deviance_of(one, 0.0, np.array([[1.0, 0.5, -1.0]]))
-    >>> exact = np.array([[1.0, 0.5, 0.25], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]])
-    >>> y = np.array([1.0, 0.5, -1.0])
-    >>> bool(abs(value - (y @ np.linalg.solve(exact, y) + np.linalg.slogdet(2.0 * np.pi * exact)[1])) < 1e-12)
-    True
-    """
-    return innovations_of(sampled, noise, values)[0]

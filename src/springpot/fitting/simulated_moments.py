@@ -20,8 +20,8 @@ from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import controlled
 from springpot.simulation.plan.adapted import Adapted
-from springpot.simulation.plan.motion import motion_of
-from springpot.simulation.plan.plan import Plan, check_stationary, plan_of
+from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
@@ -62,22 +62,17 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
-    def system_at(self, named: Mapping[str, float]) -> System:
+    def motion_at(self, named: Mapping[str, float]) -> Motion:
         """With these values of its numbers; a ValueError where there is no stationary state."""
-        system = with_values(self.system, named)
-        check_stationary(system, "a fit to MeasuredStatistics")
-        return system
+        return _motion(self.system, named)
 
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
-        return _settings(self.system_at(named), self.settings.seed, self.settings.threads)[1].steps
+        return _settings(self.motion_at(named), self.settings.seed, self.settings.threads)[1].steps
 
-    def started_at(self, named: Mapping[str, float], alive: Progress | None) -> Case:
-        """The same with step, duration and start for these numbers; ``alive`` is called again and again."""
-        system = self.system_at(named)
-        settings, rough = _settings(system, self.settings.seed, self.settings.threads)
-        start = adapt(Plan(motion_of(system), settings), paths=_PILOT_PATHS, progress=alive).adapted
-        return replace(self, settings=settings, rough=rough, start=start)
+    def started_at(self, named: Mapping[str, float], check: Progress | None) -> Case:
+        """The same with step, duration and start for these numbers; ``check`` is called again and again."""
+        return case_of(self.system, self.data, named, self.settings.seed, self.settings.threads, check)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,24 +98,32 @@ def case_of(
     named: Mapping[str, float],
     seed: int,
     threads: int | None,
-    alive: Progress | None,
+    check: Progress | None,
 ) -> Case:
-    """A case whose settings are those for these numbers.
+    """A case with step, duration and start for these numbers; ``check`` is called again and again.
 
     Raises
     ------
     ValueError
         If there is no stationary state.
     """
-    settings, rough = _settings(with_values(system, named), seed, threads)
-    return Case(system, data, settings, rough).started_at(named, alive)
+    motion = _motion(system, named)
+    settings, rough = _settings(motion, seed, threads)
+    start = adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted
+    return Case(system, data, settings, rough, start)
 
 
-def _settings(system: System, seed: int, threads: int | None) -> tuple[Settings, Settings]:
+def _motion(system: System, named: Mapping[str, float]) -> Motion:
+    motion = motion_of(with_values(system, named))
+    check_motion(motion, "a fit to MeasuredStatistics")
+    return motion
+
+
+def _settings(motion: Motion, seed: int, threads: int | None) -> tuple[Settings, Settings]:
     """With the default step, and with a coarser one."""
-    fine = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
+    fine = plan_of(motion.system, paths=_PILOT_PATHS, seed=seed, threads=threads).settings
     step = fine.duration / max(round(fine.steps / _COARSER), 1)
-    rough = plan_of(system, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
+    rough = plan_of(motion.system, paths=_PILOT_PATHS, seed=seed, threads=threads, step=step, duration=fine.duration)
     return fine, rough.settings
 
 
@@ -156,7 +159,7 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    motion, start = motion_of(case.system_at(named)), case.start
+    motion, start = case.motion_at(named), case.start
     if start is not None and start.pilots == 0:
         start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:

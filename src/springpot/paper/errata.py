@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.integrate import quad
 
-from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
-from springpot.simulation import run
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Barrier, Springpot, WhiteNoise
+from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 from springpot.theory.fourier import coefficients, cosine_integral, sine_integral
 
@@ -123,7 +124,7 @@ def side_of_the_wall() -> tuple[Finding, ...]:
     def with_wall(side: Literal["above", "below"]) -> FloatArray:
         oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
         away = 1.0 if side == "above" else -1.0
-        found = run(
+        found = simulated(
             oscillator, paths=1, record=1, duration=duration, step=step, initial_velocity=away, memory_tolerance=1e-9
         )
         return found.record[0, :, 0]

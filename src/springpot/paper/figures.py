@@ -9,11 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.figures import COLORS, bars, fourier_error, fourier_series, new_figure, save
+from springpot.figures import COLORS, bars, new_figure, plot_fourier_error, plot_fourier_series, save
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
-from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
-from springpot.simulation import run
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Springpot, WhiteNoise
+from springpot.problem.system import System
+from springpot.simulation.monte_carlo import simulated
 from springpot.theory import Averaging, averaging
 
 __all__ = ["errata", "fig1", "fig2"]
@@ -55,8 +57,8 @@ def fig1(out: Path) -> list[Path]:
     ['fig1.png']
     """
     figure, (curves, errors) = new_figure(7.0, 6.0, ratios=(3.0, 2.0))
-    fourier_series(curves)
-    fourier_error(errors)
+    plot_fourier_series(curves)
+    plot_fourier_error(errors)
     curves.set_xlabel("")
     return [save(figure, out / "fig1.png")]
 
@@ -191,18 +193,18 @@ def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Pr
         measured.append(gap)
         progress(len(measured) / total, f"errata: alpha = {gap.alpha:g}, C = {gap.coefficient:g}")
     settings = f"{paths} paths, step {step:g} s, mean over t = {duration / 2:g} to {duration:g} s."
-    simulated = []
+    estimates: list[Estimate] = []
     for number, omega in enumerate(_OMEGAS):
-        answer = run(
+        answer = simulated(
             _tuned(float(omega)), paths=paths, duration=duration, step=step, window=(duration / 2, duration),
             seed=1000 * seed + 700 + number, threads=threads, start="stationary",
         )  # fmt: skip
-        simulated.append(Estimate(answer.values["amplitude_mean_square"], answer.errors["amplitude_mean_square"]))
-        progress((len(measured) + len(simulated)) / total, f"errata: Omega = {omega:.3g}")
+        estimates.append(Estimate(answer["amplitude_mean_square"].value, answer["amplitude_mean_square"].error))
+        progress((len(measured) + len(estimates)) / total, f"errata: Omega = {omega:.3g}")
     page = out / "errata.md"
-    trend = [(_tuned(float(omega)), estimate) for omega, estimate in zip(_OMEGAS, simulated, strict=True)]
+    trend = [(_tuned(float(omega)), estimate) for omega, estimate in zip(_OMEGAS, estimates, strict=True)]
     page.write_text(pages.errata_page(measured, trend, settings), encoding="utf-8")
-    drawn = np.array([(estimate.value, estimate.error) for estimate in simulated])
+    drawn = np.array([(estimate.value, estimate.error) for estimate in estimates])
     return [page, _draw_errata(out / "errata.png", drawn)]
 
 
@@ -236,6 +238,6 @@ def _at_unit(alpha: float, q: float) -> Averaging:
     return averaging(Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q)), form="printed")
 
 
-def _tuned(omega: float) -> Oscillator:
+def _tuned(omega: float) -> System:
     """The oscillator of the errata picture."""
     return Oscillator(omega, Springpot(0.7, 0.2))

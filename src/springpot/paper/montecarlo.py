@@ -12,8 +12,10 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
-from springpot.problem.oscillator import Oscillator, Springpot, WhiteNoise
-from springpot.simulation import run
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Springpot, WhiteNoise
+from springpot.problem.system import System
+from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 
 __all__ = [
@@ -184,12 +186,12 @@ def points(
     for q in intensities:
         for alpha in alphas:
             oscillator = Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q))
-            rest = run(
+            rest = simulated(
                 oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
                 seed=next(seeds), threads=threads, scheme="grunwald", start="rest",
             )  # fmt: skip
             begin = settled(oscillator, duration)
-            adapted = run(
+            adapted = simulated(
                 oscillator, paths=paths, duration=begin + duration / 2, step=10 * step,
                 window=(begin, begin + duration / 2), seed=next(seeds), threads=threads, start="stationary",
             )  # fmt: skip
@@ -198,17 +200,17 @@ def points(
                 q=q,
                 mu_printed=averaging(oscillator, form="printed").amplitude_mean_square,
                 mu_corrected=averaging(oscillator).amplitude_mean_square,
-                mu_mc=rest.values["amplitude_mean_square"],
-                mu_mc_se=rest.errors["amplitude_mean_square"],
-                mu_end=rest.values["amplitude_mean_square_end"],
-                mu_end_se=rest.errors["amplitude_mean_square_end"],
-                mu_adapted=adapted.values["amplitude_mean_square"],
-                mu_adapted_se=adapted.errors["amplitude_mean_square"],
+                mu_mc=rest["amplitude_mean_square"].value,
+                mu_mc_se=rest["amplitude_mean_square"].error,
+                mu_end=rest["amplitude_mean_square_end"].value,
+                mu_end_se=rest["amplitude_mean_square_end"].error,
+                mu_adapted=adapted["amplitude_mean_square"].value,
+                mu_adapted_se=adapted["amplitude_mean_square"].error,
                 start_residual=adapted.diagnostics["start_residual"],
             )
 
 
-def settled(oscillator: Oscillator, least: float) -> float:
+def settled(oscillator: System, least: float) -> float:
     """Time after which less than 0.1 % of the transient is left, by the paper's Eq. 19; in s, at least ``least``.
 
     Examples
@@ -219,7 +221,7 @@ def settled(oscillator: Oscillator, least: float) -> float:
     return max(least, math.ceil(math.log(1e3) / (2.0 * averaging(oscillator).decay_rate)))
 
 
-def shortfall(oscillator: Oscillator, duration: float) -> float:
+def shortfall(oscillator: System, duration: float) -> float:
     """Share of the stationary <A^2> that the second half of a run from rest has not reached, by the paper's Eq. 19.
 
     Examples
@@ -348,7 +350,7 @@ def gaps(
     for number, (alpha, coefficient) in enumerate(cases):
         oscillator = Oscillator(1.0, Springpot(alpha, coefficient))
         rest, adapted = (
-            run(
+            simulated(
                 oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
                 seed=1000 * seed + 500 + 2 * number + _STARTS.index(start), threads=threads, start=start,
             )
@@ -358,10 +360,10 @@ def gaps(
             alpha=alpha,
             coefficient=coefficient,
             formula=averaging(oscillator).amplitude_mean_square,
-            rest=rest.values["amplitude_mean_square"],
-            rest_se=rest.errors["amplitude_mean_square"],
-            adapted=adapted.values["amplitude_mean_square"],
-            adapted_se=adapted.errors["amplitude_mean_square"],
-            twice_x=2.0 * adapted.values["x_mean_square"],
-            twice_v=2.0 * adapted.values["v_mean_square"],
+            rest=rest["amplitude_mean_square"].value,
+            rest_se=rest["amplitude_mean_square"].error,
+            adapted=adapted["amplitude_mean_square"].value,
+            adapted_se=adapted["amplitude_mean_square"].error,
+            twice_x=2.0 * adapted["x_mean_square"].value,
+            twice_v=2.0 * adapted["v_mean_square"].value,
         )

@@ -9,7 +9,10 @@ from typing import Literal
 from springpot.machine.faults import per_cent
 from springpot.paper.errata import ERRATA, Erratum
 from springpot.paper.montecarlo import Collapse, Estimate, Gap, Point, collapse, pooled, shortfall
-from springpot.problem.oscillator import Oscillator, Springpot
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Springpot
+from springpot.problem.system import System
 from springpot.theory import averaging
 
 __all__ = ["errata_page", "fig2_page"]
@@ -117,13 +120,13 @@ def _collapse_row(start: str, row: Collapse) -> tuple[str, ...]:
     return start, f"{row.chi_square:.1f}", f"{row.degrees}", f"{row.probability:.2f}", f"{row.largest:.1f}"
 
 
-def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[Oscillator, Estimate]], settings: str) -> str:
+def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[System, Estimate]], settings: str) -> str:
     """Words for the errata: each with its numbers, then the gap between the formula and Monte Carlo.
 
     Parameters
     ----------
     gaps : sequence of Gap
-    trend : sequence of (Oscillator, Estimate)
+    trend : sequence of (System, Estimate)
         What the picture shows: <A^2> of adapted runs, in the order of Omega.
     settings : str
         One sentence that says how the runs were made.
@@ -192,11 +195,11 @@ def _section(erratum: Erratum) -> list[str]:
     ]
 
 
-def _trend_row(oscillator: Oscillator, estimate: Estimate) -> tuple[str, ...]:
+def _trend_row(oscillator: System, estimate: Estimate) -> tuple[str, ...]:
     printed, corrected = (averaging(oscillator, form=form).amplitude_mean_square for form in _FORMS)
     return (
         f"{oscillator.natural_frequency:.3g}",
-        f"{oscillator.dimensionless_coefficient:.2g}",
+        f"{Dimensionless.of(oscillator).dimensionless_coefficient:.2g}",
         f"{printed:.4g}",
         f"{corrected:.4g}",
         _with_error(estimate),
@@ -204,12 +207,12 @@ def _trend_row(oscillator: Oscillator, estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def _heavy(oscillator: Oscillator, estimate: Estimate) -> list[str]:
+def _heavy(oscillator: System, estimate: Estimate) -> list[str]:
     """Why the corrected formula is off at the lowest Omega."""
     gap = estimate.under(averaging(oscillator).amplitude_mean_square)
     return [
         f"At Omega = {oscillator.natural_frequency:g} the corrected formula is {_percent(gap)} off. This is no new "
-        f"erratum: there c = {oscillator.dimensionless_coefficient:.2g}, the springpot is",
+        f"erratum: there c = {Dimensionless.of(oscillator).dimensionless_coefficient:.2g}, the springpot is",
         "no longer light, and averaging itself is too high by as much as at C = Omega = 1 (the row alpha = 0.7, C = 1",
         "of the table below). Towards larger Omega the springpot becomes light and the gap closes.",
     ]

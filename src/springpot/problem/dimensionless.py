@@ -12,9 +12,8 @@ object is made; nothing else in the package checks an oscillator again.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, listed, shown
@@ -30,7 +29,6 @@ from springpot.problem.parts import (
 from springpot.problem.parts.checks import Checked
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
-from springpot.problem.spectral_density import DensityUnit, Excited, Sides, check_excited, intensity_from_psd
 
 if TYPE_CHECKING:
     from springpot.problem.system import System
@@ -144,183 +142,6 @@ class Dimensionless(Checked):
             excitation=WhiteNoise(sum(noise.intensity for noise in unit.of(WhiteNoise))),
         )
 
-    @classmethod
-    def from_device(
-        cls,
-        *,
-        mass: float,
-        stiffness: float,
-        springpot: tuple[float, float],
-        psd: float,
-        psd_unit: DensityUnit,
-        gap: float | None = None,
-        restitution: float = 1.0,
-        side: Literal["above", "below"] = "above",
-        sides: Sides = 1,
-        of: Excited | None = None,
-    ) -> Dimensionless:
-        """The oscillator of a device whose data are in SI units.
-
-        The device obeys m x'' + k_alpha D^alpha x + k x = -m a_base(t), or F(t) instead of -m a_base(t), where x is the
-        displacement relative to the base.  Then Omega = sqrt(k / m) and C = k_alpha / m.  The intensity q of the
-        noise is the two-sided density of the acceleration, in (m/s^2)^2/Hz, which is half of a one-sided density; a
-        density of force is divided by m^2.
-
-        Parameters
-        ----------
-        mass : float
-            m > 0 in kg.
-        stiffness : float
-            k > 0 in N/m: the spring's, without the springpot.
-        springpot : (float, float)
-            Order alpha in [0, 1], and k_alpha >= 0 in N s^alpha/m.  A dashpot c in N s/m is ``(1, c)``.
-        psd : float
-            Spectral density of the excitation, flat over the frequencies that matter.
-        psd_unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
-            Of a base acceleration in standard gravity (9.80665 m/s^2) or in m/s^2, or of a force on the mass.
-        gap : float, optional
-            Distance in m that the mass moves from its equilibrium before it touches the stop.  0: it just touches; a
-            negative gap is a preload: the stop holds the mass that far from the spring's equilibrium.  Without it there
-            is no stop.
-        restitution : float
-            Of the stop, in (0, 1].
-        side : {"above", "below"}
-            Where the mass moves: ``"above"`` a stop at x = -gap, ``"below"`` a stop at x = gap.
-        sides : {1, 2}
-            1: the density is one-sided (positive frequencies only), as test equipment and standards state it;
-            2: two-sided.
-        of : {"base", "force"}, optional
-            What the density is of, if you want to state it: it must agree with ``psd_unit``.
-
-        Returns
-        -------
-        Oscillator
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a number is not one, not finite or out of its range, a word is not one of those above, or two of them
-            do not fit together.
-
-        Examples
-        --------
-        A harvester of 50 g at 25 Hz, shaken with 0.01 g^2/Hz, with a stop at 4 mm:
-
-        >>> harvester = Dimensionless.from_device(
-        ...     mass=0.050, stiffness=1234.0, springpot=(1.0, 0.20), gap=0.004, restitution=0.6,
-        ...     psd=0.01, psd_unit="g2/Hz",
-        ... )
-        >>> round(harvester.natural_frequency, 1), harvester.springpot.coefficient
-        (157.1, 4.0)
-        >>> round(harvester.excitation.intensity, 3)  # 0.01 * 9.80665^2 / 2
-        0.481
-        >>> harvester.barrier
-        Barrier(position=-0.004, restitution=0.6, side='above')
-        """
-        mass = finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
-        stiffness = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
-        if not isinstance(springpot, tuple | list) or len(springpot) != 2:
-            raise TypeError(
-                f"springpot must be two numbers, (order, k_alpha), not {shown(springpot)}. A dashpot c in N s/m is "
-                "(1, c)."
-            )
-        order = finite_number(
-            springpot[0], "springpot's order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."
-        )
-        k_alpha = finite_number(
-            springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST,
-            hint="It is in N s^order/m, per device, not per kg.",
-        )  # fmt: skip
-        intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=mass)
-        check_excited(of, psd_unit)
-        return cls(
-            natural_frequency=math.sqrt(stiffness / mass),
-            springpot=Springpot(order=order, coefficient=k_alpha / mass),
-            barrier=_stop(gap, restitution, side),
-            excitation=WhiteNoise(intensity=intensity),
-        )
-
-    @classmethod
-    def from_numbers(
-        cls,
-        *,
-        order: float = 0.5,
-        coefficient: float = 1.0,
-        natural_frequency: float = 1.0,
-        intensity: float = 1.0,
-        position: float = 0.0,
-        restitution: float = 1.0,
-        side: Literal["above", "below"] | None = None,
-        barrier: bool = True,
-    ) -> Dimensionless:
-        """The oscillator with these numbers: those of `Springpot`, `Barrier`, `WhiteNoise` and its own.
-
-        Parameters
-        ----------
-        order, coefficient : float
-            Of the springpot, (1) and s^(order - 2).
-        natural_frequency : float
-            In rad/s.
-        intensity : float
-            Of the noise, in m^2 s^-3.
-        position, restitution, side
-            Of the wall, in m and (1); without a side the mass moves on that of x = 0.
-        barrier : bool
-            False: without the wall.
-
-        Returns
-        -------
-        Oscillator
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a number is not one, not finite or out of its range, or something is said of a wall that is not there.
-
-        Examples
-        --------
-        >>> Dimensionless.from_numbers(order=0.3, position=-0.5).numbers["position"]
-        -0.5
-        """
-        wall = Barrier(position, restitution, side)  # type: ignore[arg-type]
-        if not barrier and wall != Barrier():
-            raise ValueError("barrier = false cannot be combined with position, restitution or side: there is no wall.")
-        return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))
-
-    @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Dimensionless:
-        """The oscillator that `to_dict` wrote, here or into a file.
-
-        Parameters
-        ----------
-        content : mapping
-            With ``natural_frequency``, and the numbers of ``springpot``, ``barrier`` (or None) and ``excitation``.
-
-        Returns
-        -------
-        Oscillator
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a key is missing or unknown, or a number is not what it must be.
-
-        Examples
-        --------
-        >>> Dimensionless.from_dict(Dimensionless(barrier=None).to_dict()) == Dimensionless(barrier=None)
-        True
-        """
-        content = _with_keys("an oscillator", content, ("natural_frequency", "springpot", "barrier", "excitation"))
-        wall = content["barrier"]
-        if wall is not None:
-            wall = Barrier(**_with_keys("barrier", wall, ("position", "restitution", "side")))
-        return cls(
-            natural_frequency=content["natural_frequency"],
-            springpot=Springpot(**_with_keys("springpot", content["springpot"], ("order", "coefficient"))),
-            barrier=wall,
-            excitation=WhiteNoise(**_with_keys("excitation", content["excitation"], ("intensity",))),
-        )
-
     def to_dict(self) -> dict[str, Any]:
         """All numbers by name, those of a part in a dict of their own; None where there is no wall.
 
@@ -408,26 +229,3 @@ class Dimensionless(Checked):
         """Whether springpot or wall take energy from the motion, so that there is a stationary state."""
         lossy = self.restitution < 1.0
         return lossy or self.springpot.dissipates
-
-
-def _with_keys(what: str, content: object, names: tuple[str, ...]) -> Mapping[str, Any]:
-    if not isinstance(content, Mapping) or {*content} != {*names}:
-        given = listed([*map(str, content)]) if isinstance(content, Mapping) and content else shown(content)
-        raise ValueError(f"{what} must have {listed(names)}, not {given}.")
-    return content
-
-
-def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]) -> Barrier | None:
-    if gap is None:
-        if Barrier(restitution=restitution, side=side) != Barrier():
-            raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
-        return None
-    distance = finite_number(
-        gap,
-        "gap",
-        low=-LARGEST,
-        high=LARGEST,
-        hint="It is the distance from equilibrium to the wall in m; a negative gap is a preload.",
-    )
-    position = distance if side == "below" else -distance
-    return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero

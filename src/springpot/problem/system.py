@@ -92,7 +92,7 @@ class System:
     >>> device = System(Mass(0.2), Spring(80.0), Springpot(0.5, 1.2), Barrier(-0.003, 0.7), WhiteNoise(0.02))
     >>> device.names
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
-    >>> device.canonical().natural_frequency
+    >>> device.natural_frequency
     20.0
     """
 
@@ -214,26 +214,6 @@ class System:
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
         return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
-
-    def canonical(self) -> Dimensionless:
-        """The same problem as an `Oscillator`.
-
-        Returns
-        -------
-        Oscillator
-
-        Raises
-        ------
-        NotCoveredError
-            If it is more than one spring, one springpot, one wall and white noise; the sentence names the part.
-
-        Examples
-        --------
-        >>> from springpot.problem.parts import Dashpot, WhiteNoise
-        >>> System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0)).canonical().springpot
-        Springpot(order=1.0, coefficient=0.1)
-        """
-        return Dimensionless.of(self)
 
 
 def _check_part(part: object, name: str = "") -> None:

@@ -1,9 +1,9 @@
 """Monte Carlo of systems with memory and walls, in rooms, in the order in which data passes.
 
-``run`` takes the arguments; ``plan/`` checks and completes them, with the rates and times of the motion; ``lowering/``
-turns the plan into the arguments of the compiled ``kernel/``; ``paths/`` advances blocks of paths, which ``watch/``
-observes; ``estimate/`` turns their sums into values and errors, with the stationary start; ``result/`` holds the run
-and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.
+``simulate`` takes the arguments; ``plan/`` checks and completes them, with the rates and times of the motion;
+``lowering/`` turns the plan into the arguments of the compiled ``kernel/``; ``paths/`` advances blocks of paths, which
+``watch/`` observes; ``estimate/`` turns their sums into values and errors, with the stationary start; ``result/`` holds
+the run and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.
 
 The names below are loaded at first use, so that commands start fast.
 """
@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from springpot.simulation.error.budget import Budget
-    from springpot.simulation.monte_carlo import run, simulate
+    from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.result.load import load_run
-    from springpot.simulation.result.results import Run
+    from springpot.simulation.result.results import Estimate, Run
     from springpot.simulation.watch.distributions import Distribution
     from springpot.simulation.watch.passage_times import PassageTimes
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "Budget", "Distribution", "PassageTimes", "Run", "Spectrum", "load_run", "run", "simulate",
+    "Budget", "Distribution", "Estimate", "PassageTimes", "Run", "Spectrum", "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
     "simulation.error.budget": ("Budget",),
     "simulation.result.load": ("load_run",),
-    "simulation.result.results": ("Run",),
-    "simulation.monte_carlo": ("run", "simulate"),
+    "simulation.result.results": ("Estimate", "Run"),
+    "simulation.monte_carlo": ("simulate",),
     "simulation.watch.distributions": ("Distribution",),
     "simulation.watch.passage_times": ("PassageTimes",),
     "simulation.watch.spectrum": ("Spectrum",),

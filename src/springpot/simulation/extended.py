@@ -25,7 +25,7 @@ from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.motion import Motion, motion_of
 from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
-from springpot.simulation.result.results import PROBABILITIES, Run
+from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import doubts
 
 __all__ = ["extend"]
@@ -53,7 +53,7 @@ def extend(
     Parameters
     ----------
     run : Run
-        Of `springpot.run`, or of `springpot.load_run` if it was saved with ``path_sums=True``.
+        Of `springpot.simulate`, or of `springpot.load_run` if it was saved with ``path_sums=True``.
     paths : int
         Number of paths afterwards.
     rtol : float
@@ -91,8 +91,9 @@ def extend(
     Examples
     --------
     >>> import springpot as sp
-    >>> first = sp.run(sp.Oscillator(), paths=100, duration=2.0, start="rest")
-    >>> sp.extend(first, paths=200).values == sp.run(sp.Oscillator(), paths=200, duration=2.0, start="rest").values
+    >>> first = sp.simulate(sp.Oscillator(), paths=100, duration=2.0, start="rest")
+    >>> whole = sp.simulate(sp.Oscillator(), paths=200, duration=2.0, start="rest")
+    >>> sp.extend(first, paths=200).estimates == whole.estimates
     True
     """
     _check(run)
@@ -108,7 +109,7 @@ def extend(
 def _check(run: object) -> None:
     if not isinstance(run, Run):
         raise TypeError(f"run must be a Run, not {shown(run)}.")
-    if run.budgets and not run.path_sums.size:
+    if any(each.budget for each in run.estimates.values()) and not run.path_sums.size:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     more = {
         "distributions": run.distributions,
@@ -138,20 +139,24 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
     ensemble = later.advance(skipped=skipped, progress=progress)
     rows = np.concatenate([run.path_sums[:skipped], ensemble.rows])
     values, errors = estimates_of(simulation, rows)
-    old = {*doubts(simulation.but(paths=before), run.values, run.errors, run.path_sums)}
+    biases = step_biases(simulation.motion, settings.step, values, {}, {}, PROBABILITIES)
+    old = {*doubts(simulation.but(paths=before), *_parts(run), run.path_sums)}
     kept = (sentence for sentence in run.warnings if sentence not in old)
     return replace(
         run,
         settings=settings,
-        values=values,
-        errors=errors,
-        budgets={},
+        estimates=estimates_from(run.system, values, errors, step_biases=biases),
         diagnostics=diagnostics_of(simulation, rows, run.diagnostics["seconds"] + time.perf_counter() - begun),
         warnings=(*kept, *doubts(simulation, values, errors, rows)),
         record=run.record if skipped else ensemble.record,
         path_sums=rows,
-        step_biases=step_biases(simulation.motion, settings.step, values, {}, {}, PROBABILITIES),
     )
+
+
+def _parts(run: Run) -> tuple[dict[str, float], dict[str, float]]:
+    """Values and standard errors."""
+    estimates = run.estimates.items()
+    return {name: own.value for name, own in estimates}, {name: own.error for name, own in estimates}
 
 
 def _check_bits(simulation: Simulation, run: Run) -> None:
@@ -205,7 +210,8 @@ def _extended_to(
             progress(_done(run, pairs, standings, rtol))
     budgets = {each.name: each.budget for each in standings}
     more = {"pairs": pairs.pair_coarse.paths, "reached": True}
-    return replace(run, budgets=budgets, diagnostics={**run.diagnostics, **more})
+    known = {name: replace(own, budget=budgets.get(name)) for name, own in run.estimates.items()}
+    return replace(run, estimates=known, diagnostics={**run.diagnostics, **more})
 
 
 def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
@@ -255,7 +261,7 @@ def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> 
     samples = {name: per_path for name, (_, per_path) in samples_of(simulation, run.path_sums).items()}
     found = []
     for name in wanted:
-        known, value = estimates.known[name], run.values[name]
+        known, value = estimates.known[name], run[name].value
         if not (math.isfinite(value) and value != 0.0):
             raise ValueError(f"run must have seen enough to estimate {name}: extend it by paths first.")
         chance = standard_error(samples[name])

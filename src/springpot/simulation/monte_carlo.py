@@ -1,22 +1,22 @@
-"""`run` and `simulate`: one simulation, from a system to results with standard errors."""
+"""`simulate`: one simulation, from a system to results with standard errors."""
 
 from __future__ import annotations
 
 import math
 import platform
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.problem.messages import say
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.few_events import error_of_unseen
@@ -28,7 +28,7 @@ from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import Options, Requests
 from springpot.simulation.plan.plan import plan_of
-from springpot.simulation.result.results import PROBABILITIES, Run
+from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
     about_observables,
     about_options,
@@ -39,10 +39,7 @@ from springpot.simulation.result.warnings import (
 from springpot.simulation.watch.first_passage import from_the_start
 from springpot.simulation.watch.requested import Requested, requested
 
-if TYPE_CHECKING:
-    import xarray
-
-__all__ = ["diagnostics_of", "run", "simulate"]
+__all__ = ["diagnostics_of", "simulate", "simulated"]
 
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
@@ -50,27 +47,8 @@ _WATCHED = (
 )  # fmt: skip
 
 
-def run(system: System, **given: Unpack[Requests]) -> Run:
-    """Simulate, and return a plain `Run`.  See `simulate` for the arguments, which are the same.
-
-    It raises no Python warnings: they are in the result's ``warnings``.
-
-    Returns
-    -------
-    Run
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `simulate`.
-
-    Examples
-    --------
-    >>> from springpot import Oscillator
-    >>> result = run(Oscillator(), paths=64, duration=2.0, step=0.02)
-    >>> result.values["x_mean"] > 0.0
-    True
-    """
+def simulated(system: System, **given: Unpack[Requests]) -> Run:
+    """As `simulate`, but its warnings are only in the result: no Python warnings are raised."""
     options: dict[str, Any] = dict(given)
     for name in options:
         if name not in (known := {**Options.__annotations__, **Requests.__annotations__}):
@@ -79,7 +57,7 @@ def run(system: System, **given: Unpack[Requests]) -> Run:
     progress = options.pop("progress", None)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
-    system, rtol = as_system(system), options.pop("rtol", None)
+    system, rtol = system, options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
     watched = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
@@ -106,7 +84,10 @@ def run(system: System, **given: Unpack[Requests]) -> Run:
         values[name], errors[name] = value, standard_error(samples)
     errors |= _errors_of_own(simulation, wanted, values, ensemble.rows)
     speeds = observed.distributions.get("impact_speed")
-    warnings = (
+    biases = step_biases(
+        plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
+    )
+    doubtful = (
         *about_options(plan, options),
         *doubts(simulation, values, errors, ensemble.rows),
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
@@ -116,11 +97,9 @@ def run(system: System, **given: Unpack[Requests]) -> Run:
     return Run(
         system=system,
         settings=plan.settings,
-        values=values,
-        errors=errors,
-        budgets={},
+        estimates=estimates_from(system, values, errors, step_biases=biases),
         diagnostics=diagnostics_of(simulation, ensemble.rows, time.perf_counter() - begun),
-        warnings=warnings,
+        warnings=doubtful,
         time=plan.settings.recorded_times,
         record=ensemble.record,
         distributions=observed.distributions,
@@ -129,9 +108,7 @@ def run(system: System, **given: Unpack[Requests]) -> Run:
         first_passages=observed.first_passages,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
-        step_biases=step_biases(
-            plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
-        ),
+        step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
     )
 
 
@@ -176,9 +153,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
     return Run(
         system=system,
         settings=reached.settings,
-        values=reached.values,
-        errors=reached.errors,
-        budgets=reached.budgets,
+        estimates=estimates_from(system, reached.values, reached.errors, reached.budgets),
         diagnostics={
             **diagnostics_of(reached.simulation, rows, time.perf_counter() - begun),
             "pairs": reached.pairs,
@@ -192,7 +167,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
     )
 
 
-def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
+def simulate(system: System, **given: Unpack[Requests]) -> Run:
     """Monte Carlo: response levels, impact rate, impact speeds and powers, each with its standard error.
 
     Parameters
@@ -279,21 +254,22 @@ def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
 
     Returns
     -------
-    xarray.Dataset
-        Scalars ``x_mean``, ``x_mean_square``, ``v_mean_square``, with a linear spring ``amplitude_mean_square``
-        (x^2 + v^2 / Omega^2), ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots, dashpots,
-        arms and circuits together), ``input_power``, the ``..._power`` of each nonlinear damper and of each force that
-        is not white, ``energy_residual``; with walls or contacts ``impact_rate``, ``impact_speed_mean``,
-        ``impact_speed_mean_square``, and over the dimension ``barrier`` (walls and contacts) ``barrier_impact_rate``,
-        ``barrier_impact_speed_mean``, ``barrier_power`` and ``barrier_force_mean`` (the mean force on each, its
-        momentum per time); with circuits ``harvested_power`` and each ``..._voltage_mean_square``; with soft contacts
-        ``contact_share`` (of time) and ``contact_penetration`` (deepest of each path, averaged over the paths); and the
-        ``_end`` values at the end of the run.  Forces and powers are those of the mass, or per unit mass without one.
-        Each has a twin ``_se``, a bound where no impact was seen: 1.96 of it are 3 / (paths x length of the window);
-        impact rate and speeds, the quantiles of the impact speed and of the largest speed and the density of the impact
-        speed also have ``_step_bias``, a bound on what the step leaves.  With ``rtol`` the means have ``_step_bias``,
-        ``_memory_bias``, ``_transient`` and their total ``_error``.
-        With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds. Then the observables; with
+    Run
+        ``run["x_mean"]`` is an estimate with its value, error, bounds and unit; ``run.to_xarray()`` a Dataset of all,
+        where each has a twin ``_se``.  There are ``x_mean``, ``x_mean_square``, ``v_mean_square``, with a linear spring
+        ``amplitude_mean_square`` (x^2 + v^2 / Omega^2), ``damping_force_mean``, ``damping_power`` and
+        ``damping_virial`` (springpots, dashpots, arms and circuits together), ``input_power``, the ``..._power`` of
+        each nonlinear damper and of each force that is not white, ``energy_residual``; with walls or contacts
+        ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, and over the dimension ``barrier`` (walls
+        and contacts) ``barrier_impact_rate``, ``barrier_impact_speed_mean``, ``barrier_power`` and
+        ``barrier_force_mean`` (the mean force on each, its momentum per time); with circuits ``harvested_power`` and
+        each ``..._voltage_mean_square``; with soft contacts ``contact_share`` (of time) and ``contact_penetration``
+        (deepest of each path, averaged over the paths); and the ``_end`` values at the end of the run.  Forces and
+        powers are those of the mass, or per unit mass without one. Each has a twin ``_se``, a bound where no impact was
+        seen: 1.96 of it are 3 / (paths x length of the window); impact rate and speeds, the quantiles of the impact
+        speed and of the largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the
+        step leaves. With ``rtol`` the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total
+        ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds. Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
@@ -311,8 +287,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
 
     Warns
     -----
-    UserWarning
-        For each sentence of ``warnings``.
+    SpringpotWarning
+        For each sentence of ``warnings``, of its category (`springpot.AccuracyWarning`, ...).
 
     Notes
     -----
@@ -323,19 +299,19 @@ def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
     --------
     >>> import springpot as sp
     >>> oscillator = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0))
-    >>> dataset = sp.simulate(oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0))
-    >>> abs(float(dataset["amplitude_mean_square"]) - 1.0) < 0.05
+    >>> run = sp.simulate(oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0))
+    >>> abs(run["amplitude_mean_square"].value - 1.0) < 0.05
     True
 
     What a harvester with a damping of 0.1 per second gains, and how fast the fastest tenth of the impacts is:
 
-    >>> dataset = sp.simulate(
+    >>> run = sp.simulate(
     ...     oscillator, paths=2000, duration=60.0, step=0.05, window=(20.0, 60.0),
-    ...     observables={"harvested_power": lambda t, x, v: 0.1 * v * v}, distributions=True,
+    ...     observables={"harvested": lambda t, x, v: 0.1 * v * v}, distributions=True,
     ... )
-    >>> abs(float(dataset["harvested_power"]) - 0.05) < 0.0025
+    >>> abs(run["harvested"].value - 0.05) < 0.0025
     True
-    >>> bool(dataset["impact_speed_quantile"].sel(probability=0.95) > dataset["impact_speed_mean"])
+    >>> bool(run.distributions["impact_speed"].quantile(0.95)[0] > run["impact_speed_mean"].value)
     True
 
     A system in SI units, and the power that each of its two walls takes:
@@ -343,16 +319,14 @@ def simulate(system: System, **given: Unpack[Requests]) -> xarray.Dataset:
     >>> walls = sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8, side="below")
     >>> springs = sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5))
     >>> device = sp.System(sp.Mass(0.2), *springs, sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3), *walls)
-    >>> dataset = sp.simulate(device, paths=200, duration=10.0)
-    >>> dataset["barrier_power"].units, bool((dataset["barrier_power"] > 0.0).all())
+    >>> run = sp.simulate(device, paths=200, duration=10.0)
+    >>> run["barrier_1_power"].unit, run["barrier_2_power"].value > 0.0
     ('W', True)
     """
-    import warnings
-
-    result = run(system, **given)
+    result = simulated(system, **given)
     for sentence in result.warnings:
         warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=2)
-    return result.to_dataset()
+    return result
 
 
 def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.system import System
 from springpot.theory.result import names_of_results
+
+if TYPE_CHECKING:
+    from springpot.simulation import Estimate
 
 __all__ = [
     "ENDINGS",
@@ -80,6 +83,11 @@ def numbers_of_answer(result: Any, system: System) -> tuple[float, ...]:
     return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
-def numbers_of_run(parts: Sequence[Mapping[str, float]], system: System) -> tuple[float, ...]:
-    """The numbers of a run from its values, standard errors and totals; NaN where there is none."""
-    return tuple(float(part.get(name, math.nan)) for name in possible_results(system) for part in parts)
+def numbers_of_run(estimates: Mapping[str, Estimate], system: System) -> tuple[float, ...]:
+    """The numbers of a run: value, standard error and total of each result; NaN where there is none."""
+    found: list[float] = []
+    for name in possible_results(system):
+        own = estimates.get(name)
+        total = math.nan if own is None or own.budget is None else own.budget.total
+        found += (math.nan, math.nan, math.nan) if own is None else (own.value, own.error, total)
+    return tuple(found)

@@ -25,7 +25,7 @@ from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.file import read_system
 from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
-from springpot.problem.oscillator import Oscillator, as_system
+from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
@@ -180,7 +180,7 @@ class Study(Strict):
         """The system whose numbers vary: its parts and their names are those of every point."""
         if self.system is not None:
             return self.system
-        found: System = as_system(Oscillator.from_numbers(**self.fixed.model_dump()))
+        found: System = Oscillator.from_numbers(**self.fixed.model_dump())
         return found
 
     def system_at(self, point: Mapping[str, Any]) -> System:

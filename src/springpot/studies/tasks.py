@@ -225,13 +225,12 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
-    from springpot.simulation.monte_carlo import run
+    from springpot.simulation.monte_carlo import simulated
     from springpot.theory import NoStationaryStateError
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        found = run(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+        found = simulated(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
     except NoStationaryStateError as nothing:
         return Answer((math.nan,) * len(columns_of(task.method, task.base)), str(nothing), ())
-    totals = {name: budget.total for name, budget in found.budgets.items()}
-    return Answer(numbers_of_run((found.values, found.errors, totals), task.base), "", found.warnings)
+    return Answer(numbers_of_run(found.estimates, task.base), "", found.warnings)

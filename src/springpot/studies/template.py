@@ -82,7 +82,7 @@ def of_system(device: System) -> dict[str, str]:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Spring, WhiteNoise
+    >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
     >>> words = of_system(System(Spring(80.0), Barrier(-0.02), WhiteNoise(0.02)))
     >>> print(words["axes"])
     parts.spring.stiffness = [64.0, 80.0]  # s-2

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from springpot.machine.faults import shown
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import System
 from springpot.theory.result import Moments
 
@@ -110,10 +109,9 @@ def checked_system(system: System) -> System:
     TypeError
         If it is something else.
     """
-    asked = as_system(system)
-    if not isinstance(asked, System):
+    if not isinstance(system, System):
         raise TypeError(f"system must be a System, not {shown(system)}.")
-    return asked
+    return system
 
 
 def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:

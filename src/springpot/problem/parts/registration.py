@@ -9,13 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, Self, get_origin, get_type_hints
 
 from springpot.machine.faults import listed
 from springpot.problem.parts.checks import Checked
-
-if TYPE_CHECKING:
-    from springpot.problem.parts.walls import Contact
 
 __all__ = [
     "Number", "Part", "Power", "Slopes", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
@@ -298,7 +295,7 @@ class Part(Checked):
         return 0.0
 
     @property
-    def soft_stop(self) -> Contact | None:
+    def soft_stop(self) -> Any:
         """The contact with its conservative force."""
         return None
 

@@ -310,7 +310,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         unit.of(ColoredNoise, VanDerPol)
     ):
         return size
-    for powers in (np.linspace(12.0, -12.0, 97), np.linspace(45.0, -45.0, 181)):  # the second where size means nothing
+    for powers in (np.linspace(12.0, -12.0, 97), np.linspace(90.0, -90.0, 361)):  # the second where size means nothing
         last = math.nan
         for theta in size * 10.0**powers:
             law = boltzmann_law(potential, float(theta))

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from springpot.machine.arguments import LARGEST
 from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
@@ -277,5 +278,5 @@ def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
     """
     if motion.is_thermal:
         return ()
-    taken = max(dissipated(motion.unit, law), 0.0)
-    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(2.0 * taken)) for pot in motion.springpots)
+    taken = min(max(2.0 * dissipated(motion.unit, law), 0.0), LARGEST)
+    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)

@@ -9,7 +9,6 @@ from typing import Any, Unpack, cast, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
-from springpot.problem.oscillator import as_system
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion, motion_of
@@ -104,7 +103,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     >>> plan_of(Oscillator(), paths=10, duration=5.0).settings.steps
     500
     """
-    motion = motion_of(as_system(system))
+    motion = motion_of(system)
     options = cast(Options, {**DEFAULTS, **given})
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
@@ -186,7 +185,7 @@ def check_stationary(system: System, who: str) -> None:
     >>> from springpot.problem.oscillator import Oscillator
     >>> check_stationary(Oscillator(), "rtol")
     """
-    check_motion(motion_of(as_system(system)), who)
+    check_motion(motion_of(system), who)
 
 
 def check_motion(motion: Motion, who: str) -> None:

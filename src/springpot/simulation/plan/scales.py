@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier
-from springpot.theory import averaging
+from springpot.theory.methods.averaging import decay_rate, stationary_moments
 
 __all__ = ["Scales", "closed_form"]
 
@@ -97,9 +97,8 @@ def _mean(paper: Dimensionless) -> float:
     """E[x] by averaging with the wall moved to the equilibrium, or the wall's place if that is farther inside."""
     if paper.barrier is None:
         return 0.0
-    mean = 0.0
-    if paper.dissipates:
-        mean = abs(averaging(replace(paper, barrier=Barrier(0.0, paper.restitution))).x_mean)
+    moments = stationary_moments(replace(paper, barrier=Barrier(0.0, paper.restitution)))
+    mean = 0.0 if isinstance(moments, str) else abs(moments.x_mean)
     return paper.direction * max(paper.direction * paper.barrier.position, mean)
 
 
@@ -111,7 +110,7 @@ def _energy_time(paper: Dimensionless) -> float:
     """
     frequency, barrier = paper.natural_frequency, paper.barrier
     elastic = replace(paper, barrier=None if barrier is None else Barrier())
-    rate = 2.0 * averaging(elastic).decay_rate / _slowing(paper)
+    rate = 2.0 * decay_rate(elastic) / _slowing(paper)
     growth = 0.0
     if barrier is not None and paper.restitution < 1.0:
         gap = max(0.0, -paper.direction * barrier.position)
@@ -119,7 +118,7 @@ def _energy_time(paper: Dimensionless) -> float:
         # share of a Rayleigh amplitude with <A^2> = q / (rate Omega^2) beyond the gap
         struck = math.exp(-rate * (gap * frequency) ** 2 / intensity) if gap > 0.0 and intensity > 0.0 else 1.0
         lossy = replace(paper, barrier=Barrier(0.0, paper.restitution))
-        impacts = 2.0 * (averaging(lossy).decay_rate - averaging(elastic).decay_rate)
+        impacts = 2.0 * (decay_rate(lossy) - decay_rate(elastic))
         rate += struck * impacts
         growth = struck * (gap * frequency) ** 2 / intensity if intensity > 0.0 else 0.0
     return 1.0 / rate + growth if rate > 0.0 else math.inf

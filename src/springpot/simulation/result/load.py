@@ -55,7 +55,7 @@ def load_run(path: str | Path) -> Run:
     --------
     >>> import tempfile
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=640, duration=1.0, distributions=True, record=2)
+    >>> run = sp.simulate(sp.Oscillator(), paths=640, duration=1.0, distributions=True, record=2)
     >>> again = sp.load_run(run.save(Path(tempfile.mkdtemp()) / "run.nc"))
     >>> again.settings == run.settings, bool((again.record == run.record).all())
     (True, True)

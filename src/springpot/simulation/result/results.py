@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,9 +25,76 @@ from springpot.simulation.watch.spectrum import Spectrum
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["PROBABILITIES", "Run"]
+__all__ = ["PROBABILITIES", "Estimate", "Run", "estimates_from"]
 
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
+
+
+_BOUNDS = {
+    "step_bias": "the step's bias of", "memory_bias": "the memory's bias of", "transient": "what the start leaves in",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its errors and its unit; it prints as ``0.259 +- 0.002 m``.
+
+    Attributes
+    ----------
+    value : float
+    error : float
+        Standard error, from the spread between independent paths; NaN of a single path.
+    unit : str
+        Empty of a user's own observable.
+    budget : Budget or None
+        With ``rtol``: the parts of the total error, and their sum ``budget.total``.
+    step_bias : float or None
+        Without ``rtol``: a bound on what the step leaves, where there is one.
+
+    Examples
+    --------
+    >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
+    0.2590 +- 0.0021 m
+    (None, '2.0', 2.0)
+    """
+
+    value: float
+    error: float
+    unit: str = ""
+    budget: Budget | None = None
+    step_bias: float | None = None
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec) if spec else str(self)
+
+    def __str__(self) -> str:
+        if not (self.error > 0.0 and math.isfinite(self.error)):
+            return f"{self.value:.4g} {self.unit}".rstrip()
+        digits = max(1 - math.floor(math.log10(self.error)), 0)
+        if digits > 6 or abs(self.value) >= 1e6:
+            return f"{self.value:.4g} +- {self.error:.2g} {self.unit}".rstrip()
+        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {self.unit}".rstrip()
+
+
+def estimates_from(
+    system: System,
+    values: Mapping[str, float],
+    errors: Mapping[str, float],
+    budgets: Mapping[str, Budget] | None = None,
+    step_biases: Mapping[str, Any] | None = None,
+) -> dict[str, Estimate]:
+    """Estimates by name, from their parts by name."""
+    budgets, step_biases = budgets or {}, step_biases or {}
+    return {
+        name: Estimate(
+            value, errors[name], COUNTED.get(name) or unit_of_result(system, name), budgets.get(name),
+            step_biases.get(name),
+        )
+        for name, value in values.items()
+    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +107,8 @@ class Run:
         The user's own.
     settings : Settings
         Complete; with a stationary start, ``initial_position`` is the x(0) that the pilot runs gave.
-    values, errors : dict
-        Estimates and standard errors by name; `units` has their units.
-    budgets : dict
-        Error budget of each controlled estimate (`springpot.simulation.Budget`); empty without ``rtol``.
+    estimates : dict of Estimate
+        By name; ``run["impact_rate"]`` is one of them.
     diagnostics : dict
         How it was computed: memory terms and their error, residual of the stationary start, chattering sequences that
         ended at rest (``collapses``), versions, time.
@@ -66,15 +132,13 @@ class Run:
     adapted : Adapted or None
         How x(0) of a stationary start was found.
     step_biases : dict
-        Bounds on the step bias of results that have a relevant one, of a run without ``rtol``: a number, or an array
-        over the probabilities of quantiles and the bins of densities.
+        Bounds on the step bias of quantiles and densities that have a relevant one, of a run without ``rtol``: arrays
+        over the probabilities of the quantiles and the bins of the densities.
     """
 
     system: System
     settings: Settings
-    values: dict[str, float]
-    errors: dict[str, float]
-    budgets: dict[str, Budget]
+    estimates: dict[str, Estimate]
     diagnostics: dict[str, Any]
     warnings: tuple[str, ...]
     time: npt.NDArray[np.float64]
@@ -85,10 +149,25 @@ class Run:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
-    step_biases: dict[str, float | npt.NDArray[np.float64]] = field(default_factory=dict)
+    step_biases: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        name_results(self, "values", "errors", "budgets", "distributions", "extremes", "first_passages")
+        name_results(self, "estimates", "distributions", "extremes", "first_passages")
+
+    def __getitem__(self, name: str) -> Estimate:
+        """One estimate; of an unknown name the error says which one was probably meant."""
+        return self.estimates[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.estimates
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __str__(self) -> str:
+        wide = max(map(len, self.estimates), default=0) + 2
+        lines = [f"{name:{wide}}{estimate}" for name, estimate in self.estimates.items()]
+        return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the recorded paths, as plain numbers, strings, lists and dicts; NaN is None.
@@ -101,8 +180,8 @@ class Run:
 
         Examples
         --------
-        >>> from springpot import Oscillator, run
-        >>> words = run(Oscillator(), paths=1, duration=1.0).to_dict()
+        >>> from springpot import Oscillator, simulate
+        >>> words = simulate(Oscillator(), paths=1, duration=1.0).to_dict()
         >>> words["x_mean_se"] is None, words["settings"]["paths"]
         (True, 1)
         """
@@ -124,19 +203,17 @@ class Run:
 
     def _numbers(self) -> dict[str, tuple[float, str, str]]:
         """Every number by its public name: value, unit and description."""
-        numbers, biases = {}, self.step_biases
-        for name, value in self.values.items():
-            unit = self._unit(name)
-            numbers[name] = value, unit, name.replace("_", " ")
-            numbers[f"{name}_se"] = self.errors[name], unit, f"standard error of {name}"
-            if name in self.budgets:
-                budget = self.budgets[name]
-                numbers[f"{name}_step_bias"] = budget.step_bias, unit, f"bound on the step's bias of {name}"
-                numbers[f"{name}_memory_bias"] = budget.memory_bias, unit, f"bound on the memory's bias of {name}"
-                numbers[f"{name}_transient"] = budget.transient, unit, f"bound on what the start leaves in {name}"
-                numbers[f"{name}_error"] = budget.total, unit, f"half-width of the total 95 % interval of {name}"
-            elif name in biases:
-                numbers[f"{name}_step_bias"] = float(biases[name]), unit, f"bound on the step's bias of {name}"
+        numbers = {}
+        for name, own in self.estimates.items():
+            numbers[name] = own.value, own.unit, name.replace("_", " ")
+            numbers[f"{name}_se"] = own.error, own.unit, f"standard error of {name}"
+            if own.budget is not None:
+                for part, words in _BOUNDS.items():
+                    numbers[f"{name}_{part}"] = getattr(own.budget, part), own.unit, f"bound on {words} {name}"
+                total = own.budget.total
+                numbers[f"{name}_error"] = total, own.unit, f"half-width of the total 95 % interval of {name}"
+            elif own.step_bias is not None:
+                numbers[f"{name}_step_bias"] = own.step_bias, own.unit, f"bound on the step's bias of {name}"
         for passage in self.first_passages.values():
             numbers |= passage.numbers()
         return numbers
@@ -144,11 +221,7 @@ class Run:
     @property
     def units(self) -> dict[str, str]:
         """The unit of every estimate, by name; of an observable it is empty."""
-        return {name: self._unit(name) for name in self.values}
-
-    def _unit(self, name: str) -> str:
-        """The unit of an estimate; only the user knows that of an observable."""
-        return COUNTED.get(name) or unit_of_result(self.system, name)
+        return {name: estimate.unit for name, estimate in self.estimates.items()}
 
     def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
         """Survival curves and their times, by name: axis, numbers, unit."""
@@ -173,18 +246,18 @@ class Run:
             quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
         return quantiles
 
-    def to_dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset: every estimate and its ``_se`` with units, the rest as attributes.
 
         Returns
         -------
         xarray.Dataset
-            As `springpot.simulate` returns it.
+            With the names of ``estimates``; see `springpot.simulate`.
 
         Examples
         --------
-        >>> from springpot import Oscillator, run
-        >>> run(Oscillator(), paths=8, duration=1.0).to_dataset()["impact_rate"].units
+        >>> from springpot import Oscillator, simulate
+        >>> simulate(Oscillator(), paths=8, duration=1.0).to_xarray()["impact_rate"].units
         's-1'
         """
         import json
@@ -278,8 +351,8 @@ class Run:
         Examples
         --------
         >>> import tempfile
-        >>> from springpot import Oscillator, run
-        >>> run(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
+        >>> from springpot import Oscillator, simulate
+        >>> simulate(Oscillator(), paths=8, duration=1.0).save(Path(tempfile.mkdtemp()) / "run.csv").name
         'run.csv'
         """
         from springpot.simulation.result.save import save_run

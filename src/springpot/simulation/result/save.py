@@ -40,7 +40,7 @@ from springpot.problem.system import System
 from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 if TYPE_CHECKING:
-    from springpot.simulation.result.results import Run
+    Run = Any  # its class is in `springpot.simulation.result.results`, which writes its files with this module
 
 __all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
 
@@ -114,9 +114,9 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False, path_sums: 
     --------
     >>> import tempfile
     >>> import springpot as sp
-    >>> run = sp.run(sp.Oscillator(), paths=64, duration=1.0)
+    >>> run = sp.simulate(sp.Oscillator(), paths=64, duration=1.0)
     >>> place = run.save(Path(tempfile.mkdtemp()) / "run.nc")
-    >>> sp.load_run(place).values == run.values
+    >>> sp.load_run(place).estimates == run.estimates
     True
     """
     if not path_sums:
@@ -193,7 +193,7 @@ def _write_netcdf(run: Run, path: Path) -> None:
         if name != RECORD:  # it is stored as x and v at the top
             own[name] = (tuple(f"{name}.{axis}" for axis in range(array.ndim)), array)
     packed = {name: {"zlib": True, "complevel": 2, "shuffle": True} for name in own.data_vars}
-    tree = xarray.DataTree.from_dict({"/": run.to_dataset(), f"/{GROUP}": own})
+    tree = xarray.DataTree.from_dict({"/": run.to_xarray(), f"/{GROUP}": own})
     write(str(path), netcdf_of(tree, {f"/{GROUP}": packed}))
 
 
@@ -223,7 +223,7 @@ _PARTS = ("standard_error", "step_bias", "memory_bias", "transient", "total_erro
 
 def _table(run: Run) -> bytes:
     """A row for each number: its name, the probability of a quantile, its value, its errors and its unit."""
-    dataset = run.to_dataset()
+    dataset = run.to_xarray()
     rows = []
     for name in dataset.data_vars:
         variable = dataset[name]

@@ -60,10 +60,9 @@ def doubts(
     """
     system = simulation.motion.system
     if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
-        own = listed(system.with_functions, "or")
-        cause = f": the function of {own} returns no number, or the step is too long." if own else (
-            ": a much finer step may help."
-        )  # fmt: skip
+        cause = ": a much finer step may help."
+        if own := system.with_functions:
+            cause = f": the function of {listed(own, 'or')} returns no number, or the step is too long."
         return [say("not_finite", cause=cause)]
     of_the_step = [] if bounded else [*_about_step(simulation), *_about_window(simulation)]
     return [

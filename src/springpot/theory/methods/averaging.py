@@ -349,6 +349,16 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     )
 
 
+def decay_rate(paper: Dimensionless) -> float:
+    """beta of the corrected form, in 1/s: the amplitude decays like exp(-beta t)."""
+    return _memory_decay(paper, paper.natural_frequency) + _impact_decay(paper, paper.natural_frequency)
+
+
+def stationary_moments(paper: Dimensionless) -> Moments | str:
+    """Those of the corrected form, or why there are none; the wall must be at 0."""
+    return _stationary(paper, decay_rate(paper), paper.natural_frequency)
+
+
 def check_covered(system: System, form: str = "corrected") -> Dimensionless:
     """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
     paper = Dimensionless.of(system)

@@ -299,6 +299,11 @@ def exact(system: System) -> Exact | ExactLaw:
     )
 
 
+def stationary_moments(paper: Dimensionless) -> Moments | str:
+    """Those without a wall, or why there are none."""
+    return _stationary(paper)
+
+
 def check_covered(system: System) -> Dimensionless | None:
     """The paper's problem, or None of another system, where it is covered; otherwise `NotCoveredError`."""
     try:

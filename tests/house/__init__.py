@@ -1,0 +1,1 @@
+"""Facts about the house that a sentence in its rules claims, measured from the code."""
