@@ -96,8 +96,8 @@ def test_its_tables_agree_where_they_meet(order: float, c: float) -> None:
         (oscillator(0.5, 1.0, 2.1), "from -2 to 2, not 2.1"),
         (oscillator(0.5, 1.0, 0.0, 0.29), "restitution from 0.3 to 1, not 0.29"),
         (oscillator(0.5, 1.0, 0.5, 0.9), "with a restitution of 1 or 0.8 only, not 0.9"),
-        (replace(oscillator(0.5, 1.0), barrier=None), "with a wall"),
-        (replace(oscillator(0.5, 1.0), excitation=sp.WhiteNoise(0.0)), "positive intensities"),
+        (sp.Oscillator(springpot=sp.Springpot(0.5, 1.0), barrier=None), "with a wall"),
+        (sp.Oscillator(springpot=sp.Springpot(0.5, 1.0), excitation=sp.WhiteNoise(0.0)), "positive intensities"),
     ],
 )
 def test_outside_its_range_it_refuses(asked: sp.Oscillator, sentence: str) -> None:
