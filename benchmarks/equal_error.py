@@ -22,7 +22,7 @@ from benchmarks.history import one_thread
 from benchmarks.measure import Row, load
 from benchmarks.peers import compiled_diffrax, mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.plain import plain_of
-from springpot import Oscillator, Springpot
+from springpot import Oscillator, Springpot, System
 from springpot.simulation import simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.random import key_words
@@ -172,15 +172,15 @@ def _count(step: float) -> tuple[int, int]:
     return round(_LENGTH / step), round(_BURN / step)
 
 
-def _ours(oscillator: Oscillator, scheme: str, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
+def _ours(oscillator: System, scheme: str, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
     found = simulate(
         oscillator, paths=paths, duration=_LENGTH, window=(_BURN, _LENGTH), step=step, start="rest", threads=1,
         seed=seed, scheme=scheme,  # type: ignore[arg-type]
     )  # fmt: skip
-    return np.array([found.values[q] for q in QUANTITIES]), np.array([found.errors[q] for q in QUANTITIES])
+    return np.array([found[q].value for q in QUANTITIES]), np.array([found[q].error for q in QUANTITIES])
 
 
-def _plain(oscillator: Oscillator, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
+def _plain(oscillator: System, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
     steps, burn = _count(step)
     plain = plain_of(oscillator, steps, step=step)
     out = np.concatenate([plain.run(steps, burn, key_words((seed << 32) + block)) for block in range(paths // LANES)])
@@ -230,7 +230,7 @@ def _cost_of_past(quick: bool, turns: int) -> float:
     return min(one_thread(size, size) for _ in range(turns)) / size**3
 
 
-def _asked(oscillator: Oscillator, name: str, target: float, truth: float, seeds: int) -> tuple[float, float]:
+def _asked(oscillator: System, name: str, target: float, truth: float, seeds: int) -> tuple[float, float]:
     """Mean processor time of a run asked for this error, pilot runs included, and the error that it had (rms)."""
     taken, errors = [], []
     for seed in range(1, seeds + 1):

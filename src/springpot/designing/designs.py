@@ -62,7 +62,7 @@ def design(
     seed : int
         Of the places where the search starts, and of Monte Carlo.
     rtol : float
-        Relative error of the limited quantities in the first run by Monte Carlo, in [1e-4, 0.5], as in `springpot.run`.
+        Relative error of the limited quantities in the first run by Monte Carlo, in [1e-4, 0.5], as in `springpot.simulate`.
     cost_rtol : float
         By how much the distance to the limits may raise the cost, relative to it, in [1e-3, 0.5].  Later runs are as
         precise as this needs, down to a 16th of ``rtol``.
@@ -79,7 +79,7 @@ def design(
     threads : int
     progress : callable
         Called with the fraction done, from the beginning and from any thread; it carries an estimate of the time of
-        each run, as in `springpot.run`.
+        each run, as in `springpot.simulate`.
 
     Returns
     -------
