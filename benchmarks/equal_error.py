@@ -45,7 +45,7 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 QUANTITIES = {"amplitude_mean_square": "<A^2>", "x_mean": "<x>", "impact_rate": "impact rate"}
 TARGETS = (0.01, 0.002)
-OURS, RTOL = "springpot, best step", "springpot, run(rtol=)"
+OURS, RTOL = "springpot, best step", "springpot, simulate(rtol=)"
 HYBRID, PLAIN, NUMPY, DIFFRAX = "NumPy normals, Numba step", "plain kernel", "NumPy", "diffrax"
 PAST = "NumPy, whole past"
 METHODS = {1.0: (OURS, RTOL, PLAIN, HYBRID, NUMPY, DIFFRAX), 0.5: (OURS, RTOL, PLAIN, PAST)}
@@ -56,7 +56,7 @@ _FINE = 0.025  # step of the reference, in s
 _PAST_SIZE = 1000  # paths and steps, at which the whole past is timed
 
 
-# the reference at order 0.5 starts from rest, as the other methods do; run(rtol=) starts from the stationary mean
+# the reference at order 0.5 starts from rest, as the other methods do; simulate(rtol=) starts from the stationary mean
 _OFF = {1.0: "their error", 0.5: "off the runs from rest by"}
 
 

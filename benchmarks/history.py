@@ -37,7 +37,7 @@ def numpy_history(oscillator: System, paths: int, steps: int, seed: int = 1) -> 
     """
     random = np.random.default_rng(seed)
     paper = Dimensionless.of(oscillator)
-    order, frequency = paper.order, paper.natural_frequency
+    order, frequency = paper.springpot.order, paper.natural_frequency
     # weights of the increments of x, the oldest first, so that the past need not be turned round
     weights = paper.springpot.coefficient * STEP**-order * direct("grunwald", order, steps)[::-1].copy()
     kick = math.sqrt(paper.excitation.intensity * STEP)

@@ -106,7 +106,7 @@ def plain_of(
 ) -> Plain:
     """The plain kernel of an oscillator, with as many modes as it needs for so many steps, or with more."""
     paper = Dimensionless.of(oscillator)
-    order = paper.order
+    order = paper.springpot.order
     scale = paper.springpot.coefficient * step**-order
     rates = weights = np.empty(0)  # a dashpot has no memory
     if order < 1.0:

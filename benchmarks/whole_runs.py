@@ -118,7 +118,7 @@ def _asked(oscillator: System) -> str:
     paper = Dimensionless.of(oscillator)
     wall = paper.barrier
     place = "no wall" if wall is None else f"b = {wall.position:g}, r = {wall.restitution:g}"
-    return f"alpha = {paper.order:g}, c = {paper.dimensionless_coefficient:g}, {place}; warm"
+    return f"alpha = {paper.springpot.order:g}, c = {paper.dimensionless_coefficient:g}, {place}; warm"
 
 
 def start_up(quick: bool) -> list[Row]:

@@ -24,7 +24,7 @@ def test_a_curve_is_grey_where_the_limit_cannot_hold() -> None:
     assert grey.get_extents().transformed(axes.transData.inverted()).x0 >= 0.2
 
 
-@pytest.mark.validation  # every day: the axes of a made-up curve, and the examples of `plot_design_curve` and `Design.units`
+@pytest.mark.validation  # every day: the axes of a made-up curve, and the examples of the two
 def test_the_axis_of_a_free_number_has_its_unit() -> None:
     damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     device = sp.System(sp.Mass(1.0), sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))

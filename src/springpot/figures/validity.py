@@ -50,7 +50,7 @@ CASES: Mapping[str, Mapping[str, float]] = {
     "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "color": 1.0, "hardening": 1.0},
     "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "color": 1.0, "hardening": 1.0},
 }
-"""Columns of `plot_system_gaps_of_methods`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
+"""Columns of `plot_system_gaps_of_methods`: what differs from a linear spring, white noise, walls at 0, r = 1."""
 
 _USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "color": 0.0, "hardening": 0.0}
 
@@ -110,13 +110,13 @@ def plot_gaps(
     return _labelled(ax, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
 
 
-def _labelled(axes: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
+def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
     """A panel that stands alone."""
-    _panel(axes, cells, f"{method}:{moment}", good)
-    axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
-    axes.set_ylabel(r"order $\alpha$ (1)")
-    axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
-    return axes
+    _panel(ax, cells, f"{method}:{moment}", good)
+    ax.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
+    ax.set_ylabel(r"order $\alpha$ (1)")
+    ax.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
+    return ax
 
 
 def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
