@@ -38,7 +38,8 @@ def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     averagings = {"averaging_printed", "averaging", "averaging_shifted", "averaging_amplitude"}
     assert set(found.answers) == {*averagings, "envelope", "memory_closure"}
     assert found.recommended in ("envelope", "memory_closure")
-    value, budget = (of["amplitude_mean_square"] for of in (found.simulation.values, found.simulation.budgets))
+    estimate = found.simulation["amplitude_mean_square"]
+    value, budget = estimate.value, estimate.budget
     error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
     gap = found.gaps("averaging")["amplitude_mean_square"]
     assert gap.percent == pytest.approx(100.0 * (2.2963 / value - 1.0), abs=0.01)
@@ -82,7 +83,7 @@ def test_the_command_compares_and_draws(
         drawn.append(plot_comparison(*given))
         return drawn[-1]
 
-    monkeypatch.setattr("springpot.figures.comparison.draw_comparison", kept)
+    monkeypatch.setattr("springpot.figures.comparison.plot_comparison", kept)
     flags = ["compare", "--order", "1", "--coefficient", "0.8", "--rtol", "0.3"]
     assert cli.main([*flags, "--plot", str(tmp_path / "a.png")]) == 0
     out = capsys.readouterr().out

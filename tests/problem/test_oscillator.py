@@ -59,7 +59,9 @@ def test_dimensionless_position_does_not_feel_the_unit_of_length(
     intensity: float, position: float, factor: float
 ) -> None:
     here = Dimensionless(barrier=Barrier(position, side="above"), excitation=WhiteNoise(intensity))
-    there = Dimensionless(barrier=Barrier(position * factor, side="above"), excitation=WhiteNoise(intensity * factor**2))
+    there = Dimensionless(
+        barrier=Barrier(position * factor, side="above"), excitation=WhiteNoise(intensity * factor**2)
+    )
     assert there.dimensionless_position == pytest.approx(here.dimensionless_position, rel=1e-9)
 
 

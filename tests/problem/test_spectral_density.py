@@ -182,7 +182,7 @@ def test_a_device_simulated_and_compared(capsys: pytest.CaptureFixture[str]) -> 
     assert cli.main(["simulate", *words, "--paths", "100", "--duration", "2", "--json"]) == 0
     asked = {part["kind"]: part for part in json.loads(capsys.readouterr().out)["system"]["parts"]}
     assert "barrier" not in asked
-    assert asked["white_noise"]["intensity"] == 1.0
+    assert asked["white_noise"]["intensity"] == 4.0  # N^2 s
     assert cli.main(["compare", *words, "--rtol", "0.1", "--json"]) == 0
 
 

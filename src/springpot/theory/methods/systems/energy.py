@@ -27,9 +27,8 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import numbers_only, real_array
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
 
 __all__ = ["ExactLaw", "check_law_covered", "exact_law"]
