@@ -107,9 +107,9 @@ def test_numbers_and_dicts_make_the_same_oscillator() -> None:
 @pytest.mark.parametrize(
     ("name", "change", "sentence"),
     [
-        ("springpot", {"order": 0.5}, r"parts\[1\] \(springpot\) needs coefficient."),
+        ("springpot", {"kind": "springpot", "order": 0.5}, r"parts\[1\] \(springpot\) needs coefficient."),
         ("barrier", 3, r"parts\[2\] must be a table with a kind, not 3."),
-        ("white_noise", {"kind": "white_noise", "intensity": 1.0, "mass": 1.0}, "has no 'mass'|has no number 'mass'"),
+        ("white_noise", {"kind": "white_noise", "intensity": 1.0, "mass": 1.0}, "'mass' is not a key of"),
         ("springpot", {"kind": "springpot", "order": 2.0, "coefficient": 1.0}, r"order must be in \[0, 1\], not 2."),
     ],
 )

@@ -12,7 +12,6 @@ import pytest
 
 import springpot as sp
 from springpot.evidence.atlases.lookup import ATLAS_FILE, crowding, weights
-from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import NotCoveredError
 from springpot.theory.result import MOMENTS
 
@@ -60,7 +59,7 @@ def test_scales_are_those_of_the_problem() -> None:
     found, reference = sp.atlas(scaled), sp.atlas(plain)
     for name in MOMENTS:
         assert getattr(found, name) == pytest.approx(units[name] * getattr(reference, name), rel=1e-9), name
-        assert found[name].error == pytest.approx(units[name] * reference[name].error, rel=1e-6), name
+        assert found.errors[name] == pytest.approx(units[name] * reference.errors[name], rel=1e-6), name
 
 
 def test_a_wall_above_is_the_mirror_image() -> None:
@@ -83,7 +82,7 @@ def test_its_tables_agree_where_they_meet(order: float, c: float) -> None:
         one, other = sp.atlas(near), sp.atlas(far)
         for name in MOMENTS:
             gap = abs(getattr(one, name) - getattr(other, name))
-            allowed = 1.5 * math.hypot(one[name].error, other[name].error) + 2e-3 * abs(getattr(one, name))
+            allowed = 1.5 * math.hypot(one.errors[name], other.errors[name]) + 2e-3 * abs(getattr(one, name))
             assert gap <= allowed, (name, gap, allowed)
 
 
@@ -112,7 +111,8 @@ def test_what_is_no_oscillator_is_refused() -> None:
 def test_a_system_that_is_an_oscillator_has_its_answer_and_another_names_the_part() -> None:
     parts = sp.Mass(0.5), sp.Spring(50.0), sp.Springpot(0.4, 3.0), sp.WhiteNoise(0.01), sp.Barrier(0.01, 0.8)
     device = sp.System(*parts)
-    assert sp.atlas(device).moments == sp.atlas(Dimensionless.of(device)).moments
+    same = sp.Oscillator.from_numbers(**sp.Dimensionless.of(device).numbers)
+    assert sp.atlas(device).moments == sp.atlas(same).moments
     assert sp.atlas(device).impact_rate > 0.0
     with pytest.raises(
         sp.theory.NotCoveredError, match=r"^magnet cannot be part of an Oscillator: an Oscillator is .*\.$"
@@ -147,7 +147,7 @@ def test_the_command_prints_what_the_function_says() -> None:
     assert done.returncode == 0, done.stderr
     found, truth = json.loads(done.stdout), sp.atlas(oscillator(0.3, 0.5))
     assert found["impact_rate"] == truth.impact_rate
-    assert found["impact_rate_error"] == truth["impact_rate"].error
+    assert found["impact_rate_error"] == truth.errors["impact_rate"]
 
 
 def random_oscillators(count: int, seed: int) -> list[sp.System]:
@@ -170,7 +170,7 @@ def judged(asked: sp.System, rtol: float, seed: int) -> dict[str, tuple[bool, fl
         value, error = fresh[name].value, fresh[name].error
         if error < 5e-3 * abs(value):
             gap = getattr(found, name) - value
-            out[name] = abs(gap) <= math.hypot(found[name].error, 1.96 * error), abs(gap / value)
+            out[name] = abs(gap) <= math.hypot(found.errors[name], 1.96 * error), abs(gap / value)
     return out
 
 
