@@ -89,7 +89,7 @@ def test_dimensionless_law(asked):
 def test_energy_balance_and_amplitude(asked):
     """q/2 goes in; the free amplitude's energy loss beta v^2 * 2 goes out."""
     result = averaging(asked)
-    q, omega = result.paper.excitation.intensity, asked.natural_frequency
+    q, omega = Dimensionless.of(asked).excitation.intensity, asked.natural_frequency
     assert 2 * result.decay_rate * result.v_mean_square == pytest.approx(q / 2, rel=1e-12)
     assert result.x_mean_square + result.v_mean_square / omega**2 == pytest.approx(result.amplitude_mean_square)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.approximation import approximated, places_of
-from springpot.designing.numbers import checked_system, units_of_free
+from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
@@ -20,7 +20,7 @@ from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motion import motion_of
@@ -114,7 +114,7 @@ def design(
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
     """
-    system = checked_system(model)
+    system = checked_system(model, "model")
     free = free_numbers(system)
     if not free:
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")

@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]

@@ -27,9 +27,9 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
-from springpot.theory.problem import Units, checked_system
+from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
 __all__ = ["ExactLaw", "check_law_covered", "exact_law"]

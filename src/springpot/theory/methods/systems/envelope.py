@@ -31,7 +31,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.potential import Potential
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.methods.envelope.balance import Labels, saturated
 from springpot.theory.methods.systems.cycles import (
     COARSE,
@@ -55,7 +55,6 @@ from springpot.theory.methods.systems.impacts import (
 )
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["check_system_covered", "envelope_of_system"]

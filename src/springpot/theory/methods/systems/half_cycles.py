@@ -21,7 +21,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.walls import restitution_at, slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
@@ -35,7 +35,6 @@ from springpot.theory.methods.systems.half_cycle_chain import (
     chain_of,
 )
 from springpot.theory.methods.systems.linear import linear
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["HalfCycles", "check_covered", "half_cycles"]

@@ -28,10 +28,9 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.numerics.frequencies import integral, resonances
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]

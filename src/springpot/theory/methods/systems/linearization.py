@@ -27,10 +27,9 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.potential import Potential
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, NoConvergenceError, Result
 
 __all__ = ["Linearization", "check_covered", "linearization"]

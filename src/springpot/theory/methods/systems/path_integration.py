@@ -26,10 +26,9 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, restitution_at
 from springpot.problem.potential import Potential
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.problem import checked_system
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 __all__ = ["path_integration"]
