@@ -233,7 +233,7 @@ def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.Cap
 
 
 def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    words = "--rtol 0.01 --quantity x_mean --quantity impact_rate --seed 3 --threads 2"
+    words = "--rtol 0.01 --quantities x_mean --quantities impact_rate --seed 3 --threads 2"
     assert cli.main(["simulate", *words.split()]) == 0
     capsys.readouterr()
     assert asked == {
@@ -277,7 +277,7 @@ def test_the_table_shows_values_with_errors_and_units(
 
 
 def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
+    assert cli.main(["simulate", "--rtol", "0.03", "--quantities", "x_mean"]) == 0
     lines = capsys.readouterr().out.partition("\nsettings: ")[2].splitlines()
     cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
     assert cells[0] == ["value +- total error (95 %)", "standard error", "step", "memory", "transient"]
@@ -394,13 +394,13 @@ def test_a_refused_argument_is_named_as_its_flag(
             "step cannot be given with rtol; only seed and threads can.",
             "--step cannot be given with --rtol; only seed and threads can.",
         ),
-        ("quantities must be among x_mean, not y.", "--quantity must be among x_mean, not y."),
+        ("quantities must be among x_mean, not y.", "--quantities must be among x_mean, not y."),
         ("The paths start at the initial_position.", "The paths start at the --initial-position."),
         ('Use start="stationary" for those.', "Use --start stationary for those."),
-        ("use record_every=4 or at most 3 paths.", "use --every 4 or at most 3 paths."),
+        ("use record_every=4 or at most 3 paths.", "use --record-every 4 or at most 3 paths."),
         ("give another name, or overwrite=True to replace it.", "give another name, or --overwrite to replace it."),
         ("With rtol= the error is bounded.", "With --rtol the error is bounded."),
-        ("quantities does not name these results.", "--quantity does not name these results."),
+        ("quantities does not name these results.", "--quantities does not name these results."),
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:

@@ -23,7 +23,7 @@ SHORT = ["simulate", "--paths", "64", "--duration", "2", "--step", "0.02", "--st
 @pytest.mark.parametrize("suffix", ["nc", "json"])
 def test_a_run_is_saved_with_thinned_paths(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / f"run.{suffix}"
-    assert cli.main([*SHORT, "--out", str(place), "--record", "2", "--every", "10", "--json"]) == 0
+    assert cli.main([*SHORT, "--out", str(place), "--record", "2", "--record-every", "10", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     again = sp.load_run(place)
     assert again["x_mean"].value == printed["x_mean"]
@@ -52,7 +52,10 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
     [
         (["simulate", "--record", "2"], "--record needs --out, the file to save to."),
         (["simulate", "--overwrite"], "--overwrite needs --out, the file to save to."),
-        (["simulate", "--out", "x.nc", "--every", "2"], "--every needs --record, the number of paths to save."),
+        (
+            ["simulate", "--out", "x.nc", "--record-every", "2"],
+            "--record-every needs --record, the number of paths to save.",
+        ),
         (
             ["simulate", "--out", "run.txt"],
             "the file to save to must end in .nc (netCDF), .json or .csv (for spreadsheets), not 'run.txt'.",
@@ -84,8 +87,8 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
             "limit.",
         ),
         (
-            ["simulate", "--rtol", "0.1", "--quantity", "impactrate"],
-            "--quantity must be among x_mean, x_mean_square, v_mean_square, amplitude_mean_square, impact_rate, "
+            ["simulate", "--rtol", "0.1", "--quantities", "impactrate"],
+            "--quantities must be among x_mean, x_mean_square, v_mean_square, amplitude_mean_square, impact_rate, "
             "impact_speed_mean, impact_speed_mean_square, damping_power, input_power, barrier_power, "
             "barrier_force_mean, barrier_impact_rate, barrier_impact_speed_mean, not impactrate; did you mean "
             "impact_rate?",

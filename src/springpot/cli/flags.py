@@ -147,12 +147,7 @@ class OscillatorFlags:
 def with_flags(sentence: str, arguments: Set[str]) -> str:
     """A sentence of the library with flags instead of arguments."""
     names = {field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)} | arguments
-    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
-        "quantities": "--quantity",
-        "record_every": "--every",
-        "out": "--out",
-        "plot": "--plot",
-    }
+    flags = {name: f"--{name.replace('_', '-')}" for name in (*names, "plot")}
     sentence = sentence.replace("barrier = false", "--no-barrier")
     any_flag = "|".join(flags)
     sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda match: flags[match[1]], sentence)
