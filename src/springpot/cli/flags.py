@@ -12,7 +12,6 @@ from cyclopts import Group, Parameter
 from springpot.cli.terminal import Whole
 from springpot.machine.faults import listed
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides
 from springpot.simulation.plan.options import hints, words
 
@@ -126,6 +125,8 @@ class OscillatorFlags:
     ] = None
 
     def oscillator(self) -> System:
+        from springpot.problem.oscillator import Oscillator  # here, so that the help is quick
+
         device, per_mass = self._given(_DEVICE_ONLY), self._given(_PER_MASS_ONLY)
         if not device:
             return Oscillator.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
