@@ -370,7 +370,8 @@ def test_a_task_is_the_run_of_its_system() -> None:
     assert isinstance(task.system, sp.System)
     found = simulate(task.system, **task.settings, seed=task.seed)
     numbers = dict(zip(tasks.columns_of("monte_carlo", task.base), tasks.compute(task).numbers, strict=True))
-    assert {name: numbers[name] for name in found.values} == pytest.approx(found.values, rel=0.0, abs=0.0, nan_ok=True)
+    values = {name: estimate.value for name, estimate in found.estimates.items()}
+    assert {name: numbers[name] for name in values} == pytest.approx(values, rel=0.0, abs=0.0, nan_ok=True)
 
 
 def test_the_example_of_a_system_names_theories_that_answer() -> None:
