@@ -74,7 +74,7 @@ def plot_study(
     names = list(names if quantities is None else quantities)
     for name in names:
         if name not in known:
-            raise ValueError(f"quantity must be one of {', '.join(known)}, not {name!r}.")
+            raise ValueError(f"quantities must be among {', '.join(known)}, not {name!r}.")
     if kind not in (None, "curves", "map"):
         raise ValueError(f"kind must be 'curves' or 'map', not {kind!r}.")
     dimensions = [str(dimension) for dimension in some["done"].dims if dimension != "theory"]
