@@ -34,7 +34,8 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
     )  # fmt: skip
     for order, run in zip(orders, runs, strict=True):
         printed = sp.theory.averaging(run.system, form="printed").amplitude_mean_square
-        ratios[q, order] = [found["amplitude_mean_square"] / printed for found in (run.values, run.errors)]
+        found = run["amplitude_mean_square"]
+        ratios[q, order] = [found.value / printed, found.error / printed]
     value, error = np.array([ratios[q, order] for order in orders]).T
     beside = np.array(orders) + 0.008 * (np.log2(q) - 1.7)
     sp.figures.bars(below, beside, value, error, color=sp.figures.COLORS[color])
