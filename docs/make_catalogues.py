@@ -1,4 +1,4 @@
-"""Writes the pages *All results* and *All warnings and errors* from the catalogues: ``python docs/make_catalogues.py``."""
+"""Writes the pages *All results* and *All warnings and errors*: ``python docs/make_catalogues.py``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from springpot.machine.faults import FileError, NotCoveredError, Stopped
 from springpot.machine.trusted import CacheWarning
 from springpot.problem import messages
 from springpot.problem.catalogue import CATALOGUE, Quantity
-from springpot.problem.messages import MESSAGES, SpringpotWarning
+from springpot.problem.messages import MESSAGES
 from springpot.problem.parts.registration import per_unit_mass
 from springpot.studies import StoreError
 from springpot.theory import NoConvergenceError, NoStationaryStateError
@@ -22,12 +22,13 @@ RESULTS = """\
 
 <!-- written by docs/make_catalogues.py -->
 
-Every result that a run can have, by its name: `run["impact_rate"]` has `value`, `error` (one standard error) and `unit`. In the
-dataset of `run.to_xarray()` the error has the same name with `_se`. `<part>` stands for the name of a part, as in
-`stop_impact_rate`; in the dataset the walls and contacts have the dimension `barrier`, as in `barrier_impact_rate`.
-Powers, forces and virials are those of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is
-the mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the
-results that are marked have a bounded error, `run[name].budget.total`, in the dataset under their name with `_error`.
+Every result that a run can have, by its name: `run["impact_rate"]` has `value`, `error` (one standard error) and
+`unit`. In the dataset of `run.to_xarray()` the error has the same name with `_se`. `<part>` stands for the name of a
+part, as in `stop_impact_rate`; in the dataset the walls and contacts have the dimension `barrier`, as in
+`barrier_impact_rate`. Powers, forces and virials are those of the mass, or per unit mass in a system without a `Mass`:
+the second unit. $m$ is the mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the
+restitution. With `rtol=` the results that are marked have a bounded error, `run[name].budget.total`, in the dataset
+under their name with `_error`.
 
 | name | unit | meaning | formula | when | `rtol` | dimensions |
 |---|---|---|---|---|---|---|
@@ -47,11 +48,21 @@ warnings.filterwarnings("ignore", category=sp.NoEffectWarning)
 warnings.filterwarnings("error", category=sp.AccuracyWarning)
 ```
 
-All categories are kinds of `springpot.SpringpotWarning`. Words in *italics* stand for what the message says of your run.
+All categories are kinds of `springpot.SpringpotWarning`. Words in *italics* stand for what the message says of your
+run.
+"""
+WRONG = """
+## Errors
+
+A wrong argument is a `TypeError` or a `ValueError` whose message begins with the name of the argument; the command
+prints the message and ends with exit code 2. Errors with a class of their own, and the warning about caches:
+
+| class | is a | meaning | what to do |
+|---|---|---|---|
 """
 ERRORS = {
     "springpot.theory.NotCoveredError": (
-        NotCoveredError, "Take another method, or Monte Carlo; `springpot.explain` shows which methods cover the system."
+        NotCoveredError, "Take another method, or Monte Carlo; `springpot.explain` shows which cover the system."
     ),
     "springpot.theory.NoStationaryStateError": (
         NoStationaryStateError, "Add what dissipates energy, or simulate with `start=\"rest\"` for a finite time."
@@ -87,19 +98,13 @@ def warnings_and_errors() -> str:
     """The text of the page *All warnings and errors*."""
     pieces = [WARNINGS]
     for category in (getattr(messages, name) for name in messages.__all__ if name.endswith("Warning")):
-        if category is SpringpotWarning:
-            continue
-        pieces += [f"\n## {category.__name__}\n\n{_first_line(category)}\n\n| name | message | what to do |\n|---|---|---|\n"]
-        for name, kind in MESSAGES.items():
-            if kind.category is category:
-                pieces += [f"| `{name}` | {_plain(kind.sentence)} | {kind.advice} |\n"]
-    pieces += [
-        "\n## Errors\n\nA wrong argument is a `TypeError` or a `ValueError` whose sentence begins with the name of the argument; the "
-        "command\nprints the sentence and ends with exit code 2. Errors with a class of their own, and the warning about caches:\n\n"
-        "| class | is a | meaning | what to do |\n|---|---|---|---|\n",
-        *(f"| `{place}` | `{error.__base__.__name__}` | {_first_line(error)} | {advice} |\n"
-          for place, (error, advice) in ERRORS.items()),
-    ]  # fmt: skip
+        if kinds := {name: kind for name, kind in MESSAGES.items() if kind.category is category}:
+            pieces.append(f"\n## {category.__name__}\n\n{_first_line(category)}\n\n")
+            pieces.append("| name | message | what to do |\n|---|---|---|\n")
+            pieces += [f"| `{name}` | {_plain(kind.sentence)} | {kind.advice} |\n" for name, kind in kinds.items()]
+    pieces.append(WRONG)
+    for place, (error, advice) in ERRORS.items():
+        pieces.append(f"| `{place}` | `{error.__mro__[1].__name__}` | {_first_line(error)} | {advice} |\n")
     return "".join(pieces)
 
 

@@ -2,8 +2,8 @@ r"""
 How far to trust a method
 =========================
 
-The deviation of each method from Monte Carlo has been measured on 700 cells of the dimensionless problem. The panels show
-the cells with an elastic wall at the equilibrium. Numbers are bold where it is more than 2 % of
+The deviation of each method from Monte Carlo has been measured on 700 cells of the dimensionless problem. The panels
+show the cells with an elastic wall at the equilibrium. Numbers are bold where it is more than 2 % of
 :math:`\langle A^2\rangle`; cells are hatched where the method has no result.
 """
 
