@@ -49,7 +49,7 @@ def _version() -> str:
 
 app = App(
     name="springpot",
-    help="Random vibration of oscillators with a fractional derivative that strike a wall.",
+    help="Random vibration of a mass on a viscoelastic mount that hits a stop.",
     help_format="plaintext",
     version=_version,
     suppress_keyboard_interrupt=False,  # main() turns it into one sentence and 130
