@@ -381,7 +381,8 @@ def test_failures_of_the_system_are_sentences(
 def test_a_refused_argument_is_named_as_its_flag(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(monte_carlo, "simulated", raising(ValueError("memory_tolerance is 2, but at most 1 is allowed.")))
+    refusal = ValueError("memory_tolerance is 2, but at most 1 is allowed.")
+    monkeypatch.setattr(monte_carlo, "simulated", raising(refusal))
     assert cli.main(["simulate"]) == 2
     assert capsys.readouterr().err == "springpot: --memory-tolerance is 2, but at most 1 is allowed.\n"
 
