@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-from springpot.problem.units import UNITS
 
 import springpot as sp
 from springpot.studies import tasks

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.simulation.estimate.samples import estimates_of
+from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
@@ -135,12 +135,14 @@ class Gathering:
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
-        return estimates_of(self.simulation, self._rows[: self.paths])
+        rows = self._rows[: self.paths]
+        return estimates_of(self.simulation, rows, watched(self.simulation, rows))
 
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as in a run."""
-        values, errors = self.estimates()
-        return tuple(doubts(self.simulation, values, errors, self._rows[: self.paths]))
+        rows = self._rows[: self.paths]
+        seen = watched(self.simulation, rows)
+        return tuple(doubts(self.simulation, *estimates_of(self.simulation, rows, seen), rows, seen))
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
