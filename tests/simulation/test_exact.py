@@ -335,7 +335,7 @@ def test_energies_below_the_collapse_do_not_depend_on_the_step(paths: int) -> No
     runs = [simulate(oscillator(1.0, 0.5, restitution=0.1), paths=paths, step=step, seed=i, start="rest") for i, step in
             enumerate((0.02, 0.005))]  # fmt: skip
     for name in ("x_mean_square", "v_mean_square"):
-        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        values, errors = ([getattr(r[name], what) for r in runs] for what in ("value", "error"))
         assert max(errors) < 0.005 * values[0]
         assert abs(values[0] - values[1]) < 4 * math.hypot(*errors)
 
