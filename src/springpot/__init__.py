@@ -57,42 +57,32 @@ if TYPE_CHECKING:
         "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
-_ROOMS = ("figures", "theory")
-_MESSAGES = (
-    "AccuracyWarning", "NoEffectWarning", "ProblemWarning", "RareEventWarning", "SpringpotWarning",
-    "StationarityWarning",
-)  # fmt: skip
+_WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
+_DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
 _LATER = {
-    **dict.fromkeys(_MESSAGES, "springpot.problem.messages"),
-    "MeasuredFrequencyResponse": "springpot.fitting",
-    "MeasuredImpacts": "springpot.fitting",
-    "MeasuredModuli": "springpot.fitting",
-    "MeasuredRecord": "springpot.fitting",
-    "MeasuredSpectrum": "springpot.fitting",
-    "MeasuredStatistics": "springpot.fitting",
-    "fit": "springpot.fitting",
-    "Oscillator": "springpot.problem.oscillator",
-    "System": "springpot.problem.system",
-    "Dimensionless": "springpot.problem.dimensionless",
-    "atlas": "springpot.evidence.atlases",
-    "recommended": "springpot.evidence.recommendation",
-    "trust": "springpot.evidence.reliability",
-    "design": "springpot.designing",
-    "explain": "springpot.evidence.explanation",
-    "explore": "springpot.explorer.commands",
-    "figures": "springpot.figures",
-    "free": "springpot.problem.free_numbers",
-    "extend": "springpot.simulation.extended",
-    "load_run": "springpot.simulation",
-    "open_study": "springpot.studies",
-    "read_data": "springpot.fitting",
-    "read_system": "springpot.problem.file",
-    "to_toml": "springpot.problem.file",
-    "sensitivity": "springpot.designing",
-    "simulate": "springpot.simulation",
-    "study": "springpot.studies",
-    "theory": "springpot.theory",
-}
+    name: f"springpot.{place}"
+    for place, names in {
+        "designing": ("design", "sensitivity"),
+        "evidence.atlases": ("atlas",),
+        "evidence.explanation": ("explain",),
+        "evidence.recommendation": ("recommended",),
+        "evidence.reliability": ("trust",),
+        "explorer.commands": ("explore",),
+        "figures": ("figures",),
+        "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.dimensionless": ("Dimensionless",),
+        "problem.file": ("read_system", "to_toml"),
+        "problem.free_numbers": ("free",),
+        "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
+        "problem.oscillator": ("Oscillator",),
+        "problem.system": ("System",),
+        "simulation": ("load_run", "simulate"),
+        "simulation.extended": ("extend",),
+        "studies": ("open_study", "study"),
+        "theory": ("theory",),
+    }.items()
+    for name in names
+}  # and the parts, from their own list
 
 
 def __getattr__(name: str) -> Any:
@@ -104,7 +94,7 @@ def __getattr__(name: str) -> Any:
 
     if name in _LATER:
         module = importlib.import_module(_LATER[name])
-        return module if name in _ROOMS else getattr(module, name)
+        return module if _LATER[name] == f"springpot.{name}" else getattr(module, name)
     if name == "__all__" or name[0].isupper():
         parts = importlib.import_module("springpot.problem.parts")
         if name == "__all__":

@@ -235,7 +235,7 @@ def _ends(
 ) -> tuple[float, float, int, bool]:
     """Begin and end of a slider, its steps, and whether it is logarithmic; those of a free number are its bounds."""
     if isinstance(value, Free):
-        return value.low, value.high, _STEPS, number.range == "positive" and value.low > 0.0
+        return value.low, value.high, _STEPS, number.range in ("positive", "unsigned") and value.low > 0.0
     if number.range in _LINEAR:
         return *_LINEAR[number.range], False
     if number.range == "signed":

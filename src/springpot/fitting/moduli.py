@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +12,12 @@ from springpot.fitting.part_data import MeasuredModuli
 from springpot.machine.arguments import Free
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.parts import (
-    Dashpot,
-    FractionalMaxwell,
-    Maxwell,
-    PiezoelectricCircuit,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
-)
+from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 
-__all__ = ["ModuliLikelihood", "Slopes", "complex_modulus", "idle_numbers", "slopes_by_name"]
+__all__ = ["ModuliLikelihood", "complex_modulus", "idle_numbers", "slopes_by_name"]
 
 ComplexArray = NDArray[np.complex128]
-Slopes = list[tuple[float, Any]]
 
 
 def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexArray, Slopes]:
@@ -52,6 +41,7 @@ def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexAr
 
     Examples
     --------
+    >>> from springpot.problem.parts import Dashpot, Spring
     >>> found, _ = complex_modulus(System(Spring(2.0), Dashpot(0.5)), np.array([1.0]))
     >>> found.round(3)
     array([2.+3.142j])
@@ -60,11 +50,12 @@ def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexAr
     total = np.zeros(frequency_hz.size, complex)
     slopes: Slopes = []
     for name, part in system.named():
-        if isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear:
+        if {"stored", "damping", "inertia"}.isdisjoint(part.powers):
+            continue
+        if not part.is_linear:
             raise NotCoveredError(f"the modulus of a linear system is needed, but {name} is not linear.")
-        modulus, own = _of_part(part, p)
-        total = total + modulus
-        slopes += own
+        total = total + part.modulus(p)
+        slopes += part.slopes(p)
     return total, slopes
 
 
@@ -87,38 +78,6 @@ def idle_numbers(slopes: Slopes, names: Sequence[str]) -> list[str]:
     """Those of the names that do not enter."""
     entering = {number.name for number, _ in slopes if isinstance(number, Free)}
     return [name for name in names if name not in entering]
-
-
-def _of_part(part: Any, p: ComplexArray) -> tuple[Any, Slopes]:
-    """Modulus of a part, and its derivatives by its numbers; 0 of a mass, a wall, an excitation."""
-    match part:
-        case Spring(stiffness=k):
-            return k, [(k, 1.0)]
-        case PolynomialSpring(coefficients=(k, *_)):
-            return k, [(k, 1.0)]
-        case Dashpot(coefficient=c):
-            return c * p, [(c, p)]
-        case PolynomialDashpot(coefficients=(c, *_)):
-            return c * p, [(c, p)]
-        case Springpot(order=order, coefficient=c):
-            unit = p**order
-            return c * unit, [(order, c * unit * np.log(p)), (c, unit)]
-        case FractionalMaxwell(springpot=pot, spring=spring):
-            soft, own = _of_part(pot, p)
-            return _in_series(soft, own, spring.stiffness)
-        case Maxwell(stiffness=k, coefficient=c):
-            return _in_series(c * p, [(c, p)], k)
-        case PiezoelectricCircuit(coupling=theta, resistance=r, capacitance=cp):
-            rate = 1.0 / part.time
-            found = theta**2 / cp * p / (p + rate)
-            turn = found * rate / (p + rate)  # -rate d/d rate
-            return found, [(theta, 2.0 * found / theta), (r, turn / r), (cp, (turn - found) / cp)]
-    return 0.0, []
-
-
-def _in_series(soft: Any, own: Slopes, stiffness: float) -> tuple[Any, Slopes]:
-    share = stiffness / (stiffness + soft)
-    return share * soft, [*((number, slope * share**2) for number, slope in own), (stiffness, (1.0 - share) ** 2)]
 
 
 class ModuliLikelihood(LeastSquares):

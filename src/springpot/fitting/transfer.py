@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
-from springpot.fitting.moduli import Slopes, complex_modulus, idle_numbers, slopes_by_name
+from springpot.fitting.moduli import complex_modulus, idle_numbers, slopes_by_name
 from springpot.machine.faults import listed
 from springpot.problem.free_numbers import free_numbers, restarted
+from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Checked", "coefficients", "plain", "positive", "put", "real", "signed", "unsigned"]
+__all__ = ["Checked", "coefficients", "plain", "put", "real", "signed"]
 
 
 class Checked:
@@ -64,16 +64,6 @@ def put(part: object, **values: Any) -> None:
     """Replace fields of a frozen part, while it is being made."""
     for name, value in values.items():
         object.__setattr__(part, name, value)
-
-
-def positive(value: object, name: str, hint: str) -> float:
-    """A number greater than 0."""
-    return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
-
-
-def unsigned(value: object, name: str, hint: str) -> float:
-    """A number from 0."""
-    return finite_number(value, name, low=0.0, high=LARGEST, hint=hint)
 
 
 def real(value: object, name: str, hint: str) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from springpot.problem.parts.checks import positive, put
 from springpot.problem.parts.registration import Number, Part, Slopes
 
 __all__ = ["PiezoelectricCircuit"]
@@ -45,17 +44,9 @@ class PiezoelectricCircuit(Part):
     said, glyph, powers = "piezoelectric circuit", "circuit", ("damping",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
 
-    coupling: Annotated[float, Number("θ", "coupling", "N V-1", mass=0.5)]
-    resistance: Annotated[float, Number("R", "resistance", "ohm")]
-    capacitance: Annotated[float, Number("Cp", "capacitance", "F")]
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            coupling=positive(self.coupling, "coupling", "It is theta in N/V."),
-            resistance=positive(self.resistance, "resistance", "It is R in ohm."),
-            capacitance=positive(self.capacitance, "capacitance", "It is Cp in farad."),
-        )
+    coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
+    resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]
+    capacitance: Annotated[float, Number("Cp", "capacitance", "F", "positive", "It is Cp in farad.")]
 
     @property
     def time(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from springpot.problem.parts.checks import coefficients, positive, put, signed, unsigned
+from springpot.problem.parts.checks import coefficients, put, signed
 from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
@@ -34,10 +34,9 @@ class Dashpot(Part):
     said, glyph, powers = "dashpot", "dashpot", ("damping",)
     is_linear, remembers, is_thermal, is_odd = True, False, True, True
 
-    coefficient: Annotated[float, Number("c", "coefficient", "N s m-1")]
-
-    def __post_init__(self) -> None:
-        put(self, coefficient=unsigned(self.coefficient, "coefficient", "It is the damper's force per velocity."))
+    coefficient: Annotated[
+        float, Number("c", "coefficient", "N s m-1", "unsigned", "It is the damper's force per velocity.")
+    ]
 
     @property
     def dissipates(self) -> bool:
@@ -138,15 +137,10 @@ class VanDerPol(Part):
     said, glyph, powers = "van der pol", "dashpot", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
 
-    coefficient: Annotated[float, Number("μ", "coefficient", "N s m-3")]
-    length: Annotated[float, Number("l", "length", "m")] = 1.0
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            coefficient=positive(self.coefficient, "coefficient", "It is mu of mu (x^2 - length^2) v."),
-            length=positive(self.length, "length", "It is where the damping changes sign, in m."),
-        )
+    coefficient: Annotated[
+        float, Number("μ", "coefficient", "N s m-3", "positive", "It is mu of mu (x^2 - length^2) v.")
+    ]
+    length: Annotated[float, Number("l", "length", "m", "positive", "It is where the damping changes sign.")] = 1.0
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -181,10 +175,7 @@ class Friction(Part):
     said, glyph, powers = "friction", "friction", ("taken",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, True, False, True
 
-    force: Annotated[float, Number("F", "force", "N")]
-
-    def __post_init__(self) -> None:
-        put(self, force=unsigned(self.force, "force", "It is the size of the friction."))
+    force: Annotated[float, Number("F", "force", "N", "unsigned", "It is the size of the friction.")]
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.parts.checks import positive, put, real, unsigned
+from springpot.problem.parts.checks import put, real
 from springpot.problem.parts.registration import Number, Part
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
@@ -36,6 +35,11 @@ Units = Callable[[str], str]
 
 class Excitation(Part, abstract=True):
     """What is on the right-hand side of the equation of motion."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (on := getattr(self, "on", "mass")) not in ("mass", "ground"):
+            raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
@@ -72,12 +76,10 @@ class WhiteNoise(Excitation):
     said, glyph, powers = "white noise", "rough", ("input",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    intensity: Annotated[float, Number("q", "intensity", "N2 s")] = 1.0
+    intensity: Annotated[
+        float, Number("q", "intensity", "N2 s", "unsigned", "It is q = sigma^2 of the white noise.")
+    ] = 1.0
     on: On = "mass"
-
-    def __post_init__(self) -> None:
-        put(self, intensity=unsigned(self.intensity, "intensity", "It is q = sigma^2 of the white noise."))
-        _check_on(self.on)
 
     @classmethod
     def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1) -> WhiteNoise:
@@ -146,17 +148,9 @@ class ColoredNoise(Excitation):
     said, glyph, powers = "colored noise", "smooth", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    variance: Annotated[float, Number("s²", "variance", "N2")]
-    correlation_time: Annotated[float, Number("τ", "correlation time", "s")]
+    variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
+    correlation_time: Annotated[float, Number("τ", "correlation time", "s", "positive", "It is in s.")]
     on: On = "mass"
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            variance=positive(self.variance, "variance", "It is the mean square of the noise."),
-            correlation_time=positive(self.correlation_time, "correlation_time", "It is in s."),
-        )
-        _check_on(self.on)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -197,21 +191,12 @@ class KanaiTajimiNoise(Excitation):
     said, glyph, powers = "kanai tajimi noise", "smooth", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    frequency: Annotated[float, Number("ω", "filter at", "rad s-1")]
-    damping: Annotated[float, Number("ζ", "damping ratio", range="share")]
-    intensity: Annotated[float, Number("q", "intensity", "N2 s")]
+    frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
+    damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
+    intensity: Annotated[
+        float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before the filter.")
+    ]
     on: On = "ground"
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            frequency=positive(self.frequency, "frequency", "It is the filter's, in rad/s."),
-            damping=finite_number(
-                self.damping, "damping", low=0.0, high=1.0, open_low=True, hint="It is the filter's damping ratio."
-            ),
-            intensity=positive(self.intensity, "intensity", "It is that of the white noise before the filter."),
-        )
-        _check_on(self.on)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -253,10 +238,7 @@ class Constant(Excitation):
     said, glyph, powers = "constant", "flat", ("stored",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
 
-    force: Annotated[float, Number("F", "force", "N", "signed")]
-
-    def __post_init__(self) -> None:
-        put(self, force=real(self.force, "force", "It is constant, in N."))
+    force: Annotated[float, Number("F", "force", "N", "signed", "It is constant, in N.")]
 
     def force_coefficients(self) -> tuple[float, ...]:
         """Minus the force."""
@@ -294,17 +276,9 @@ class Harmonic(Excitation):
     said, glyph, powers = "harmonic", "sine", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    amplitude: Annotated[float, Number("F", "amplitude", "N")]
-    frequency: Annotated[float, Number("ν", "frequency", "rad s-1")]
+    amplitude: Annotated[float, Number("F", "amplitude", "N", "unsigned", "It is that of the force.")]
+    frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
     on: On = "mass"
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            amplitude=unsigned(self.amplitude, "amplitude", "It is that of the force."),
-            frequency=positive(self.frequency, "frequency", "It is in rad/s."),
-        )
-        _check_on(self.on)
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -342,8 +316,8 @@ class RecordedExcitation(Excitation):
     said, glyph, powers = "recorded excitation", "rough", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
 
-    time: Annotated[tuple[float, ...], Number("t", "time", "s")]
-    values: Annotated[tuple[float, ...], Number("×", "the record times", "N", turns=True)]
+    time: Annotated[tuple[float, ...], Number("t", "time", "s", own=True)]
+    values: Annotated[tuple[float, ...], Number("×", "the record times", "N", turns=True, own=True)]
     on: On = "ground"
 
     def __post_init__(self) -> None:
@@ -355,7 +329,7 @@ class RecordedExcitation(Excitation):
             )
         if any(later <= earlier for earlier, later in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time must increase from each point to the next.")
-        _check_on(self.on)
+        super().__post_init__()
 
     @property
     def duration(self) -> float:
@@ -406,12 +380,14 @@ class Force(Excitation):
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, False, False
 
     function: Callable[[float, float, float], float]
-    share: Annotated[float, Number("×", "the function times", range="signed", mass=1.0)] = 1.0
+    share: Annotated[
+        float, Number("×", "the function times", "1", "signed", "It is a factor on the function.", mass=1.0)
+    ] = 1.0
 
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
-        put(self, share=real(self.share, "share", "It is a factor on the function."))
+        super().__post_init__()
 
     @property
     def has_function(self) -> bool:
@@ -451,17 +427,9 @@ class PoissonImpulses(Excitation):
     said, glyph, powers = "poisson impulses", "spikes", ("input",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    rate: Annotated[float, Number("λ", "rate", "s-1")]
-    mean_square: Annotated[float, Number("y²", "mean square", "N2 s2")]
+    rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
+    mean_square: Annotated[float, Number("y²", "mean square", "N2 s2", "positive", "It is that of an impulse.")]
     on: On = "mass"
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            rate=positive(self.rate, "rate", "It is the number of impulses per second."),
-            mean_square=positive(self.mean_square, "mean_square", "It is that of an impulse."),
-        )
-        _check_on(self.on)
 
     @property
     def intensity(self) -> float:
@@ -501,10 +469,9 @@ class ParametricNoise(Excitation):
     said, glyph, powers = "parametric noise", "rough", ("input",)
     is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, True, True
 
-    intensity: Annotated[float, Number("q", "intensity", "N2 s m-2")]
-
-    def __post_init__(self) -> None:
-        put(self, intensity=positive(self.intensity, "intensity", "It is that of the noise that multiplies x."))
+    intensity: Annotated[
+        float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
+    ]
 
     def factor(self, heavy: bool) -> str:
         """It multiplies x."""
@@ -544,10 +511,7 @@ class ThermalNoise(Excitation):
     said, glyph, powers = "thermal noise", "rough", ("fed",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    temperature: Annotated[float, Number("kT", "temperature", "J")]
-
-    def __post_init__(self) -> None:
-        put(self, temperature=positive(self.temperature, "temperature", "It is kT, an energy."))
+    temperature: Annotated[float, Number("kT", "temperature", "J", "positive", "It is kT, an energy.")]
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -559,8 +523,3 @@ def _numbers(values: object, name: str) -> tuple[float, ...]:
     if isinstance(values, str) or not hasattr(values, "__iter__"):
         raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
     return tuple(real(value, f"{name}[{place}]", "It is a point of the record.") for place, value in enumerate(values))
-
-
-def _check_on(on: object) -> None:
-    if not isinstance(on, str) or on not in ("mass", "ground"):
-        raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from springpot.problem.parts.checks import positive, put
 from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["Mass"]
@@ -36,10 +35,7 @@ class Mass(Part):
     said, glyph, powers = "mass", "mass", ("inertia",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    value: Annotated[float, Number("m", "mass", "kg")]
-
-    def __post_init__(self) -> None:
-        put(self, value=positive(self.value, "value", "It is the mass in kg."))
+    value: Annotated[float, Number("m", "mass", "kg", "positive", "It is the mass in kg.")]
 
     @property
     def inertia(self) -> float:

@@ -11,18 +11,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, Self, get_origin, get_type_hints
 
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed
-from springpot.problem.parts.checks import Checked
+from springpot.problem.parts.checks import Checked, put
 
 __all__ = [
-    "Number", "Part", "Power", "Slopes", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
+    "Number", "Part", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
     "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
 of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""
-Range = Literal["positive", "signed", "share", "order", "exponent"]
+Range = Literal["positive", "unsigned", "signed", "share", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
 
@@ -41,14 +42,18 @@ class Number:
     unit : str
         In a system with a `Mass`, such as ``"N s^alpha m-1"``, where alpha is the part's order; of the coefficients of
         a polynomial that of the force.  What has newtons in it is divided by the mass.
-    range : {"positive", "signed", "share", "order", "exponent"}
-        Of its slider.
+    range : {"positive", "unsigned", "signed", "share", "order", "exponent"}
+        Of what it may be, and of its slider.
+    hint : str
+        Ends the sentence where it is something else.
     per : str
         Of the coefficients of a polynomial: the nth is in ``unit`` over the nth power of this.
     mass : float, optional
         The power of the mass that divides it, where it is not that of the newtons in the unit.
     turns : bool
         Whether it changes its sign where an acceleration of the ground becomes a force.
+    own : bool
+        Whether the part itself checks it: it may be more than a number.
 
     Examples
     --------
@@ -63,9 +68,11 @@ class Number:
     said: str
     unit: str = "1"
     range: Range = "positive"
+    hint: str = ""
     per: str = ""
     mass: float | None = None
     turns: bool = False
+    own: bool = False
 
     @property
     def mass_power(self) -> float:
@@ -167,6 +174,25 @@ def in_words(unit: str) -> str:
     above, below = ([word for word in words if ("^-" in word) == down] for down in (False, True))
     under = "/".join(["", *(word.replace("^-", "^").removesuffix("^1") for word in below)])
     return (" ".join(above) or "1") + under
+
+
+_LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LARGEST, LARGEST), "share": (0.0, 1.0),
+           "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
+
+
+def check(part: Any) -> None:
+    """Check the numbers of a part or law that is being made.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+    """
+    for name, number in part.numbers.items():
+        if isinstance(number, Number) and not (number.per or number.own):
+            (low, high), open_low = _LIMITS[number.range], number.range in ("positive", "share")
+            value = finite_number(getattr(part, name), name, low=low, high=high, open_low=open_low, hint=number.hint)
+            put(part, **{name: value})
 
 
 def kind_of(part: object) -> str:
@@ -277,6 +303,9 @@ class Part(Checked):
         cls.numbers = stated_numbers(cls)
         Part.kinds[kind_of(cls)] = cls
 
+    def __post_init__(self) -> None:
+        check(self)
+
     # what a part may have beside; a part that does not say so has none of it
 
     @property
@@ -287,7 +316,7 @@ class Part(Checked):
     @property
     def linear_stiffness(self) -> float:
         """Of its linear spring, in N/m."""
-        return 0.0
+        return (*self.force_coefficients(), 0.0, 0.0)[1] if "stored" in self.powers else 0.0
 
     @property
     def linear_damping(self) -> float:

@@ -7,9 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
-from springpot.problem.parts.checks import positive, put, signed
+from springpot.problem.parts.checks import signed
 from springpot.problem.parts.registration import Number, Part, Slopes
 from springpot.problem.parts.springs import Spring
 
@@ -43,21 +42,11 @@ class Springpot(Part):
     said, glyph, powers = "springpot", "springpot", ("damping",)
     is_linear, is_thermal, is_odd = True, True, True
 
-    order: Annotated[float, Number("α", "order", range="order")]
-    coefficient: Annotated[float, Number("C", "coefficient", "N s^alpha m-1")]
-
-    def __post_init__(self) -> None:
-        order = finite_number(
-            self.order, "order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."
-        )
-        coefficient = finite_number(
-            self.coefficient,
-            "coefficient",
-            low=0.0,
-            high=LARGEST,
-            hint="It is the springpot's force per unit of D^alpha x.",
-        )
-        put(self, order=order, coefficient=coefficient)
+    order: Annotated[float, Number("α", "order", "1", "order", "It runs from 0 (a spring) to 1 (a dashpot).")]
+    coefficient: Annotated[
+        float,
+        Number("C", "coefficient", "N s^alpha m-1", "unsigned", "It is the springpot's force per unit of D^alpha x."),
+    ]
 
     @property
     def dissipates(self) -> bool:
@@ -183,15 +172,12 @@ class Maxwell(Part):
     said, glyph, powers = "maxwell", "dashpot arm", ("damping",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
 
-    stiffness: Annotated[float, Number("k", "stiffness", "N m-1")]
-    coefficient: Annotated[float, Number("c", "coefficient", "N s m-1")]
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            stiffness=positive(self.stiffness, "stiffness", "It is the spring's force per displacement."),
-            coefficient=positive(self.coefficient, "coefficient", "It is the damper's force per velocity."),
-        )
+    stiffness: Annotated[
+        float, Number("k", "stiffness", "N m-1", "positive", "It is the spring's force per displacement.")
+    ]
+    coefficient: Annotated[
+        float, Number("c", "coefficient", "N s m-1", "positive", "It is the damper's force per velocity.")
+    ]
 
     def term(self) -> str:
         """Its force in the equation of motion."""

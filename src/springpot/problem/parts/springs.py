@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from springpot.problem.parts.checks import coefficients, put, real, signed
+from springpot.problem.parts.checks import coefficients, put, signed
 from springpot.problem.parts.registration import Number, Part
 
 __all__ = ["PolynomialSpring", "Spring"]
@@ -38,15 +38,9 @@ class Spring(Part):
     said, glyph, powers = "spring", "spring", ("stored",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
-    stiffness: Annotated[float, Number("k", "stiffness", "N m-1", "signed")]
-
-    def __post_init__(self) -> None:
-        put(self, stiffness=real(self.stiffness, "stiffness", "It is the spring's force per displacement."))
-
-    @property
-    def linear_stiffness(self) -> float:
-        """k."""
-        return self.stiffness
+    stiffness: Annotated[
+        float, Number("k", "stiffness", "N m-1", "signed", "It is the spring's force per displacement.")
+    ]
 
     def force_coefficients(self) -> tuple[float, ...]:
         """0 and k."""
@@ -95,11 +89,6 @@ class PolynomialSpring(Part):
     def is_odd(self) -> bool:
         """Whether it has no even powers."""
         return not any(self.coefficients[1::2])
-
-    @property
-    def linear_stiffness(self) -> float:
-        """k1."""
-        return self.coefficients[0]
 
     def force_coefficients(self) -> tuple[float, ...]:
         """0 and its coefficients."""

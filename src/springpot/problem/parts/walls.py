@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, positive, put, real, unsigned
-from springpot.problem.parts.registration import Number, Part, kind_of, stated_numbers
+from springpot.problem.parts.checks import Checked, put
+from springpot.problem.parts.registration import Number, Part, check, kind_of, stated_numbers
 
 __all__ = [
     "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
@@ -44,6 +44,9 @@ class Restitution(Checked):
     def formula(speed: float, *numbers: float) -> float:
         """r at a speed in m/s, of the fields in their order: a function that Numba can compile."""
         raise NotImplementedError
+
+    def __post_init__(self) -> None:
+        check(self)
 
     def __call__(self, speed: float) -> float:
         """r at a speed in m/s."""
@@ -87,17 +90,13 @@ class PowerRestitution(Restitution):
     0.35
     """
 
-    restitution: Annotated[float, Number("r", "restitution at", range="share")]
-    speed: Annotated[float, Number("v", "this speed", "m s-1")]
-    exponent: Annotated[float, Number("p", "falls with power", range="share")] = 0.25
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            restitution=_fraction(self.restitution, "restitution", "It is that of an impact at the speed given."),
-            speed=positive(self.speed, "speed", "It is the speed at which the restitution is that."),
-            exponent=_fraction(self.exponent, "exponent", "Metals that yield have 1/4."),
-        )
+    restitution: Annotated[
+        float, Number("r", "restitution at", "1", "share", "It is that of an impact at the speed given.")
+    ]
+    speed: Annotated[
+        float, Number("v", "this speed", "m s-1", "positive", "It is the speed at which the restitution is that.")
+    ]
+    exponent: Annotated[float, Number("p", "falls with power", "1", "share", "Metals that yield have 1/4.")] = 0.25
 
     @staticmethod
     def formula(v: float, restitution: float, speed: float, exponent: float) -> float:  # type: ignore[override]
@@ -121,6 +120,10 @@ class Stop(Part, abstract=True):
     if TYPE_CHECKING:
         position: float
         side: Side
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        put(self, side=_side(self.side, self.position))
 
     @property
     def inwards(self) -> float:
@@ -167,17 +170,20 @@ class Barrier(Stop):
     said, glyph, powers = "wall", "stop", ("stop",)
     is_linear, remembers, is_thermal, is_odd = False, False, True, False
 
-    position: Annotated[float, Number("b", "position", "m", "signed")] = 0.0
-    restitution: Annotated[float | Restitution | RestitutionLaw, Number("r", "restitution", range="share")] = 1.0
+    position: Annotated[float, Number("b", "position", "m", "signed", "It is the position of the wall.")] = 0.0
+    restitution: Annotated[
+        float | Restitution | RestitutionLaw, Number("r", "restitution", range="share", own=True)
+    ] = 1.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
     def __post_init__(self) -> None:
-        put(self, position=real(self.position, "position", "It is the position of the wall."))
+        super().__post_init__()
         if callable(self.restitution):
             _check_law(self.restitution)
         else:
-            put(self, restitution=_fraction(self.restitution, "restitution", "An elastic wall has 1."))
-        put(self, side=_side(self.side, self.position))
+            hint = "An elastic wall has 1."
+            share = finite_number(self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint=hint)
+            put(self, restitution=share)
 
     @property
     def dissipates(self) -> bool:
@@ -248,23 +254,15 @@ class Contact(SoftStop):
     said, glyph, powers = "soft contact", "stop", ("stop",)
     is_linear, remembers, is_odd = False, False, False
 
-    position: Annotated[float, Number("b", "position", "m", "signed")]
-    stiffness: Annotated[float, Number("k", "stiffness", "N m^-exponent")]
-    exponent: Annotated[float, Number("p", "exponent", range="exponent")] = 1.5
-    dissipation: Annotated[float, Number("χ", "dissipation", "s m-1")] = 0.0
+    position: Annotated[float, Number("b", "position", "m", "signed", "It is where the mass first touches.")]
+    stiffness: Annotated[float, Number("k", "stiffness", "N m^-exponent", "positive", "It is k of k d^exponent.")]
+    exponent: Annotated[
+        float, Number("p", "exponent", "1", "exponent", "A linear stop has 1, Hertz's contact 1.5.")
+    ] = 1.5
+    dissipation: Annotated[
+        float, Number("χ", "dissipation", "s m-1", "unsigned", "It is chi of k d^exponent (1 + chi d').")
+    ] = 0.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
-
-    def __post_init__(self) -> None:
-        put(
-            self,
-            position=real(self.position, "position", "It is where the mass first touches."),
-            stiffness=positive(self.stiffness, "stiffness", "It is k of k d^exponent."),
-            exponent=finite_number(
-                self.exponent, "exponent", low=1.0, high=3.0, hint="A linear stop has 1, Hertz's contact 1.5."
-            ),
-            dissipation=unsigned(self.dissipation, "dissipation", "It is chi of k d^exponent (1 + chi d')."),
-        )
-        put(self, side=_side(self.side, self.position))
 
     @property
     def dissipates(self) -> bool:
@@ -340,10 +338,6 @@ def _check_law(law: RestitutionLaw) -> None:
     except Exception as fault:
         raise ValueError(f"restitution must be a function of the speed, but at 1 m/s it failed: {fault!r}.") from fault
     finite_number(value, "restitution of an impact at 1 m/s", hint="A law of restitution returns r.")
-
-
-def _fraction(value: object, name: str, hint: str) -> float:
-    return finite_number(value, name, low=0.0, high=1.0, open_low=True, hint=hint)
 
 
 def _side(side: object, position: float) -> Side:

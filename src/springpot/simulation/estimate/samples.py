@@ -11,10 +11,7 @@ import numpy.typing as npt
 from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import (
     Barrier,
-    FractionalMaxwell,
-    Maxwell,
     PiezoelectricCircuit,
-    Springpot,
     ThermalNoise,
 )
 from springpot.problem.parts.walls import SoftStop, Stop
@@ -163,8 +160,8 @@ def impacts_of(simulation: Simulation, rows: Floats) -> dict[str, Floats]:
 
 def has_damping(system: System) -> bool:
     """Whether the sums of springpots, dashpots, arms and circuits are of anything."""
-    pots = [pot for pot in system.of(Springpot) if pot.dissipates]
-    return bool(pots or system.damping or system.of(FractionalMaxwell, Maxwell, PiezoelectricCircuit))
+    linear = (part.dissipates and part.is_linear and "damping" in part.powers for part in system.parts)
+    return bool(system.damping) or any(linear)
 
 
 def _at_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats, Floats]]:

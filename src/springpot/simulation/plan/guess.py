@@ -278,10 +278,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
                 rates.append(0.5 * part.frequency)
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
-    pots = [pot for pot in unit.of(Springpot) if pot.remembers]
-    stiffened = resonance(
-        law.frequency**2, [*pots, *unit.of(FractionalMaxwell), *unit.of(Maxwell), *unit.of(PiezoelectricCircuit)]
-    )
+    stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
     settled = max(energy_time, _hopping_time(law, potential))

@@ -17,12 +17,9 @@ from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
     Force,
-    FractionalMaxwell,
     Harmonic,
     KanaiTajimiNoise,
-    Maxwell,
     ParametricNoise,
-    PiezoelectricCircuit,
     PoissonImpulses,
     RecordedExcitation,
     Springpot,
@@ -127,7 +124,7 @@ class Motion:
     @property
     def remembers(self) -> bool:
         """Whether a part has memory."""
-        return bool(self.springpots or self.system.of(FractionalMaxwell, Maxwell, PiezoelectricCircuit))
+        return any(part.remembers for part in self.system.parts)
 
     @property
     def is_thermal(self) -> bool:

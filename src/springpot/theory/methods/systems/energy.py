@@ -286,7 +286,7 @@ def _thermal(unit: System) -> tuple[float, float]:
     _refuse_others(unit, allowed)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
-    memory = [name for name, part in unit.named() if _remembers(part)]
+    memory = [name for name, part in unit.named() if part.remembers]
     if intensity > 0.0 and memory:
         raise NotCoveredError(f"{_REACH}, not white noise beside it with {memory[0]}.")
     damping = _dashpots(unit)
@@ -296,13 +296,6 @@ def _thermal(unit: System) -> tuple[float, float]:
         )
     heated = temperature + (intensity / (2.0 * damping) if intensity > 0.0 else 0.0)
     return 1.0 / heated, 0.0
-
-
-def _remembers(part: object) -> bool:
-    """Whether it dissipates with memory: a springpot between a spring and a dashpot, an arm, a circuit."""
-    if isinstance(part, Springpot):
-        return part.remembers
-    return isinstance(part, FractionalMaxwell | Maxwell | PiezoelectricCircuit)
 
 
 def _white(unit: System) -> tuple[float, float] | str:

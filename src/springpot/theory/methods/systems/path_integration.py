@@ -450,5 +450,5 @@ def _warnings(unit: System, found: Moments) -> Iterator[str]:
             yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
         elif isinstance(part, Barrier) and math.isnan(found[f"{name}_impact_rate"]):
             yield f"On {name} the mass is pressed, and hops are too short for the grid: there is no impact rate."
-        elif isinstance(part, Contact):
+        elif isinstance(part, SoftStop):
             yield f"The impacts on {name} are not counted."
