@@ -108,7 +108,7 @@ def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: flo
     if restitution == 1.0:
         names += ["impact_speed_mean", "impact_speed_mean_square", "impact_rate"]
     for name in names:
-        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        values, errors = ([getattr(r[name], what) for r in runs] for what in ("value", "error"))
         assert max(errors) < (0.0032 if name == "amplitude_mean_square" else 0.005) * values[0], name
         assert abs(values[0] - values[1]) < 3 * math.hypot(*errors), name
     # a lossy wall makes many slow impacts, of which the paper's scheme sees more (1 % off in rate and mean speed
