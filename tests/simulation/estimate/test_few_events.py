@@ -16,8 +16,7 @@ from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls
-
-from .systems import NEARLY_LINEAR, of_many_kinds
+from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 SHORT = {"paths": 64, "duration": 8.0, "step": 0.05, "start": "rest", "seed": 1}
 TIME = 64 * 4.0  # all windows of SHORT

@@ -20,9 +20,8 @@ from springpot.simulation.plan.motion import StruckWalls
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
+from tests.simulation.problems import oscillator
 from tests.sizes import thinned, validation
-
-from .problems import oscillator
 
 STEP = 0.01
 LOSSY = [(0.5, 0.0), (0.3, 0.0), (0.5, -1.0), (0.5, 0.5)]

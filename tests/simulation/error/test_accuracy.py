@@ -20,9 +20,8 @@ from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.transient import missing_variance, shares_missing
 from springpot.theory.result import MOMENTS
+from tests.simulation.problems import oscillator, truncated_gaussian
 from tests.sizes import validation
-
-from .problems import oscillator, truncated_gaussian
 
 
 @pytest.mark.parametrize("position", [-0.5, validation(0.0), 0.7])
