@@ -21,6 +21,7 @@ import pytest
 import springpot
 from springpot import cli
 from springpot.cli import doctor, terminal
+from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
@@ -331,7 +332,7 @@ def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> No
     ],
 )
 def test_values_have_the_digits_of_their_errors(value: float | None, error: float | None, text: str) -> None:
-    assert cli.tables.with_error(value, error) == text
+    assert with_error(value, error) == text
 
 
 @pytest.mark.parametrize(
@@ -381,7 +382,8 @@ def test_failures_of_the_system_are_sentences(
 def test_a_refused_argument_is_named_as_its_flag(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(monte_carlo, "simulated", raising(ValueError("memory_tolerance is 2, but at most 1 is allowed.")))
+    error = ValueError("memory_tolerance is 2, but at most 1 is allowed.")
+    monkeypatch.setattr(monte_carlo, "simulated", raising(error))
     assert cli.main(["simulate"]) == 2
     assert capsys.readouterr().err == "springpot: --memory-tolerance is 2, but at most 1 is allowed.\n"
 
