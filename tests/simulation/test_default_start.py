@@ -85,8 +85,7 @@ def test_a_start_that_is_none_is_left_out() -> None:
 
 def test_the_first_table_of_the_page_shows_the_gaps_to_the_stationary_rate() -> None:
     """At the page's default question and paths; from rest the same table ranked the methods the other way round."""
-    problem = Problem()
-    oscillator = problem.oscillator()
+    problem, oscillator = Problem(), sp.Oscillator()
     found = simulate(oscillator, paths=problem.paths, seed=problem.seed)
     rate, error = found["impact_rate"].value, found["impact_rate"].error
     gaps = {

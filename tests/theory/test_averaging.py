@@ -14,6 +14,7 @@ from scipy.integrate import quad
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import all_methods, recommended
 from springpot.evidence.reliability import trust, warnings_of
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import simulate
 from springpot.theory import (
@@ -78,25 +79,25 @@ def test_dashpot_is_exact(c, omega, q):
 @given(oscillators)
 def test_dimensionless_law(asked):
     """Only alpha and c = C Omega^(alpha-2) matter once lengths and times are scaled."""
-    unit = oscillator(asked.springpot.order, asked.dimensionless_coefficient)
+    paper = Dimensionless.of(asked)
+    unit = oscillator(paper.springpot.order, paper.dimensionless_coefficient)
     mu = averaging(asked).amplitude_mean_square
-    assert mu / asked.length_scale**2 == pytest.approx(averaging(unit).amplitude_mean_square, rel=1e-10)
+    assert mu / paper.length_scale**2 == pytest.approx(averaging(unit).amplitude_mean_square, rel=1e-10)
 
 
 @given(oscillators)
 def test_energy_balance_and_amplitude(asked):
     """q/2 goes in; the free amplitude's energy loss beta v^2 * 2 goes out."""
     result = averaging(asked)
-    q, omega = asked.excitation.intensity, asked.natural_frequency
+    q, omega = Dimensionless.of(asked).excitation.intensity, asked.natural_frequency
     assert 2 * result.decay_rate * result.v_mean_square == pytest.approx(q / 2, rel=1e-12)
     assert result.x_mean_square + result.v_mean_square / omega**2 == pytest.approx(result.amplitude_mean_square)
 
 
 @given(oscillators, st.floats(0.5, 0.999))
 def test_impact_loss_adds_to_the_decay(asked, r):
-    lossy = oscillator(
-        asked.springpot.order, asked.springpot.coefficient, asked.natural_frequency, 1.0, Barrier(restitution=r)
-    )
+    pot = Dimensionless.of(asked).springpot
+    lossy = oscillator(pot.order, pot.coefficient, asked.natural_frequency, 1.0, Barrier(restitution=r))
     added = averaging(lossy).decay_rate - averaging(asked).decay_rate
     assert added == pytest.approx(-asked.natural_frequency / math.pi * math.log(r), rel=1e-6)
 

@@ -153,7 +153,7 @@ def test_a_spectrum_takes_nothing_and_refuses_what_is_no_number():
 
 
 def test_densities_below_zero_are_said():
-    lossy = memory_closure(Oscillator(springpot=Springpot(0.7, 0.03), barrier=Barrier(1.0, 0.5)))
+    lossy = memory_closure(Oscillator(springpot=Springpot(0.7, 0.03), barrier=Barrier(1.0, 0.5, "above")))
     v = np.linspace(-5.0, 5.0, 401) * math.sqrt(lossy.v_mean_square)
     dip = float(-lossy.v_density(v).min() / lossy.v_density(v).max())
     assert dip > 0.02

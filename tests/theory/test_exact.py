@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.exact import Exact, exact
@@ -90,10 +91,11 @@ def test_impulse_response_against_numerical_laplace_inversion(alpha, c):
 @pytest.mark.parametrize(("alpha", "c"), [(0.5, 1.0), (0.2, 0.02), (0.9, 3.0)])
 def test_transient_is_the_integral_of_the_squared_response(alpha, c):
     asked = oscillator(alpha, c, omega=2.0, q=3.0)
-    result, parts = exact(asked), relaxation(alpha, asked.dimensionless_coefficient)
+    result, paper = exact(asked), Dimensionless.of(asked)
+    parts = relaxation(alpha, paper.dimensionless_coefficient)
     for t in (0.3, 2.0, 11.0):
         energy = quad(lambda s: float(parts.impulse_response(np.array([s]))[0]) ** 2, 0, 2.0 * t, limit=200)[0]
-        assert float(result.x_mean_square_at(t)) == pytest.approx(energy * asked.length_scale**2, rel=1e-8)
+        assert float(result.x_mean_square_at(t)) == pytest.approx(energy * paper.length_scale**2, rel=1e-8)
     h = 1e-4  # d<x^2>/dt = 2 <xv>, and d<v^2>/dt -> q at the start
     assert float(result.v_mean_square_at(h)) / (3.0 * h) == pytest.approx(1.0, abs=0.02)
 

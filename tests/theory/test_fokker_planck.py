@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import simulate
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
@@ -25,7 +26,7 @@ def oscillator(c=0.2, r=0.8, position=0.0, omega=1.0, q=1.0, side="above") -> Os
 
 
 def problem_of(asked: Oscillator) -> Problem:
-    return problem_and_units(asked)[0]
+    return problem_and_units(Dimensionless.of(asked))[0]
 
 
 @pytest.mark.parametrize(
@@ -157,7 +158,8 @@ def test_losses_cool_the_oscillator():
 def test_units_and_mirror():
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
     asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
-    scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
+    scaled = fokker_planck(asked)
+    length, speed = scaled.paper.length_scale, scaled.paper.speed_scale
     assert scaled.x_mean == pytest.approx(-base.x_mean * length, rel=1e-9)
     assert scaled.amplitude_mean_square == pytest.approx(base.amplitude_mean_square * length**2, rel=1e-9)
     assert scaled.v_mean_square == pytest.approx(base.v_mean_square * speed**2, rel=1e-9)
@@ -270,7 +272,8 @@ def test_joint_density_at_the_wall_carries_the_impacts():
 def test_densities_in_units_and_in_the_mirror():
     base = fokker_planck(oscillator(0.4, 0.7, 0.3))
     asked = oscillator(0.4 * 50, 0.7, -0.3 * math.sqrt(7.0 / 50**3), omega=50.0, q=7.0, side="below")
-    scaled, length, speed = fokker_planck(asked), asked.length_scale, asked.speed_scale
+    scaled = fokker_planck(asked)
+    length, speed = scaled.paper.length_scale, scaled.paper.speed_scale
     x, v = np.array([0.1, 0.5, 1.2])[:, None], np.array([-0.7, 0.4])
     np.testing.assert_allclose(
         scaled.joint_density(-x * length, -v * speed) * length * speed, base.joint_density(x, v), rtol=1e-8

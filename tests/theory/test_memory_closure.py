@@ -261,7 +261,7 @@ def test_no_wall_is_the_exact_spectrum(alpha, c):
 ])  # fmt: skip
 def test_densities_have_mass_one_and_the_moments(asked):
     result = memory_closure(asked)
-    omega, wall = asked.natural_frequency, asked.barrier
+    omega, wall = asked.natural_frequency, result.paper.barrier
     sign = 1.0 if wall is None or wall.side == "above" else -1.0
     position = 0.0 if wall is None else wall.position
     x_far, v_far = 12 * math.sqrt(result.x_mean_square), 12 * math.sqrt(result.v_mean_square)

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from springpot.machine.arguments import Free
-from springpot.machine.faults import shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, unit_of, with_numbers
 from springpot.problem.system import System
 
-__all__ = ["Numbers", "checked_system", "moved_numbers", "units_of_free"]
+__all__ = ["Numbers", "moved_numbers", "units_of_free"]
 
 
 @dataclass(frozen=True)
@@ -29,20 +28,6 @@ class Numbers:
 
     values: dict[str, float]
     at: Callable[[Mapping[str, float]], System]
-
-
-def checked_system(given: object) -> System:
-    """What was given as ``model``, if it is a system.
-
-    Raises
-    ------
-    TypeError
-        If it is something else.
-    """
-    system = given
-    if not isinstance(system, System):
-        raise TypeError(f"model must be a System, not {shown(given)}.")
-    return system
 
 
 def moved_numbers(system: System) -> Numbers:

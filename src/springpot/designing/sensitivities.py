@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
-from springpot.designing.numbers import Numbers, checked_system, moved_numbers
+from springpot.designing.numbers import Numbers, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity, Table
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.motion import motion_of
@@ -92,7 +92,7 @@ def sensitivity(
     >>> 0.0 < found.errors["impact_rate"]["order"] < 0.1
     True
     """
-    system = checked_system(model)
+    system = checked_system(model, "model")
     names = _checked_names(quantities)
     finite_number(change, "change", low=0.001, high=0.3)
     check_stationary(system, "sensitivity")

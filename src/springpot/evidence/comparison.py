@@ -11,7 +11,7 @@ import numpy as np
 
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress
@@ -19,7 +19,6 @@ from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import checked_seed
 from springpot.theory import Result, solve_all
-from springpot.theory.problem import checked_system
 from springpot.theory.result import MOMENTS
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from springpot.machine.faults import few, shown
+from springpot.machine.faults import few
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory import solve_all
 
 __all__ = ["equation", "explain"]
@@ -48,8 +48,7 @@ def explain(system: System) -> str:
     w(t): white noise (white_noise), intensity 0.02 N^2 s
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {shown(system)}.")
+    system = checked_system(system)
     return "\n".join([*equation(system), *_scales(system), *_losses(system), *_coverage(system)])
 
 

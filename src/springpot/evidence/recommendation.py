@@ -8,9 +8,7 @@ from typing import Any
 
 from springpot.evidence.reliability import place_of, read_map, trust, warnings_of
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
-from springpot.theory.problem import checked_system
+from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import Result, no_answer
 from springpot.theory.solve import solve_all
@@ -98,31 +96,22 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
     answers = solve_all(system)[0] if answers is None else answers
     if exact := [name for name, method in METHODS.items() if method.exact and name in answers]:
         return Recommendation(exact[-1], exact[-1], "", answers)  # the list ends with the most exact
-    atlas, _, _ = place_of(system)
+    atlas, here, _ = place_of(system)
     judged = {name: trust(system, name) for name in atlas.methods if name in answers}
     if known := [name for name, trusted in judged.items() if trusted.judges]:
         best = min(known, key=lambda name: judged[name].worst)
         return Recommendation(best, best, "", answers)
     if not answers:
         return Recommendation("", "", "no method is recommended here: none has an answer.", answers)
-    guess = next((name for name in _PREFERRED if name in answers and not _is_too_strong(system, name)), "")
+    is_strong = here is not None and here["c"] > float(read_map(atlas.file)["c"].max())
+    guesses = (name for name in _PREFERRED if name in answers and not (is_strong and name in _LIGHT_ONLY))
+    guess = next(guesses, "")
     why = "the validity map has no cell near this system"
     if any(trust(system, name).mapped for name in atlas.methods):
         why = "the Monte Carlo of the validity map is too uncertain to judge them"
     hint = f"The best guess is {guess}: compare" if guess else "Compare"
     sentence = f"no method is recommended here, because {why}. {hint} with Monte Carlo before you use a number."
     return Recommendation("", guess, sentence, answers)
-
-
-def _is_too_strong(system: System, method: str) -> bool:
-    """Whether averaging is no guess, because the springpot of the paper's problem is stronger than any on the map."""
-    if method not in _LIGHT_ONLY:
-        return False
-    try:
-        c = Dimensionless.of(system).dimensionless_coefficient
-    except NotCoveredError:
-        return False
-    return c > float(read_map()["c"].max())
 
 
 def all_methods(system: System) -> dict[str, object]:

@@ -22,8 +22,7 @@ import numpy.typing as npt
 from springpot.evidence.cells import cell_of
 from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
-from springpot.theory.problem import checked_system
+from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS, Result
 

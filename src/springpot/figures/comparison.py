@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from springpot.figures.data import as_dataset
 from springpot.figures.stationary import plot_density, plot_spectrum
 from springpot.figures.style import new_grid
-from springpot.machine.faults import NotCoveredError
-from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.numbers import label_of, numbers_of
 from springpot.problem.system import System
 from springpot.theory import Result
 
@@ -63,18 +62,12 @@ def plot_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     return figure
 
 
+_MOST_LINES = 8  # that fit above the legend
 _SHOWN = ("x", "v", "amplitude", "impact_speed")
 
 
 def _title(system: System) -> str:
-    try:
-        o = Dimensionless.of(system)
-    except NotCoveredError:
-        return ""
-    wall = "no wall" if o.barrier is None else f"$b$ = {o.barrier.position:g} m, $r$ = {o.restitution:g}"
-    return (
-        rf"$\alpha$ = {o.springpot.order:g}, $C$ = {o.springpot.coefficient:g} s$^{{\alpha-2}}$"
-        "\n"
-        rf"$\Omega$ = {o.natural_frequency:g} rad/s, $q$ = {o.excitation.intensity:g} m$^2$/s$^3$"
-        f"\n{wall}\n"
-    )
+    """Its first numbers, a line each."""
+    lines = [f"{label_of(name)} = {value:.4g}" for name, value in numbers_of(system).items()]
+    more = [f"and {len(lines) - _MOST_LINES} more numbers"] if len(lines) > _MOST_LINES else []
+    return "\n".join([*lines[:_MOST_LINES], *more, ""])

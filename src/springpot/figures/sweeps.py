@@ -14,7 +14,7 @@ from springpot.figures.designs import next_design
 from springpot.figures.style import bars, method_curve, panel
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
@@ -114,10 +114,9 @@ def plot_against(
     color = design.color
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
-    if methods and oscillator is None:
-        raise ValueError("oscillator must be given to draw theory.")
     for title, method in methods:
-        oscillators = [_with(oscillator, parameter, float(value)) for value in place]  # type: ignore[arg-type]
+        known = checked_system(oscillator, "oscillator")
+        oscillators = [_with(known, parameter, float(value)) for value in place]
         curve, name = _curve(method, oscillators, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
         method_curve(ax, name, place, curve, color=color, label=label_of)

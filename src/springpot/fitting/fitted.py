@@ -24,7 +24,7 @@ from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.parts.registration import kind_of
-from springpot.problem.system import KINDS, System
+from springpot.problem.system import checked_system, system_of
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress
@@ -173,7 +173,6 @@ def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
 
 
 def _fit(model: Any, data: Any, how: _How) -> Fit:
-    model = model
     likelihood = _likelihood(model, data, how)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
@@ -238,15 +237,12 @@ def _likelihood(model: Any, data: Any, how: _How) -> Likelihood:
     if isinstance(data, MeasuredStatistics | tuple):
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
-            if not isinstance(each, System):
-                raise TypeError(f"model must be a System for MeasuredStatistics, not {shown(each)}.")
+            checked_system(each, "model")
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         from springpot.fitting.simulated_search import search_by_simulation  # brings the whole engine
 
         return search_by_simulation(cases, how.seed, how.paths, how.threads, how.progress, how.stop)
-    system = System(model) if type(model) in KINDS.values() else model
-    if not isinstance(system, System):
-        raise TypeError(f"model must be a System or a part, not {shown(model)}.")
+    system = system_of(model, "model")
     match data:
         case MeasuredModuli():
             return ModuliLikelihood(system, data)
@@ -272,6 +268,4 @@ def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[floa
 
 def _label(model: Any) -> str:
     """Its parts, or its name."""
-    if isinstance(model, System):
-        return " + ".join(kind_of(part) for part in model.parts)
-    return getattr(model, "__name__", None) or kind_of(model)
+    return getattr(model, "__name__", None) or " + ".join(kind_of(part) for part in system_of(model, "model").parts)

@@ -23,7 +23,7 @@ from springpot.machine.faults import listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
-from springpot.problem.system import System
+from springpot.problem.system import System, system_of
 
 __all__ = ["ImpactLikelihood", "Law", "law_of"]
 
@@ -81,10 +81,10 @@ def law_of(model: object) -> Law:
     >>> [*law_of(Barrier(0.0, free("r", 0.7, (0.1, 1.0)))).free]
     ['r']
     """
-    if isinstance(model, System | Barrier):
-        return _law_of_wall(model)
-    if not callable(model) or isinstance(model, type):
+    if isinstance(model, type):
         raise TypeError(f"model must be a Barrier, a system with one, or a function r(speed, ...), not {shown(model)}.")
+    if not callable(model):
+        return _law_of_wall(system_of(model, "model"))
     arguments = [*inspect.signature(model).parameters.values()][1:]
     free = {a.name: a.default for a in arguments if isinstance(a.default, Free)}
     if bad := [a.name for a in arguments if a.default is a.empty and a.kind is a.POSITIONAL_OR_KEYWORD]:
@@ -94,8 +94,8 @@ def law_of(model: object) -> Law:
     return Law(model, free)
 
 
-def _law_of_wall(model: System | Barrier) -> Law:
-    walls = (model,) if isinstance(model, Barrier) else model.of(Barrier)
+def _law_of_wall(model: System) -> Law:
+    walls = model.of(Barrier)
     if len(walls) != 1:
         raise ValueError(f"model must have one wall for data of impacts, not {len(walls)}.")
     wall = walls[0]

@@ -22,7 +22,7 @@ from springpot.problem.parts.checks import Checked, plain
 from springpot.problem.parts.registration import kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, Sides
-from springpot.problem.system import KINDS, System, usual_names
+from springpot.problem.system import KINDS, System, checked_system, usual_names
 
 __all__ = ["read_system", "schema", "to_toml"]
 
@@ -123,9 +123,7 @@ def to_toml(system: System) -> str:
     stiffness = 80.0
     <BLANKLINE>
     """
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {shown(system)}.")
-    check_writable(system)
+    check_writable(checked_system(system))
     tables = ({"name": name, "kind": kind_of(part), **plain(part, free=True)} for name, part in system.named())
     return "\n".join("\n".join(["[[parts]]", *map(_line, table.items()), ""]) for table in tables)
 

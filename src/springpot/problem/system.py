@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from springpot.machine.faults import listed, meant, nearest, shown
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Mass, ThermalNoise
 from springpot.problem.parts.checks import plain
 from springpot.problem.parts.registration import Part, kind_of
@@ -17,7 +16,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
 
-__all__ = ["KINDS", "System", "kind_of", "owners_of", "usual_names"]
+__all__ = ["KINDS", "System", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
 
 Kind = TypeVar("Kind")
 
@@ -88,7 +87,7 @@ class System:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Springpot, WhiteNoise
+    >>> from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
     >>> device = System(Mass(0.2), Spring(80.0), Springpot(0.5, 1.2), Barrier(-0.003, 0.7), WhiteNoise(0.02))
     >>> device.names
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
@@ -195,7 +194,7 @@ class System:
 
         Examples
         --------
-        >>> from springpot.problem.parts import Springpot
+        >>> from springpot.problem.parts import Spring, Springpot
         >>> held = System(Spring(1.0), Springpot(0.5, 1.0))
         >>> held.natural_frequency, round(held.resonance, 4)
         (1.0, 1.3496)
@@ -210,17 +209,52 @@ class System:
 
         Examples
         --------
+        >>> from springpot.problem.parts import Spring
         >>> System(Spring(80.0)).to_dict()
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
         return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
 
 
+def checked_system(given: object, name: str = "system") -> System:
+    """What was given under this name, if it is a system.
+
+    Raises
+    ------
+    TypeError
+        If it is something else.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> checked_system(System(Spring(80.0))).names
+    ('spring',)
+    """
+    if not isinstance(given, System):
+        raise TypeError(f"{name} must be a System, not {shown(given)}.")
+    return given
+
+
+def system_of(model: object, name: str = "system") -> System:
+    """A system, also from one part alone.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> system_of(Spring(80.0)).stiffness
+    80.0
+    """
+    return checked_system(System(model) if type(model) in KINDS.values() else model, name)
+
+
 def _check_part(part: object, name: str = "") -> None:
     if isinstance(part, type) and part in KINDS.values():
         raise TypeError(f"a system's parts must be made with their numbers, as {part.__name__}(...), not the class.")
-    if isinstance(part, Dimensionless):
-        raise TypeError("a system's parts must not be an Oscillator, but the parts of which it is the sum.")
     if type(part) not in KINDS.values():
         if name:
             near = owners_of(name) or "."

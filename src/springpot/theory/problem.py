@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.faults import shown
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
 from springpot.theory.result import Moments
 
-__all__ = ["Problem", "Units", "at_rest", "checked_system", "endless", "problem_and_units"]
+__all__ = ["Problem", "Units", "at_rest", "endless", "problem_and_units"]
 
 
 @dataclass(frozen=True)
@@ -99,19 +97,6 @@ class Units:
             impact_speed_mean=dimensionless.impact_speed_mean * speed,
             impact_speed_mean_square=dimensionless.impact_speed_mean_square * speed**2,
         )
-
-
-def checked_system(system: System) -> System:
-    """What was asked, if it is a system.
-
-    Raises
-    ------
-    TypeError
-        If it is something else.
-    """
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System, not {shown(system)}.")
-    return system
 
 
 def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:

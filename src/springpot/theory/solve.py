@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from springpot.machine.faults import shown
-from springpot.problem.system import System
-from springpot.theory.problem import checked_system
+from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import NoConvergenceError, NotCoveredError, Result
 

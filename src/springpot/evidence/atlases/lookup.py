@@ -21,8 +21,7 @@ import numpy.typing as npt
 
 from springpot.problem.catalogue import unit_of
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
-from springpot.theory.problem import checked_system
+from springpot.problem.system import System, checked_system
 from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
 
 __all__ = [

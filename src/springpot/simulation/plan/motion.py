@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from springpot.machine.arguments import LARGEST
-from springpot.machine.faults import NotCoveredError, shown
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
@@ -28,7 +28,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.scales import Scales, closed_form
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -77,6 +77,8 @@ class Motion:
         Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
     keeps_the_law : bool
         Whether a long step leaves the stationary law as it is: a dashpot, white noise, and an elastic wall at most.
+    beyond_paper : str
+        Which part the paper's problem does not have, in one sentence; empty if it is that problem.
     """
 
     system: System
@@ -85,6 +87,7 @@ class Motion:
     slow: tuple[Dimensionless, ...]
     searched: bool
     keeps_the_law: bool
+    beyond_paper: str = ""
 
     @property
     def unit(self) -> System:
@@ -247,13 +250,11 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System or an Oscillator, not {shown(system)}.")
     try:
-        paper = Dimensionless.of(system)
-    except NotCoveredError:
+        paper = Dimensionless.of(checked_system(system))
+    except NotCoveredError as reason:
         law = guessed_law(system)
-        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False)
+        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason))
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
         return replace(motion, searched=searched, slow=_alike(motion, law))
     elastic = paper.barrier is None or paper.restitution == 1.0

@@ -108,12 +108,10 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     _one_of(options["scheme"], "scheme", get_args(Scheme))
     _one_of(options["derivative"], "derivative", get_args(Derivative))
     scheme = scheme_of(options["scheme"])
-    for name, reason in (
-        ("scheme", scheme.covers(motion.system)),
-        ("derivative", scheme_of("grunwald").covers(motion.system) if options["derivative"] != "caputo" else ""),
-    ):
-        if reason:
-            raise ValueError(f"{name} must be {DEFAULTS[name]!r}: {reason}")  # type: ignore[literal-required]
+    for name, only_paper in (("scheme", scheme.only_paper), ("derivative", options["derivative"] != "caputo")):
+        if only_paper and motion.beyond_paper:
+            must = f"{name} must be {DEFAULTS[name]!r}"  # type: ignore[literal-required]
+            raise ValueError(f"{must}: {motion.beyond_paper}")
     start = options["start"]
     if start is None:
         start, _ = default_start(motion, options)

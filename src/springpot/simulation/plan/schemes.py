@@ -11,11 +11,8 @@ from typing import ClassVar, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import NotCoveredError
 from springpot.memory import direct
 from springpot.memory.weights import Family
-from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.plan.options import DEFAULTS, Scheme
@@ -38,6 +35,8 @@ class NumericalScheme(Protocol):
         The memory weights.
     keeps_the_law : bool
         Whether the step leaves the stationary law of a dashpot, white noise and elastic walls as it is, however long.
+    only_paper : bool
+        Whether it covers the paper's problem only.
     """
 
     order: ClassVar[int]
@@ -45,10 +44,7 @@ class NumericalScheme(Protocol):
     coarsest_step: ClassVar[float]
     family: ClassVar[Family]
     keeps_the_law: ClassVar[bool]
-
-    @staticmethod
-    def covers(system: System) -> str:
-        """Why the scheme cannot simulate a system; empty if it can."""
+    only_paper: ClassVar[bool]
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
         """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
@@ -80,10 +76,7 @@ class Splitting(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
     keeps_the_law: ClassVar[bool] = True
-
-    @staticmethod
-    def covers(system: System) -> str:
-        return ""
+    only_paper: ClassVar[bool] = False
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
         return parts.splitting(frequency, answer, step)
@@ -117,14 +110,7 @@ class Grunwald(NumericalScheme):
     coarsest_step: ClassVar[float] = 0.005
     family: ClassVar[Family] = "grunwald"
     keeps_the_law: ClassVar[bool] = False
-
-    @staticmethod
-    def covers(system: System) -> str:
-        try:
-            Dimensionless.of(system)
-        except NotCoveredError as reason:
-            return str(reason)
-        return ""
+    only_paper: ClassVar[bool] = True
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
         return parts.euler(frequency, step, self.contact_tolerance / length)

@@ -71,12 +71,13 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
+        unit = "" if self.unit == "1" else self.unit
         if not (self.error > 0.0 and math.isfinite(self.error)):
-            return f"{self.value:.4g} {self.unit}".rstrip()
+            return f"{self.value:.4g} {unit}".rstrip()
         digits = max(1 - math.floor(math.log10(self.error)), 0)
         if digits > 6 or abs(self.value) >= 1e6:
-            return f"{self.value:.4g} +- {self.error:.2g} {self.unit}".rstrip()
-        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {self.unit}".rstrip()
+            return f"{self.value:.4g} +- {self.error:.2g} {unit}".rstrip()
+        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {unit}".rstrip()
 
 
 def estimates_from(

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.arguments import finite_number
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.problem import Units, checked_system, endless
+from springpot.theory.problem import Units, endless
 from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
 __all__ = ["Averaging", "averaging", "check_covered", "harmonic_sum", "stiffness_sum"]

@@ -13,9 +13,10 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
+from springpot.theory.forms import Form, Forms
 from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
 from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
-from springpot.theory.problem import Units, at_rest, checked_system, endless, problem_and_units
+from springpot.theory.problem import Units, at_rest, endless, problem_and_units
 from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
 
 __all__ = ["Exact", "check_covered", "exact"]
@@ -276,16 +277,18 @@ def exact(system: System) -> Exact | ExactLaw:
     Examples
     --------
     >>> import springpot as sp
-    >>> preloaded = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5), barrier=sp.Barrier(position=1.0))
+    >>> wall = sp.Barrier(position=1.0, side="above")
+    >>> preloaded = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5), barrier=wall)
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    system = checked_system(system)
-    paper = check_covered(system)
-    if paper is None:
-        return exact_law(system)
+    return _FORMS.solve(system)
+
+
+def _exact(system: System) -> Exact:
+    paper = _paper_covered(system)
     stationary = _stationary(paper)
     return Exact(
         method="exact",
@@ -303,13 +306,14 @@ def stationary_moments(paper: Dimensionless) -> Moments | str:
     return _stationary(paper)
 
 
-def check_covered(system: System) -> Dimensionless | None:
-    """The paper's problem, or None of another system, where it is covered; otherwise `NotCoveredError`."""
-    try:
-        paper = Dimensionless.of(system)
-    except NotCoveredError:
-        check_law_covered(system)
-        return None
+def check_covered(system: System) -> None:
+    """Raise `NotCoveredError` for what is not covered."""
+    _FORMS.check(system)
+
+
+def _paper_covered(system: System) -> Dimensionless:
+    """The paper's problem where it is covered; otherwise `NotCoveredError`."""
+    paper = Dimensionless.of(system)
     wall, alpha = paper.barrier, paper.springpot.order
     if wall is None:
         return paper
@@ -318,6 +322,9 @@ def check_covered(system: System) -> Dimensionless | None:
     if alpha < 1.0 and paper.dissipates:
         raise NotCoveredError(f"{_REACH}, not order {alpha:g} with a wall.")
     return paper
+
+
+_FORMS: Forms[Exact | ExactLaw] = Forms(Form(_paper_covered, _exact), Form(check_law_covered, exact_law))
 
 
 def _stationary(paper: Dimensionless) -> Moments | str:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 __all__ = ["Relaxation", "dashpot_decay", "dashpot_mean_squares", "mean_squares", "relaxation"]
 
@@ -245,6 +244,8 @@ def _pole(alpha: float, c: float) -> complex:
     s = c ** (1.0 / (2.0 - alpha)) * np.exp(1j * math.pi / (2.0 - alpha)) + 1j
     for _ in range(30):
         s = 1j * np.sqrt(c * s**alpha + 1.0)
+    from scipy import optimize  # slow to import, and most runs need none of it
+
     root = optimize.newton(
         lambda s: s * s + c * s**alpha + 1.0, s, lambda s: 2.0 * s + alpha * c * s ** (alpha - 1.0),
         tol=1e-300, rtol=1e-15, disp=False,

@@ -40,6 +40,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import real_array
+from springpot.theory.forms import Form, Forms
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
@@ -48,7 +49,7 @@ from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.methods.systems.envelope import check_system_covered, envelope_of_system
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem, Units, at_rest, checked_system, endless, problem_and_units
+from springpot.theory.problem import Problem, Units, at_rest, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments, NotCoveredError, Result
 
 __all__ = ["Envelope", "check_covered", "envelope"]
@@ -371,10 +372,11 @@ def envelope(system: System) -> Envelope | Result:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
-    system = checked_system(system)
-    paper = check_covered(system)
-    if paper is None:
-        return envelope_of_system(system)
+    return _FORMS.solve(system)
+
+
+def _envelope(system: System) -> Envelope:
+    paper = _paper_covered(system)
     problem, units = problem_and_units(paper, order_0_is_spring=True)
     without = _without(paper)
     settled, struck = None, None
@@ -407,13 +409,14 @@ def _kappa(paper: Dimensionless) -> float:
     return 1.0 + (paper.dimensionless_coefficient if paper.springpot.order == 0.0 else 0.0)
 
 
-def check_covered(system: System) -> Dimensionless | None:
-    """The paper's problem, or None of another system, where it is covered; otherwise `NotCoveredError`."""
-    try:
-        paper = Dimensionless.of(system)
-    except NotCoveredError:
-        check_system_covered(system)
-        return None
+def check_covered(system: System) -> None:
+    """Raise `NotCoveredError` for what is not covered."""
+    _FORMS.check(system)
+
+
+def _paper_covered(system: System) -> Dimensionless:
+    """The paper's problem where it is covered; otherwise `NotCoveredError`."""
+    paper = Dimensionless.of(system)
     if _without(paper) or paper.excitation.intensity == 0.0:
         return paper
     problem, _ = problem_and_units(paper, order_0_is_spring=True)
@@ -427,6 +430,11 @@ def check_covered(system: System) -> Dimensionless | None:
             f"not {problem.coefficient:.3g}."
         )
     return paper
+
+
+_FORMS: Forms[Envelope | Result] = Forms(
+    Form(_paper_covered, _envelope), Form(check_system_covered, envelope_of_system)
+)
 
 
 def _without(paper: Dimensionless) -> str | None:

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
-from springpot.theory.problem import at_rest, checked_system, endless, problem_and_units
+from springpot.theory.problem import at_rest, endless, problem_and_units
 from springpot.theory.result import Moments, NotCoveredError
 
 __all__ = ["FokkerPlanck", "check_covered", "fokker_planck"]

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.faults import per_cent
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, normal
 from springpot.theory.methods.memory_closure.correlation import (
@@ -39,7 +39,7 @@ from springpot.theory.methods.memory_closure.steps import (
     solve_with_wall,
     solve_without_wall,
 )
-from springpot.theory.problem import Units, at_rest, checked_system, endless, problem_and_units
+from springpot.theory.problem import Units, at_rest, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
 
 __all__ = ["MemoryClosure", "NoConvergenceError", "check_covered", "memory_closure"]
